@@ -8,7 +8,7 @@ it comes to (`regime_of`, `time_along`).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.motion.stepping import instant
-from flywheel.components.motors import DC, Induction
+from flywheel.components.motors import DC, Induction, Motor, Started
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.motions.simulation import Motion, actual, motion_from
@@ -181,7 +181,13 @@ def transient(
         raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
     let_go = setting.machine.scene.drive is None and not setting.machine.scene.loads  # weights and springs alone move it
     goes_on = goal.kind == "time" and (let_go or setting.dynamics.resistances is not None)
+    starting = None if setting.motor is None or start == "regime" else setting.motor.start
+    if starting is not None:
+        setting = setting.started(())
     begin = _start(setting, start, at, goes_on)
+    held = ""
+    if starting is not None:
+        setting, held = _switched(setting, begin, goal, rtol, watching)
     goals, limit = _goals(setting, begin, goal)
     goals = goals[goes_on:]
     motion = motion_from(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
@@ -195,6 +201,8 @@ def transient(
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
     messages += _held_at_rest(setting.dynamics, begin)
+    if held:
+        messages.append(held)
     expected = scene.has_flywheel or goal.kind == "regime"
     if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
         messages.append(f"no regime: {setting.no_regime}")
@@ -321,6 +329,22 @@ class Setting(NamedTuple):
             raise SceneError([Fault("regime", self.no_regime, "a machine that has a regime", "name a speed or a time")])
         return self.regime
 
+    @property
+    def motor(self) -> Motor | None:
+        """The drive's motor, as it runs."""
+        motor = self.machine.scene.motor
+        return motor.own if isinstance(motor, Started) else motor
+
+    def started(self, times: Sequence[float]) -> Setting:
+        """The same with its motor as it is started, switched at `times` (s) so far."""
+        scene, motor = self.machine.scene, self.motor
+        assert motor is not None
+        assert motor.start is not None
+        assert scene.drive is not None
+        found = Started.of(motor, motor.start, times)
+        machine = Machine(replace(scene, drive=scene.drive._replace(law=found.law()), motor=found))
+        return self._replace(machine=machine, dynamics=Dynamics(machine, self.dynamics.inertia, self.dynamics.balance))
+
     def target(self, goal: Until) -> float:
         """The speed (rad/s) that is to be reached."""
         return goal.value * (self.needed().speed if goal.kind == "share" else 1.0)
@@ -372,6 +396,41 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
     dynamics = Dynamics(machine, inertia * scene.flywheel_ratio**2, balance)
     return Setting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
+
+
+def _switched(setting: Setting, begin: Start, goal: Until, rtol: float, watching: Watching | None) -> tuple[Setting, str]:
+    """A machine whose motor goes through its connections at known times, and what is to be said where one does not end.
+
+    A switch at a speed is found by following the motion up to it, by all that it takes: its time is as good as rtol.
+    """
+    motor, times = setting.motor, list[float]()
+    assert motor is not None
+    assert motor.start is not None
+    for k, connection in enumerate(motor.start.connections):
+        last, until = times[-1] if times else 0.0, connection.until
+        if until.time is not None:
+            times.append(max(until.time, last))
+            continue
+        assert until.speed is not None
+        level = until.speed / setting.dynamics.ratio
+        if begin.omega < level:
+            here = setting.started(times)
+            goals, limit = _goals(here, begin, goal)
+            run = motion_from(
+                here.dynamics,
+                begin,
+                limit,
+                rtol,
+                [straight("switch", 1, level, -1.0), *goals],
+                _settling(here, goal, rtol),
+                watching,
+            )
+            if run.trail is None or run.trail.goal != "switch":
+                where = f"connection {k + 1} of {len(motor.start.connections)} of its start ({motor.start.title})"
+                return here, f"the motor stays in {where}: its shaft does not come to {until} in this motion"
+            last = max(last, float(run.t[-1]))
+        times.append(last)
+    return setting.started(times), ""
 
 
 def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool) -> Start:
@@ -503,13 +562,18 @@ def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
     Three speeds in turn tell the rate at which they settle, and with it how much is still missing. Where laws depend on
     time, a speed or a stop may still come.
     """
-    if goal.kind not in _NAMES or (goal.kind != "regime" and setting.machine.depends_on_time):
+    motor = setting.machine.scene.motor
+    switched = motor.times[-1] if isinstance(motor, Started) and motor.times else 0.0
+    timed = setting.machine.depends_on_time and not isinstance(motor, Started)
+    if goal.kind not in _NAMES or (goal.kind != "regime" and timed):
         return None
     name = _NAMES[goal.kind]
     missing = _SHORT if name == "settled" else _SETTLED
     speeds: list[float] = []
 
     def passing(t: float, omega: float) -> str | None:
+        if t < switched:  # a motor's next connection is still to come
+            return None
         speeds.append(omega)
         if len(speeds) < 3:
             return None
@@ -801,12 +865,30 @@ def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice,
         states = trail.states(times[portion], owners[portion])
         offset, anchor = anchors_along(trail, owners[portion])
         here = _Here(states[0] - offset, anchor, states[1], times[portion], states[3:])
-        circuit, current = trail.dynamics.circuit, None
-        if circuit is not None:
-            current = circuit.current(ratio * states[1], states[3:])
-        elif isinstance(motor, DC):
-            current = np.asarray(motor.current(ratio * states[1]))
-        yield portion, states, here, current
+        circuit = trail.dynamics.circuit
+        stepped = None if circuit is None else circuit.current(ratio * states[1], states[3:])
+        yield portion, states, here, _current(motor, ratio, here) if circuit is None else stepped
+
+
+def _current(motor: Motor | None, ratio: float, here: _Here) -> Array | None:
+    """The current (A) of a motor whose speed tells it: an armature's, or a line's by its name plate."""
+    if isinstance(motor, Started):
+        share = motor.current_at(ratio * here.omega, here.time, here.anchor.time)
+        rated = motor.rated_current or (1.0 if isinstance(motor.own, DC) else None)
+        return None if share is None or rated is None else rated * share
+    if isinstance(motor, (DC, Induction)):
+        found = motor.current(ratio * here.omega)
+        return None if found is None else np.asarray(found)
+    return None
+
+
+def _heat(motor: Motor | None, ratio: float, here: _Here, current: Array | None) -> Array | None:
+    """The heat (W) of a motor's armature or rotor; None where its kind does not tell it."""
+    if isinstance(motor, Started):
+        return motor.heat_at(ratio * here.omega, here.time, here.anchor.time)
+    if isinstance(motor, DC) and current is not None:
+        return np.asarray(motor.copper_heat(current))
+    return motor.rotor_heat(ratio * here.omega) if isinstance(motor, Induction) else None
 
 
 def anchors_along(trail: Trail, owners: Indices) -> tuple[Array, Anchor]:
@@ -890,8 +972,8 @@ def energy_of(trail: Trail, kinetic: Array) -> Energy:
     times = (start[:, None] + half * (1.0 + points)).ravel()
     lasting, owners = (half * weights).ravel(), np.repeat(np.arange(half.size), _GAUSS)
     motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
-    copper = 0.0 if isinstance(motor, DC) else None
-    rotor = 0.0 if isinstance(motor, Induction) else None
+    own = motor.own if isinstance(motor, Started) else motor
+    heated = 0.0
     works: dict[str, float] = {}
     meshes = 0.0
     for portion, states, here, current in _along(trail, times, owners):
@@ -900,13 +982,12 @@ def energy_of(trail: Trail, kinetic: Array) -> Energy:
         for part, moment in trail.dynamics.moments(*here, now).items():
             works[part] = works.get(part, 0.0) + float(way @ moment)
         meshes += float(way @ now.loss)
-        if isinstance(motor, DC) and copper is not None and current is not None:
-            copper += float(lasting[portion] @ motor.copper_heat(current))
-        if isinstance(motor, Induction) and rotor is not None:
-            rotor += float(lasting[portion] @ motor.rotor_heat(ratio * states[1]))
+        heat = _heat(motor, ratio, here, current)
+        heated += 0.0 if heat is None else float(lasting[portion] @ heat)
     gained, drive = float(kinetic[-1] - kinetic[0]), works.pop(DRIVE, 0.0)
     total = drive + sum(works.values()) - meshes
     scale = max([float(kinetic.max()), abs(drive), *map(abs, works.values()), 1e-300])
+    copper, rotor = (heated if isinstance(own, kind) else None for kind in (DC, Induction))
     return Energy(drive, works, meshes, gained, abs(total - gained) / scale, copper, rotor)
 
 

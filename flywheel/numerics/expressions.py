@@ -533,6 +533,10 @@ class Expression:
 
     def switches(self) -> tuple[Expression, ...]:
         """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""
+        return self._switches
+
+    @cached_property
+    def _switches(self) -> tuple[Expression, ...]:
         return _distinct(tree for node in walk(self.tree) for tree in _deciders(node))
 
     def branch_points(self) -> tuple[Expression, ...]:

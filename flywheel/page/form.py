@@ -21,7 +21,7 @@ from flywheel.page.places import places_of
 from flywheel.reading.duty import leaves
 from flywheel.reading.fields import child
 from flywheel.reading.load_models import LOAD_MODELS
-from flywheel.reading.motors import CURVE, MOTORS
+from flywheel.reading.motors import MOTORS, TABLES
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
     COUPLING,
@@ -232,7 +232,8 @@ def title_of(name: str) -> str:
 @cache
 def translated() -> frozenset[str]:
     """Every text of forms that comes from the lists of keys: labels, titles, what keys and tables are about."""
-    sections = [*SECTIONS.values(), LIMITS, FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE, CURVE]
+    sections = [*SECTIONS.values(), LIMITS, FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE]
+    sections += TABLES.values()
     sections += [*MOTORS.values(), *LOAD_MODELS.values()]
     sections += [Section("", kind.about, kind.keys) for kind in KINDS.values()]
     sections += [Section("", part.about, part.keys) for kind in KINDS.values() for part in kind.parts]
@@ -355,7 +356,7 @@ class _Reader:
         elif key.name == "limits":
             yield from self.table(path, title_of(key.name), LIMITS, table, removable=True, level=level)
         else:
-            rows = CURVE if key.name == "full_load" else TABLE
+            rows = TABLES.get(key.name, TABLE)
             inner = table.get("table")
             if key.kind == "position" and isinstance(inner, dict):
                 path, table = f"{path}.table", inner

@@ -14,7 +14,7 @@ from typing import Any
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.load_models import LOAD_MODELS
-from flywheel.reading.motors import CURVE, MOTORS, Even
+from flywheel.reading.motors import MOTORS, TABLES, Even
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
     COUPLING,
@@ -182,7 +182,7 @@ def _value(key: Key) -> Schema:
         return {"type": "string", "pattern": rf"^\s*({words})\s*$", "examples": list(key.choices)}
     match key.kind:
         case "table":
-            return _table(CURVE if key.name == "full_load" else TABLE)
+            return _table(TABLES.get(key.name, TABLE))
         case "model":
             return _by_type(key.name, key.about, _MODELS[key.name])
         case "list" | "tables":
@@ -208,6 +208,8 @@ def _inner(name: str) -> Schema:
             "between": pair | {"items": {"type": "string"}},
             "teeth": pair | {"items": {"type": "integer"}},
         }[name]
+    if name == "until":
+        return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
     if name == "outputs":
         output = _table(OUTPUT)
         output["properties"]["table"] = output["properties"]["x"]["anyOf"][1]

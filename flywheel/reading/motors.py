@@ -1,10 +1,12 @@
 """The drive's motor, `[drive] motor = {type = ..., ...}`: keys, checks, and the motor that they describe.
 
-`MOTORS` has a line for each type. Its reader is called where no key is at fault by itself.
+`MOTORS` has a line for each type. Its reader is called where no key is at fault by itself. `start` within it is how the
+motor is started; `TABLES` are such tables within a motor's own.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +20,20 @@ from flywheel.components.motors import (
     Motor,
     Plate,
     Point,
+    Start,
+    Switch,
     dc_from_plate,
+    field_steps,
     line_from_no_load,
     line_through,
+    resistance_steps,
+    soft_start,
+    star_delta,
+    transformer,
 )
-from flywheel.numerics.faults import SceneError
-from flywheel.numerics.units import LARGEST, QuantityError, convert
-from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, read_item, read_typed, read_unit
+from flywheel.numerics.faults import Fault, SceneError, show
+from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
+from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, items, read_item, read_typed, read_unit
 from flywheel.reading.schema import Section
 from flywheel.reading.tables import given_columns
 from flywheel.scene.keys import NOT_NEGATIVE, POSITIVE, Key, Range
@@ -58,9 +67,127 @@ def _motor(item: Item, folder: Path | None) -> Motor | None:
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
+    if found is not None and "start" in item.raw and "start" in item.fields:
+        start = _start(item, found)
+        return None if start is None else replace(found, start=start)
     return found
 
 
+def _start(item: Item, motor: Motor) -> Start | None:
+    """How a motor is started, by the table `start` in its own; None after noting faults."""
+    path = f"{item.path}.start"
+    table = as_table(item.raw["start"], path, item.faults)
+    if table is None:
+        return None
+    given = read_item(table, START, path, item.faults)
+    kind = given.fields["type"]
+    if kind is None or not given.clean:
+        return None
+    if motor.circuit is not None and kind not in ("resistance", "field"):  # which tell of an armature's inductance
+        expected, advice = "a motor whose torque follows its speed at once", "over a start its own states are left out"
+        given.add("type", f"a start by {kind} of a motor with states of its own", expected, advice)
+        return None
+    wanted, possible = _START_KEYS[kind]
+    others = [name for name in given.raw if name not in ("type", *wanted, *possible)]
+    given.without(others, f"of a start by {kind}", f"it takes {', '.join((*wanted, *possible))}")
+    for name in wanted:
+        given.needs(name, f"a start by {kind} has it")
+    untils = _switches(given)
+    if not given.clean:
+        return None
+    try:
+        return _STARTS[kind](motor, given, untils)
+    except SceneError as error:
+        item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
+        return None
+
+
+def _switches(given: Item) -> list[Switch]:
+    """The ends of connections, each a time or a speed; faults noted."""
+    raw, found = given.raw.get("until"), list[Switch]()
+    several = items(raw)
+    for i, one in enumerate([] if raw is None else [raw] if several is None else several):
+        path = f"{given.path}.until" + ("" if several is None else f"[{i}]")
+        for kind in ("time", "speed"):
+            try:
+                value = parse_quantity(one, kind) if isinstance(one, str) else None
+            except QuantityError:
+                continue
+            if value is not None and 0.0 < value <= LARGEST:
+                found.append(Switch(**{kind: value}))
+                break
+        else:
+            given.faults.add(path, show(one), 'a time or a speed above 0 with its unit, such as "3 s" or "1400 rpm"')
+    return found
+
+
+def _alone(untils: list[Switch]) -> Switch:
+    """The only switch of a start with one connection."""
+    if len(untils) != 1:
+        raise SceneError([Fault("until", f"{len(untils)} ends of one connection", "one time or speed")])
+    return untils[0]
+
+
+def _soft(motor: Motor, given: Item, untils: list[Switch]) -> Start:
+    fields, until = given.fields, _alone(untils) if untils else None
+    if not isinstance(motor, (Induction, Curve)):
+        raise SceneError([Fault("type", f"a soft start of a {motor.title}", "an induction motor, or a table of one")])
+    limits = fields["torque_limit"], fields["current_limit"]
+    return soft_start(motor, until, fields["voltage"] or 1.0, fields["ramp"] or 0.0, *limits)
+
+
+def _stepped(motor: Motor, given: Item, untils: list[Switch]) -> Start:
+    return resistance_steps(motor, given.fields["added"], untils)
+
+
+def _field(motor: Motor, given: Item, untils: list[Switch]) -> Start:
+    if not isinstance(motor, DC):
+        raise SceneError([Fault("type", f"field steps of a {motor.title}", "a DC motor")])
+    return field_steps(motor, given.fields["field"], untils)
+
+
+def _on_alternating_current(motor: Motor, kind: str) -> None:
+    """Refuse what changes the voltage of a motor on mains that a DC motor does not have."""
+    if not isinstance(motor, (Induction, Curve)):
+        raise SceneError([Fault("type", f"a start by {kind} of a {motor.title}", "an induction motor, or a table of one")])
+
+
+def _star(motor: Motor, given: Item, untils: list[Switch]) -> Start:
+    _on_alternating_current(motor, "star-delta")
+    return star_delta(motor, _alone(untils))
+
+
+def _transformer(motor: Motor, given: Item, untils: list[Switch]) -> Start:
+    _on_alternating_current(motor, "transformer")
+    return transformer(motor, given.fields["voltage"], _alone(untils))
+
+
+_STARTS = {"star-delta": _star, "transformer": _transformer, "soft": _soft, "resistance": _stepped, "field": _field}
+_START_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "star-delta": (("until",), ()),
+    "transformer": (("voltage", "until"), ()),
+    "soft": ((), ("voltage", "ramp", "torque_limit", "current_limit", "until")),
+    "resistance": (("added", "until"), ()),
+    "field": (("field", "until"), ()),
+}
+"""The keys that a start of each type must have, and those that it may have."""
+
+
+START = Section(
+    "start",
+    "how a motor is started, before it runs in its own connection",
+    (
+        Key("type", "choice", "of the start", required=True, choices=tuple(_STARTS)),
+        Key("until", "list", "when each connection ends: a time after switching on, a speed of its shaft; several: a list"),
+        Key("voltage", "number", "at the beginning, over the motor's own", None, Range(0.0, 1.0, True), example="40 %"),
+        Key("ramp", "time", "in which the voltage rises evenly to the motor's own", None, POSITIVE),
+        Key("torque_limit", "number", "of a soft start, over the rated torque", None, POSITIVE, example="1.5"),
+        Key("current_limit", "number", "of a soft start, over the rated current", None, POSITIVE, example="3"),
+        Key("added", "numbers", "resistance in rotor or armature circuit at each step, over the winding's own"),
+        Key("field", "numbers", "field of a DC motor at each step, over its own"),
+    ),
+)
+_START = Key("start", "table", "how it is started; along a motion in time alone")
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
 _RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
@@ -251,5 +378,11 @@ _ALL = (
     Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),), reader=_engine),
 )
 MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _ALL))
-MOTORS = {motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA)) for motor in _ALL}
+_STARTABLE = ("table", "dc", "induction")
+MOTORS = {
+    motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA, *([_START] if motor.name in _STARTABLE else [])))
+    for motor in _ALL
+}
 """What a motor may be: its keys, and what makes it of them."""
+TABLES = {"full_load": CURVE, "start": START}
+"""Tables within a motor's own, by their keys."""

@@ -5,9 +5,21 @@ from flywheel.components.motors.direct_current import DC, dc_from_plate
 from flywheel.components.motors.engine import Engine
 from flywheel.components.motors.induction import Induction, Plate
 from flywheel.components.motors.motor import Constant, Line, Motor, Point, line_from_no_load, line_through
+from flywheel.components.motors.starting import (
+    Connection,
+    Start,
+    Started,
+    Switch,
+    field_steps,
+    resistance_steps,
+    soft_start,
+    star_delta,
+    transformer,
+)
 
 __all__ = [
     "DC",
+    "Connection",
     "Constant",
     "Curve",
     "Engine",
@@ -16,7 +28,15 @@ __all__ = [
     "Motor",
     "Plate",
     "Point",
+    "Start",
+    "Started",
+    "Switch",
     "dc_from_plate",
+    "field_steps",
     "line_from_no_load",
     "line_through",
+    "resistance_steps",
+    "soft_start",
+    "star_delta",
+    "transformer",
 ]

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -189,6 +189,8 @@ class Induction(Motor):
         frequency: f of the mains, Hz.
         breakdown_ratio: lambda, breakdown torque over rated torque, above 1.
         plate: what the name plate says of the electric side.
+        added_resistance: in the circuit of a rotor with slip rings, over the rotor's own: torque and current are then those
+            of the slip s/(1 + a), so that the plate's rated point holds without it.
         inertia: of the rotor, kg m².
 
     Raises:
@@ -220,6 +222,7 @@ class Induction(Motor):
     frequency: float
     breakdown_ratio: float
     plate: Plate = BARE
+    added_resistance: float = 0.0
     title: ClassVar[str] = "induction motor"
     tells_heat: ClassVar[bool] = True
 
@@ -252,8 +255,8 @@ class Induction(Motor):
         faults += [Fault(name, f"{given[name]:g}", "a share of 1 at most") for name in shares if not given.get(name, 0) <= 1]
         refuse(faults)
         start, current = self.plate.starting_torque, self.plate.starting_current
-        if (start is not None or current is not None) and not self.breakdown_slip < 1:
-            found = f"beside a breakdown at a slip of {self.breakdown_slip:.3g}, which lies beyond rest"
+        if (start is not None or current is not None) and not self.own_breakdown_slip < 1:
+            found = f"beside a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
             name = "starting_torque" if start is not None else "starting_current"
             faults.append(Fault(name, found, "nothing: rest lies on the running branch", "leave it out, or check the speed"))
         elif start is not None and start > self.breakdown_ratio:
@@ -276,7 +279,12 @@ class Induction(Motor):
 
     @property
     def breakdown_slip(self) -> float:
-        """Slip s_b at which torque is greatest: s_n (lambda + sqrt(lambda² - 1))."""
+        """Slip s_b at which torque is greatest: s_n (lambda + sqrt(lambda² - 1)), with added resistance that much more."""
+        return self.own_breakdown_slip * (1.0 + self.added_resistance)
+
+    @property
+    def own_breakdown_slip(self) -> float:
+        """Breakdown slip without added resistance."""
         ratio = self.breakdown_ratio
         return self.rated_slip * (ratio + math.sqrt((ratio - 1) * (ratio + 1)))
 
@@ -316,13 +324,9 @@ class Induction(Motor):
         kloss = f"{expression_of(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {expression_of(reach**2)})"
         if plate.starting_torque is None and plate.starting_current is None:
             return parse(kloss)
-        least = self.synchronous_speed - reach  # a current that is corrected alone ends the pieces there, too
-        missing = (
-            0.0 if plate.starting_torque is None else plate.starting_torque * self.rated.torque - float(self._kloss(0.0))
-        )
-        x = f"(1 - omega/{expression_of(least)})"
-        raised, at_rest = (f"{kloss} + {expression_of(missing)}{shape}" for shape in (f"*{x}**2*(3 - 2*{x})", ""))
-        return parse(f"{kloss} if omega >= {expression_of(least)} else ({raised} if omega >= 0 else {at_rest})")
+        start = plate.starting_torque  # a current that is corrected alone ends the pieces there, too
+        missing = 0.0 if start is None else start * self.rated.torque - float(self._kloss(0.0))
+        return parse(self._down_to_rest(kloss, missing))
 
     def _kloss(self, omega: ArrayLike) -> Array:
         """Torque by Kloss's formula alone, N m."""
@@ -336,7 +340,7 @@ class Induction(Motor):
     @cached_property
     def line_current(self) -> LineCurrent:
         """The parts of the line current at rated load."""
-        return line_current(self.plate, self.power, self.rated_slip, self.breakdown_slip)
+        return line_current(self.plate, self.power, self.rated_slip, self.own_breakdown_slip)
 
     @property
     def rated_current(self) -> float | None:
@@ -354,21 +358,49 @@ class Induction(Motor):
         >>> motor.current_share([0.0, motor.speed, motor.synchronous_speed]).round(4).tolist()
         [6.5, 1.0, 0.4105]
         """
-        speeds, parts = np.asarray(omega, dtype=float), self.line_current
-        load, slip = parts.active * self._kloss(speeds) / self.rated.torque, self.slip(speeds)
-        heat = load * slip / (parts.active * self.rated_slip)  # of the rotor, over the rated one
-        magnetizing = parts.idle + (parts.magnetizing - parts.idle) * 2.0 * heat / (1.0 + heat)
-        found = np.hypot(load + parts.losses, load * slip / self.breakdown_slip + magnetizing)
-        if self.plate.starting_current is None:
-            return np.asarray(found)
-        missing = self.plate.starting_current - self._locked_share
-        x = np.clip(1.0 - speeds / self.stable[0], 0.0, 1.0)
-        return np.asarray(found + missing * x * x * (3.0 - 2.0 * x))
+        speeds = np.asarray(omega, dtype=float)
+        found: Array = np.zeros_like(speeds) + self._share_law.evaluate({"omega": speeds}, np)
+        return found
 
     @cached_property
-    def _locked_share(self) -> float:
-        """Line current of the locked rotor over the rated one, by the circuit of Kloss's formula."""
-        return float(replace(self, plate=self.plate._replace(starting_current=None)).current_share(0.0))
+    def _share_law(self) -> Expression:
+        return self.share_law()
+
+    def share_law(self) -> Expression:
+        """The line current over the rated one as an expression of `omega`: see `current_share`."""
+        without = self._share_by_circuit()
+        if self.plate.starting_current is None:
+            return parse(without)
+        missing = self.plate.starting_current - float(parse(without).evaluate({"omega": np.float64(0.0)}, np))
+        return parse(self._down_to_rest(without, missing))
+
+    def _share_by_circuit(self) -> str:
+        parts, slip = self.line_current, self._slip_text
+        torque = f"{expression_of(2 * self.breakdown_ratio * self.breakdown_slip)}*{slip}"
+        torque = f"({torque}/({slip}**2 + {expression_of(self.breakdown_slip**2)}))"  # over the rated one
+        if parts.losses == parts.magnetizing == parts.idle == 0.0:
+            reach = math.hypot(self.own_breakdown_slip, self.rated_slip) / self.rated_slip
+            return f"{expression_of(reach)}*abs({slip})/sqrt({slip}**2 + {expression_of(self.breakdown_slip**2)})"
+        magnetizing = expression_of(parts.idle)
+        if parts.idle != parts.magnetizing:
+            rated = expression_of(self.rated_slip * (1.0 + self.added_resistance))
+            heat = f"{torque}*{slip}/{rated}"  # of the rotor itself, over the rated one
+            magnetizing += f" + {expression_of(2.0 * (parts.magnetizing - parts.idle))}*({heat})/(1 + {heat})"
+        load = f"{expression_of(parts.active)}*{torque}"
+        reactive = f"{load}*{slip}/{expression_of(self.breakdown_slip)} + {magnetizing}"
+        return f"sqrt(({load} + {expression_of(parts.losses)})**2 + ({reactive})**2)"
+
+    @property
+    def _slip_text(self) -> str:
+        speed = expression_of(self.synchronous_speed)
+        return f"(({speed} - omega)/{speed})"
+
+    def _down_to_rest(self, law: str, missing: float) -> str:
+        """A law of omega that is raised by what misses at rest, from breakdown down to there: see the class."""
+        least = expression_of(self.stable[0])
+        x = f"(1 - omega/{least})"
+        raised = f"{law} + {expression_of(missing)}*{x}**2*(3 - 2*{x})"
+        return f"{law} if omega >= {least} else ({raised} if omega >= 0 else {law} + {expression_of(missing)})"
 
     def current(self, omega: ArrayLike) -> Array | None:
         """Line current (A) at speeds omega (rad/s), of their shape; None where the rated one is not known."""

@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,9 @@ from flywheel.components.motors.circuit import Circuit
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
+
+if TYPE_CHECKING:
+    from flywheel.components.motors.starting import Start
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]
@@ -51,9 +54,13 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Motor(ABC):
-    """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives."""
+    """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
+
+    `start` is how it is started; all else speaks of it as it runs, in its last connection.
+    """
 
     inertia: float = 0.0
+    start: Start | None = None
     title: ClassVar[str]
     tells_heat: ClassVar[bool] = False
     """Whether the kind tells what heats it."""

@@ -1,0 +1,374 @@
+"""How a motor is started: star-delta, transformer, soft start, resistance steps, a stronger field; and as it then runs.
+
+A `Start` is the connections that a motor goes through, each until a time or a speed of its shaft, before it is connected as
+it runs. `Started` is the motor along a motion in which the times of its switches are known: its torque is a law of speed
+and time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bondgraph.records import NamedTuple
+from flywheel.components.motors.direct_current import DC
+from flywheel.components.motors.induction import Induction
+from flywheel.components.motors.motor import Array, Motor, Point, Span
+from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
+from flywheel.numerics.expressions import Expression, Node, numeral, variable
+from flywheel.numerics.faults import Fault, SceneError
+
+T, OMEGA = variable("t"), variable("omega")
+
+
+class Switch(NamedTuple):
+    """When a connection ends: at a time after switching on (s), or when its shaft first comes to a speed (rad/s)."""
+
+    time: float | None = None
+    speed: float | None = None
+
+    def __str__(self) -> str:
+        return f"{self.time:.6g} s" if self.speed is None else f"{self.speed * 30 / math.pi:.6g} rpm"
+
+
+class Connection(NamedTuple):
+    """A motor as it is connected for a while: torque T(omega) v², current I(omega) v, at a share v of the voltage.
+
+    motor: as its resistances and field then are, at full voltage.
+    until: when it ends.
+    voltage: v; with a `ramp` that at t = 0, rising evenly to 1 in so many seconds.
+    line: line current over that of the motor's terminals at that voltage: v of a transformer, 1/sqrt(3) of a star.
+    torque_limit: of a soft start that lowers the voltage so far, N m.
+    current_limit: the same, over the rated line current.
+    """
+
+    motor: Motor
+    until: Switch
+    voltage: float = 1.0
+    line: float = 1.0
+    ramp: float = 0.0
+    torque_limit: float | None = None
+    current_limit: float | None = None
+
+    def law(self) -> Node:
+        """The torque on the shaft, N m, by `omega` and `t`."""
+        factor = self._square()
+        torque = self.motor.law().tree
+        if factor is not None:
+            torque = _times(torque, factor)
+        return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
+
+    def _square(self) -> Node | None:
+        """The square of the voltage's share, as the ramp and a limit of current have it; None where it is full."""
+        found = None
+        if self.ramp:
+            rising = _sum(numeral(self.voltage), _times(numeral((1.0 - self.voltage) / self.ramp), T))
+            ramp = Node("if", (_below(T, self.ramp), rising, numeral(1.0)))
+            found = _times(ramp, ramp)
+        elif self.voltage != 1.0:
+            found = numeral(self.voltage**2)
+        if self.current_limit is not None and isinstance(self.motor, Induction):
+            share = self.motor.share_law().tree
+            limit = Node("product", (numeral(self.current_limit**2), share, share), signs=("*", "/", "/"))
+            found = Node("min", (limit, found or numeral(1.0)))
+        return found
+
+    def current(self, omega: Array, torque: Array, own: Motor) -> Array | None:
+        """Line current at speeds (rad/s) and torques that it then gives (N m), over the rated one of a motor `own`.
+
+        Of a DC motor the armature's, in A where it has no rated one. None where the kind does not tell.
+        """
+        if isinstance(self.motor, DC) and isinstance(own, DC):
+            return np.asarray(self.motor.current_of_torque(omega, torque) / (own.rated_current or 1.0))
+        share = self.motor.current_share(omega)
+        if share is None:
+            return None
+        full = self.motor.torque(omega)
+        with np.errstate(all="ignore"):
+            square = np.where(full == 0.0, 1.0, torque / full)
+        return np.asarray(share * np.sqrt(np.maximum(square, 0.0)) * self.line)
+
+
+def _times(*factors: Node) -> Node:
+    return Node("product", factors, signs=("*",) * len(factors))
+
+
+def _sum(*parts: Node) -> Node:
+    return Node("sum", parts, signs=("+",) * len(parts))
+
+
+def _below(left: Node, right: float) -> Node:
+    return Node("compare", (left, numeral(right)), signs=("<",))
+
+
+class Start(NamedTuple):
+    """How a motor is started: what it is called, and its connections in turn before the one that it runs in."""
+
+    title: str
+    connections: tuple[Connection, ...]
+
+
+def _checked(untils: Sequence[Switch]) -> None:
+    """Refuse switches that do not follow each other: times that fall, speeds that fall."""
+    for i, until in enumerate(untils):
+        value, earlier = (
+            until.speed or until.time,
+            [one for one in untils[:i] if (one.speed is None) == (until.speed is None)],
+        )
+        refuse(number_faults("until", value, POSITIVE))
+        if earlier and not (until.speed or until.time or 0.0) > (earlier[-1].speed or earlier[-1].time or 0.0):
+            raise SceneError([Fault(f"until[{i}]", str(until), f"later than {earlier[-1]}")])
+
+
+def star_delta(motor: Motor, until: Switch) -> Start:
+    """A motor for delta that starts in star: voltage 1/sqrt(3), torque 1/3 and line current 1/3 of those in delta.
+
+    Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (star-delta starting); Chapman, Electric Machinery
+    Fundamentals, 5th ed., section 6.8; IEC 60947-4-1.
+
+    >>> motor = Induction(power=7500.0, speed=151.8, poles=4, frequency=50.0, breakdown_ratio=2.5)
+    >>> star = Started.of(motor, star_delta(motor, Switch(time=3.0)), (3.0,))
+    >>> [round(float(star.torque_at(100.0, t) / motor.torque(100.0)), 9) for t in (2.0, 4.0)]
+    [0.333333333, 1.0]
+    >>> [round(float(star.current_at(100.0, t) / motor.current_share(100.0)), 9) for t in (2.0, 4.0)]
+    [0.333333333, 1.0]
+    """
+    _checked((until,))
+    root = 1.0 / math.sqrt(3.0)
+    return Start("star-delta", (Connection(motor, until, voltage=root, line=root),))
+
+
+def transformer(motor: Motor, voltage: float, until: Switch) -> Start:
+    """A motor that starts behind an autotransformer of a share v of the voltage: torque v², current in the line v².
+
+    Source: Chapman, Electric Machinery Fundamentals, 5th ed., section 6.8; NEMA MG 1, part 1 (starting methods).
+    """
+    refuse(number_faults("voltage", voltage, POSITIVE))
+    _checked((until,))
+    if not voltage < 1:
+        raise SceneError([Fault("voltage", f"{voltage:g}", "a share of the voltage below 1")])
+    return Start("autotransformer", (Connection(motor, until, voltage=voltage, line=voltage),))
+
+
+def soft_start(
+    motor: Motor,
+    until: Switch | None = None,
+    voltage: float = 1.0,
+    ramp: float = 0.0,
+    torque_limit: float | None = None,
+    current_limit: float | None = None,
+) -> Start:
+    """A motor behind a controller of its voltage: torque goes with the square of the voltage, current with the voltage.
+
+    Args:
+        motor: an induction motor.
+        until: when the controller is bridged; by default when the ramp has ended, or with a limit at the rated speed.
+        voltage: share at t = 0 of a ramp.
+        ramp: s, in which the voltage rises evenly to its full value.
+        torque_limit: greatest torque, over the rated one.
+        current_limit: greatest line current, over the rated one.
+
+    Raises:
+        SceneError: for values out of range, a start without ramp or limit, a limit of a motor without a rated point.
+
+    Harmonics of the cut voltage are left out. Source: IEC 60947-4-2 (semiconductor motor controllers).
+
+    """
+    given = {"voltage": voltage, "torque_limit": torque_limit, "current_limit": current_limit}
+    faults = [fault for name, value in given.items() if value is not None for fault in number_faults(name, value, POSITIVE)]
+    if not faults and voltage > 1:
+        faults.append(Fault("voltage", f"{voltage:g}", "a share of the voltage of 1 at most"))
+    if not ramp and voltage != 1:
+        faults.append(Fault("voltage", f"{voltage:g} without a ramp", 'a ramp beside it, such as "5 s"'))
+    elif not ramp and torque_limit is None and current_limit is None:
+        faults.append(Fault("type", "a soft start that limits nothing", "a ramp, a torque_limit or a current_limit"))
+    if current_limit is not None and not isinstance(motor, Induction):
+        faults.append(Fault("current_limit", f"a motor of which no current is known ({motor.title})", "an induction motor"))
+    if until is None and motor.rated is None and (torque_limit is not None or current_limit is not None):
+        faults.append(Fault("until", "nothing, of a motor without a rated speed", 'a time or speed, such as "1400 rpm"'))
+    elif torque_limit is not None and motor.rated is None:
+        faults.append(Fault("torque_limit", "a motor without a rated torque", "an induction motor, or a ramp"))
+    refuse(faults)
+    if until is None:
+        limited = torque_limit is not None or current_limit is not None
+        until = Switch(speed=motor.rated.speed) if limited and motor.rated is not None else Switch(time=ramp)
+    _checked((until,))
+    limit = None if torque_limit is None or motor.rated is None else torque_limit * motor.rated.torque
+    return Start("soft start", (Connection(motor, until, voltage, 1.0, ramp, limit, current_limit),))
+
+
+def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Switch]) -> Start:
+    """A motor with resistors in its rotor (slip rings) or armature (DC), which are cut out step by step.
+
+    Args:
+        motor: an induction motor, or a DC motor without inductance.
+        added: resistance beside the winding's own, over that, one for each step.
+        untils: when each step ends.
+
+    Raises:
+        SceneError: for steps that do not match, resistances that do not fall, or a motor that has no such winding.
+
+    With a resistance a times the rotor's own added, torque and current are those of the slip s/(1 + a): the breakdown torque
+    stays, its slip grows. Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (slip-ring rotor); Chapman, Electric
+    Machinery Fundamentals, 5th ed., sections 6.7 and 8.8 (DC starters).
+
+    >>> motor = Induction(power=7500.0, speed=151.8, poles=4, frequency=50.0, breakdown_ratio=2.5)
+    >>> start = resistance_steps(motor, [1 / motor.breakdown_slip - 1], [Switch(speed=100.0)])
+    >>> round(float(start.connections[0].motor.torque(0.0)) / motor.breakdown_torque, 12)
+    1.0
+
+    """
+    if len(added) != len(untils) or not added:
+        found = f"{len(added)} resistances and {len(untils)} ends"
+        raise SceneError([Fault("until", found, "an end for each resistance")])
+    refuse([fault for i, share in enumerate(added) for fault in number_faults(f"added[{i}]", share, POSITIVE)])
+    for i, share in enumerate(added[1:], 1):
+        if not share < added[i - 1]:
+            found = f"a resistance of {share:g} after one of {added[i - 1]:g}"
+            raise SceneError([Fault(f"added[{i}]", found, "resistances that fall")])
+    _checked(untils)
+    if isinstance(motor, DC):
+        _check_inductance(motor)
+        motors: list[Motor] = [replace(motor, resistance=motor.resistance * (1.0 + share)) for share in added]
+    elif isinstance(motor, Induction):
+        given = [name for name in ("starting_torque", "starting_current") if getattr(motor.plate, name) is not None]
+        if given:
+            expected = "none beside resistance steps"
+            advice = "what it corrects belongs to cages; a rotor with slip rings follows Kloss's formula"
+            raise SceneError([Fault("type", f"a motor with {' and '.join(given)}", expected, advice)])
+        motors = [replace(motor, added_resistance=share) for share in added]
+    else:
+        raise SceneError([Fault("type", f"resistance steps of a {motor.title}", "an induction or a DC motor")])
+    return Start("resistance steps", tuple(Connection(one, until) for one, until in zip(motors, untils, strict=True)))
+
+
+def field_steps(motor: DC, field: Sequence[float], untils: Sequence[Switch]) -> Start:
+    """A DC motor that starts with another field: constant k times a share, until it is switched to its own.
+
+    A motor that runs with a weakened field starts with the full one, a share above 1. Source: Chapman, Electric Machinery
+    Fundamentals, 5th ed., section 8.4 (speed by field current).
+    """
+    if len(field) != len(untils) or not field:
+        raise SceneError([Fault("until", f"{len(field)} fields and {len(untils)} ends", "an end for each field")])
+    refuse([fault for i, share in enumerate(field) for fault in number_faults(f"field[{i}]", share, POSITIVE)])
+    _checked(untils)
+    _check_inductance(motor)
+    pairs = zip(field, untils, strict=True)
+    steps = tuple(Connection(replace(motor, constant=motor.constant * share), until) for share, until in pairs)
+    return Start("field steps", steps)
+
+
+def _check_inductance(motor: DC) -> None:
+    if motor.inductance:
+        found = f"an armature with an inductance of {motor.inductance:g} H"
+        advice = "over a start the current follows the speed at once: leave the inductance out"
+        raise SceneError([Fault("type", found, "a motor without inductance beside a start by steps", advice)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Started(Motor):
+    """A motor along a motion, switched on at t = 0 and between its connections at `times` (s): a law of speed and time.
+
+    `connections` are as many as `times`, or one more where a switch does not come; then the motor itself.
+    """
+
+    own: Motor
+    connections: tuple[Connection, ...]
+    times: tuple[float, ...]
+    title: ClassVar[str] = "motor that is started"
+
+    @classmethod
+    def of(cls, motor: Motor, start: Start, times: Sequence[float]) -> Started:
+        """A motor by its start, whose first switches come at `times`; it stays in the connection after the last of them."""
+        held = start.connections[: len(times) + 1]
+        return cls(own=motor, connections=held, times=tuple(times), inertia=motor.inertia)
+
+    def law(self) -> Expression:
+        """The torque on the shaft, N m, by `omega` and `t`."""
+        laws = [connection.law() for connection in self.connections]
+        if len(laws) == len(self.times):
+            laws.append(self.own.law().tree)
+        tree = laws[-1]
+        for time, law in zip(reversed(self.times), reversed(laws[:-1]), strict=True):
+            tree = Node("if", (_below(T, time), law, tree))
+        return Expression(f"torque of a {self.own.title} as it is started", tree)
+
+    @property
+    def no_load_speed(self) -> float | None:
+        """That of the motor as it runs, rad/s."""
+        return self.own.no_load_speed
+
+    @property
+    def stable(self) -> Span | None:
+        """The running branch of the motor as it runs, rad/s."""
+        return self.own.stable
+
+    @property
+    def rated(self) -> Point | None:
+        """The rated point of the motor as it runs."""
+        return self.own.rated
+
+    @property
+    def covers(self) -> Span:
+        """Speeds (rad/s) that the motor's data speak of."""
+        return self.own.covers
+
+    @property
+    def rated_current(self) -> float | None:
+        """Rated current of the motor as it runs, A."""
+        return self.own.rated_current
+
+    def torque_at(self, omega: ArrayLike, time: ArrayLike) -> Array:
+        """Torque on the shaft (N m) at speeds omega (rad/s) and times (s)."""
+        speeds, times = np.broadcast_arrays(np.asarray(omega, dtype=float), np.asarray(time, dtype=float))
+        found: Array = np.zeros(speeds.shape) + self._law.evaluate({"omega": speeds, "t": times}, np)
+        return found
+
+    def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
+        """Line or armature current over the rated one at speeds (rad/s) and times (s); None where the kind does not tell.
+
+        Of a DC motor without a rated current, A. `within` are times that tell the connection, at a switch either side of it.
+        """
+        return self._by_connection(omega, time, within, lambda one, speed, torque: one.current(speed, torque, self.own))
+
+    def heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
+        """Heat (W) in an induction motor's rotor or a DC motor's armature itself, without resistors that are added."""
+        return self._by_connection(omega, time, within, lambda one, speed, torque: self._heat(one, speed, torque)[0])
+
+    def added_heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
+        """Heat (W) in the resistors that are added to rotor or armature."""
+        return self._by_connection(omega, time, within, lambda one, speed, torque: self._heat(one, speed, torque)[1])
+
+    def _heat(self, one: Connection, speed: Array, torque: Array) -> tuple[Array | None, Array | None]:
+        """Heat in the winding itself, and in the resistors beside it."""
+        if isinstance(one.motor, Induction):
+            heat, added = torque * (one.motor.synchronous_speed - speed), one.motor.added_resistance
+            return heat / (1.0 + added), heat * added / (1.0 + added)
+        if isinstance(one.motor, DC) and isinstance(self.own, DC):
+            current = one.motor.current_of_torque(speed, torque)
+            return self.own.copper_heat(current), (one.motor.resistance - self.own.resistance) * current * current
+        return None, None
+
+    def _by_connection(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None, figure: Any) -> Array | None:
+        """A figure of each connection by its speeds and torques, at the speeds and times of that one."""
+        rows = np.broadcast_arrays(
+            *(np.asarray(row, dtype=float) for row in (omega, time, time if within is None else within))
+        )
+        speeds, times, sides = rows
+        found = np.zeros(speeds.shape)
+        held = [*self.connections, Connection(self.own, Switch(time=math.inf))][: len(self.times) + 1]
+        owner = np.searchsorted(np.asarray(self.times), sides, side="right")
+        for k, connection in enumerate(held):
+            here = owner == k
+            law = Expression("", connection.law())
+            torque = np.zeros(speeds[here].shape) + law.evaluate({"omega": speeds[here], "t": times[here]}, np)
+            value = figure(connection, speeds[here], torque)
+            if value is None:
+                return None
+            found[here] = value
+        return found
