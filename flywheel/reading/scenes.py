@@ -672,7 +672,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
         elif name == "motor_heat" and not motor.tells_heat:
             advice = "limit motor_rms, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, which does not tell what heats it", "one that does", advice)
-        elif name == "current_pulsation" and motor.current_share(motor.rated.speed) is None:
+        elif name == "current_pulsation" and (motor.current_share(motor.rated.speed), motor.rated_current) == (None, None):
             advice = "limit motor_torque, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, whose current is not known", "a motor with a current", advice)
     return {name: value for name, value in fields.items() if value is not None}

@@ -117,7 +117,7 @@ def _scene(phase: Phase) -> Scene:
 
 def analysed(scene: Scene, inertia: float) -> Scene:
     """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
-    return scene if scene.inertia == inertia else replace(scene, irregularity=None, inertia=inertia)
+    return scene if scene.inertia == inertia else replace(scene, irregularity=None, limits={}, inertia=inertia)
 
 
 def _hardest(phases: list[Phase], plain: Callable[[Scene], Sizing]) -> tuple[Phase, dict[str, Sizing]]:

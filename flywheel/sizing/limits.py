@@ -52,11 +52,15 @@ class Share(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Inertias (kg m² on the crank) from `first` to `last` with which a limit is kept; `error` of `first`, relative."""
+    """Inertias (kg m² on the crank) from `first` to `last` with which a limit is kept; `error` of `first`, relative.
+
+    `lightest` tells that all flywheels keep it with which a steady motion was found, `first` being the lightest.
+    """
 
     first: float
     last: float
     error: float
+    lightest: bool = False
 
 
 class Smallest(NamedTuple):
@@ -256,33 +260,37 @@ class _Search:
     def kept(self, name: str, asked: float) -> list[Kept]:
         """The ranges of inertia in which a limit is kept, ascending."""
         found: list[Kept] = []
-        first: tuple[float, float] | None = None
+        first: Kept | None = None
         points = self._with_extremes(name, asked)
         if points[0].beyond(name, asked) <= 0.0:
-            first = points[0].inertia, points[0].shares[name].error / asked
+            first = Kept(points[0].inertia, np.inf, points[0].shares[name].error / asked)
         for before, after in pairwise(points):
             if first is None and after.beyond(name, asked) <= 0.0:
-                first = self._edge(before, after) if before.motion is None else self._crossing(name, asked, before, after)
+                first = self._edge(before, after) if before.motion is None else self._from(name, asked, before, after)
             elif first is not None and after.beyond(name, asked) > 0.0:
-                found.append(Kept(first[0], self._crossing(name, asked, before, after)[0], first[1]))
+                found.append(first._replace(last=self._crossing(name, asked, before, after)[0]))
                 first = None
         last = points[-1]
         if first is not None:
             rises = len(points) > 1 and last.shares[name].value > points[-2].shares[name].value
             outlasted = rises and self._ultimately(name, asked) > 0.0
-            found.append(Kept(first[0], self._beyond(name, asked, last)[0] if outlasted else np.inf, first[1]))
+            found.append(first._replace(last=self._beyond(name, asked, last).first) if outlasted else first)
         elif self._ultimately(name, asked) < 0.0:
-            inertia, error = self._beyond(name, asked, last)
-            found.append(Kept(inertia, np.inf, error))
+            found.append(self._beyond(name, asked, last))
         return found
+
+    def _from(self, name: str, asked: float, before: _Point, after: _Point) -> Kept:
+        """What is kept from the crossing between two flywheels on."""
+        inertia, error = self._crossing(name, asked, before, after)
+        return Kept(inertia, np.inf, error)
 
     def _ultimately(self, name: str, asked: float) -> float:
         """By how much a figure is beyond its limit at infinite inertia; nothing where its error leaves it open."""
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
-    def _beyond(self, name: str, asked: float, last: _Point) -> tuple[float, float]:
-        """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
+    def _beyond(self, name: str, asked: float, last: _Point) -> Kept:
+        """What would be kept from the crossing beyond the heaviest flywheel of the grid on."""
         share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
         heavier = self.closely(max(far, 2.0 * last.inertia))
@@ -290,7 +298,7 @@ class _Search:
             if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
                 break
             heavier = self.closely(4.0 * heavier.inertia)
-        return self._crossing(name, asked, last, heavier)
+        return self._from(name, asked, last, heavier)
 
     def _crossing(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float]:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error."""
@@ -314,15 +322,15 @@ class _Search:
         missed = here.shares[name].error + abs(here.shares[name].value - asked)
         return inertia, missed / max(slope, 1e-300) + 0.02 * self.rtol
 
-    def _edge(self, lost: _Point, found: _Point) -> tuple[float, float]:
-        """The lightest flywheel that a steady motion was found with, and how far on the next lighter one is, relative."""
+    def _edge(self, lost: _Point, found: _Point) -> Kept:
+        """What is kept from the lightest flywheel with a steady motion on; its error tells how near the next one is."""
         light, heavy = lost.inertia, found
         for _ in range(_FEW):
             if heavy.inertia - light <= _EDGE * heavy.inertia:
                 break
             middle = self.at(self._inertia(0.5 * (self._scaled(light) + self._scaled(heavy.inertia))), _COARSE, heavy.motion)
             light, heavy = (middle.inertia, heavy) if middle.motion is None else (light, middle)
-        return heavy.inertia, (heavy.inertia - light) / heavy.inertia
+        return Kept(heavy.inertia, np.inf, (heavy.inertia - light) / heavy.inertia, lightest=True)
 
     def _with_extremes(self, name: str, asked: float) -> list[_Point]:
         """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
@@ -397,7 +405,7 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
     square = scene.flywheel_ratio**2
     found = shares_along(machine, motion, rtol)
     limits = {name: _limit(scene.limits[name], share, kept[name][0], square) for name, share in found.items()}
-    return Smallest(motion, error, limits, binding if inertia > 0.0 else None, tuple(_gaps(scene, kept, inertia)))
+    return Smallest(motion, error, limits, binding if inertia > 0.0 else None, tuple(_told(scene, kept, inertia)))
 
 
 def _holds(ranges: Sequence[Kept], inertia: float) -> bool:
@@ -433,13 +441,15 @@ def _range(first: float, last: float) -> str:
     return f"{figure(first, most=5)} to {figure(last, most=5)} kg m^2"
 
 
-def _gaps(scene: Scene, kept: Mapping[str, Sequence[Kept]], inertia: float) -> Iterable[str]:
-    """What is to be said of heavier flywheels that keep a limit no longer."""
+def _told(scene: Scene, kept: Mapping[str, Sequence[Kept]], inertia: float) -> Iterable[str]:
+    """What is to be said of lighter flywheels that stall the machine, and of heavier ones that keep a limit no longer."""
     square = scene.flywheel_ratio**2
     for name, ranges in kept.items():
+        if ranges[0].lightest:
+            least = figure(ranges[0].first / square, most=5)
+            yield f"{name} is kept by all flywheels with which a steady motion was found, from {least} kg m^2 on"
         rest = [span for span in ranges if span.last >= inertia]
         ends = [*(span.first for span in rest[1:]), np.inf]
         for span, further in zip(rest, ends, strict=True):
             if span.last < np.inf:
-                gap = _range(span.last / square, further / square)
-                yield f"heavier flywheels of {gap} do not keep {name}: it is not that more inertia were always better"
+                yield f"{name} is not kept by heavier flywheels of {_range(span.last / square, further / square)}"

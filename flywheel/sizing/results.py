@@ -628,7 +628,7 @@ class MotorShaft:
 
     @property
     def torque_error(self) -> float:
-        """What the cells leave open of the torque (N m on the motor's shaft) where a current has its own equation."""
+        """What the cells leave open of the torque (N m on the motor's shaft) where it follows states of its own."""
         if not self.run.states or self.run.drive is None:
             return 0.0
         return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio
@@ -639,20 +639,19 @@ class MotorShaft:
         return self.torque(mesh, omega), self.ratio * np.abs(self.motor.slope_at(self.ratio * omega))
 
     def current_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        """Current of the motor over the rated one, and the size of its slope by the crank's speed.
-
-        It is that of its torque where it is a state of its own.
-        """
-        from flywheel.components.motors import DC  # only machines with a motor pay for it
-
-        motor, speed = self.motor, self.ratio * omega
+        """Current of the motor over the rated one, by its own states where it has any; size of its slope by the speed."""
+        motor, speed, run = self.motor, self.ratio * omega, self.run
         assert motor is not None
         here, beside = motor.current_share(speed), motor.current_share(speed * (1.0 + _APART))
+        slope = np.zeros_like(omega)
+        if here is not None and beside is not None:
+            slope = np.abs(beside - here) / (_APART * omega)
+        if motor.circuit is not None and run.along is not None and motor.rated_current is not None:
+            own = self.cycle.mesh
+            flowing = motor.circuit.current(self.ratio * self.omega(own), tuple(run.along))
+            cell, t = cells.located(own, mesh.phi.ravel())
+            here = cells.value(cells.fit(flowing)[cell], t).reshape(mesh.phi.shape) / motor.rated_current
         assert here is not None
-        assert beside is not None
-        slope = np.abs(beside - here) / (_APART * omega)
-        if isinstance(motor, DC) and self.run.states and motor.rated_current is not None:
-            here = np.asarray(motor.current_of_torque(speed, self.torque(mesh, omega)) / motor.rated_current)
         return here, slope
 
     def extremes(self, law: Callable[[Cells, Array], tuple[Array, Array]]) -> tuple[float, float, float]:
