@@ -203,8 +203,8 @@ def read_columns(
     if (rows := len(text.splitlines())) > MOST_ROWS:
         faults.add(f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out what lies on a line")
         return None
-    lines = _split(text)
-    named = lines and not _comma(lines[0]) and not any(map(_NUMBER.fullmatch, lines[0].fields))
+    lines = lines_of(text)
+    named = lines and not torn_number(lines[0].fields) and not any(map(_NUMBER.fullmatch, lines[0].fields))
     header = lines.pop(0) if named else None  # none of its fields is a number, however misspelt
     if not lines:
         faults.add(f"{path}.file", f"no rows of numbers in {show(name)}", "an angle and a value in every row")
@@ -277,7 +277,7 @@ def is_utf16(content: bytes) -> bool:
     return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
 
 
-def _split(text: str) -> list[Line]:
+def lines_of(text: str) -> list[Line]:
     """The lines that hold something besides a comment, split by the separator that the last of them shows.
 
     Separators between double quotes do not count.
@@ -297,9 +297,9 @@ def _split(text: str) -> list[Line]:
     return lines
 
 
-def _comma(line: Line) -> bool:
+def torn_number(fields: Sequence[str]) -> bool:
     """Whether a field is a number with a decimal comma, or two numbers that a decimal comma tore apart."""
-    return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in line.fields)
+    return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in fields)
 
 
 def _column(column: object, header: Line | None, width: int, path: str, faults: Faults) -> int | None:
@@ -338,8 +338,8 @@ def _numbers(
         if wrong > REPORTED:
             continue
         where = f"in line {line.number}"
-        if _comma(line):
-            torn = next(field for field in fields if _comma(Line(0, [field])))
+        if torn_number(line.fields):
+            torn = next(field for field in fields if torn_number([field]))
             faults.add(path, f"{quote(torn)} {where}", "a number", "write 1.5, not 1,5")
         elif len(fields) != width:
             faults.add(path, f"{len(fields)} columns {where}", f"{width}, as in the line before the first row")
