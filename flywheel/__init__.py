@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from flywheel.components import press_work as two_speeds
     from flywheel.components import robot_arm as arm
     from flywheel.components import wheels as wheel
+    from flywheel.designs.catalogue import SuitableMotors, suitable_motors
     from flywheel.designs.optimum import Optimum, optimize
     from flywheel.designs.sensitivities import Sensitivities, sensitivities
     from flywheel.designs.sweep import Sweep, sweep
@@ -73,6 +74,7 @@ _HOMES = {
     "Sensitivities": "designs.sensitivities",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
+    "SuitableMotors": "designs.catalogue",
     "Sweep": "designs.sweep",
     "Tolerance": "designs.tolerance",
     "Tradeoff": "study.tradeoff",
@@ -99,6 +101,7 @@ _HOMES = {
     "stored_energy": "motions.kinetic_energy",
     "sweep": "designs.sweep",
     "time_along": "motions.transients",
+    "suitable_motors": "designs.catalogue",
     "tolerance": "designs.tolerance",
     "tradeoff": "study.tradeoff",
     "transient": "motions.transients",
@@ -159,6 +162,7 @@ __all__ = [
     "Sensitivities",
     "Sizing",
     "Sizings",
+    "SuitableMotors",
     "Sweep",
     "Tolerance",
     "Tradeoff",
@@ -198,6 +202,7 @@ __all__ = [
     "simulate",
     "size",
     "stored_energy",
+    "suitable_motors",
     "sweep",
     "time_along",
     "tolerance",
