@@ -8,6 +8,7 @@ rated point. The flywheel is the smallest that keeps all of that.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
@@ -32,6 +33,7 @@ RATIOS = (ADJUSTED, FIXED)
 RATED = {"motor_heat": 1.0, "motor_rms": 1.0}
 """What is asked of a motor where the scene asks for nothing: within its rated point."""
 _TIE = 1e-9
+_BEST = re.compile(r"at best, (?P<where>.*), it is (?P<share>[-+.\de]+)")
 _WORDS = {
     "motor_heat": "too much heat",
     "motor_rms": "too much torque (root mean square)",
@@ -348,8 +350,8 @@ def _figures(row: CatalogueMotor, found: Sizing) -> MotorChoice:
 def _told(fault: Fault) -> str:
     """Why a motor does not do, from a fault of the machine with it."""
     name = fault.path.removeprefix("flywheel.limits.")
-    if name in _WORDS and ": at best" in fault.found:
-        return f"{_WORDS[name]}: {fault.found.partition('reaches: ')[2]}, of its rating"
+    if name in _WORDS and (best := _BEST.search(fault.found)):
+        return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}"
     if "stalls" in fault.advice:
         return f"stalls: {fault.found}"
     return f"{fault.path}: {fault.found}, expected {fault.expected}"
