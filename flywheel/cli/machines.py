@@ -1,4 +1,4 @@
-"""Commands that compute: `size`, `tradeoff`, `reduce`, `graph`, `reactions`."""
+"""Commands that compute: `size`, `power`, `tradeoff`, `reduce`, `graph`, `reactions`."""
 
 from __future__ import annotations
 
@@ -127,6 +127,15 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
     raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
 
 
+def _angle(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
+    if text is None:
+        return None
+    found = quantity(text, "angle")
+    if found is None:
+        raise click.BadParameter(f'{text!r} is no angle with its unit, such as "30 deg" or "0.5 rad".')
+    return found
+
+
 @click.command(short_help="Print reduced inertia, moment and influence coefficients.")
 @SCENE
 @json_flag()
@@ -213,6 +222,46 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
             with written(plot):
                 draw_graph(shown, plot, scene)
         show(text)
+
+
+@click.command(short_help="Print and draw where the power of a steady cycle goes.")
+@SCENE
+@click.option(
+    "--at",
+    callback=_angle,
+    metavar="ANGLE",
+    help='A crank angle such as "90 deg": the powers there too, and the picture of them, with what is stored.',
+)
+@json_flag()
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
+@click.option("--language", type=click.Choice(["en", "es"]), help="Of table and picture (default en).")
+def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
+    """Print where the power of SCENE goes, from its input through every mesh to the loads, with all that is lost.
+
+    Over the mean of the steady cycle, with the flywheel that is given or sized. Losses and loads sum to the input.
+    """
+    if language is not None and as_json and plot is None:
+        raise click.UsageError("--language is for table and picture: --json is SI, in English.")
+    spare(scene, plot)
+    with reported(scene):
+        from flywheel.language import use
+        from flywheel.numerics.faults import Fault, SceneError
+        from flywheel.sizing import sizing
+
+        found = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
+        if found is None:
+            expected = "a machine: a diagram of areas does not tell where power goes"
+            raise SceneError([Fault("areas", "a diagram of areas", expected)])
+        from flywheel.tables import power_flow as page
+
+        with use(language or "en"):
+            show(page.json(found, at) if as_json else page.text(found, at))
+            if plot is not None:
+                from flywheel.pictures import power_flow as picture
+
+                with written(plot):
+                    picture.plot(found, plot, at=at)
 
 
 # -- reactions -------------------------------------------------------------------------------------------------------
@@ -543,4 +592,4 @@ class _Progress:
             click.echo("\r\x1b[2K", err=True, nl=False, color=True)
 
 
-COMMANDS = (size, reduce, graph, reactions, tradeoff)
+COMMANDS = (size, power, reduce, graph, reactions, tradeoff)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from flywheel.motions.transients import Transient
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
+    from flywheel.sizing.power_flow import PowerFlow
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.study.tradeoff import Tradeoff
     from flywheel.tables.answers import Block
@@ -300,14 +301,26 @@ def picture(sizing: Sizing) -> Figure:
         return draw(sizing)
 
 
-def save_picture(result: Sizing | Sweep, path: str | Path) -> None:
-    """The picture of a sizing or a sweep, written into a file: PNG, SVG or PDF, as its ending says."""
+def power_picture(flow: PowerFlow, at: float | None = None) -> Figure:
+    """The picture of `flywheel power --plot` as a figure of matplotlib, at a crank angle (rad) or over the mean."""
+    from flywheel.pictures.power_flow import draw
+
+    return draw(flow, at)
+
+
+def save_picture(result: Sizing | Sweep | PowerFlow, path: str | Path, at: float | None = None) -> None:
+    """The picture of a result, written into a file: PNG, SVG or PDF, as its ending says; of a power flow `at` an angle."""
+    from flywheel.sizing.power_flow import PowerFlow
     from flywheel.sizing.results import Sizing
 
     if isinstance(result, Sizing):
         from flywheel.pictures.sizing import plot
 
         plot(result, path)
+    elif isinstance(result, PowerFlow):
+        from flywheel.pictures import power_flow
+
+        power_flow.plot(result, path, at=at)
     else:
         from flywheel.pictures import sweeps
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HEATS", "PowerFlow", "ShaftFlow", "Stream", "power_flow"]
 
-HEATS = ("copper", "rotor", "windage")  # kinds of what a motor itself loses
+HEATS = ("copper", "stator", "rotor", "iron", "windage")  # kinds of what a motor itself loses
 LOSSES = (*HEATS, "mesh", "slip", "drag", "damper", "friction", "resistance")  # kinds of all that is lost
 _MOST_CELLS = 2_000  # that powers are worth, beside those of the cycle itself
 _APART = 1e-6  # share by which the speed is changed to see what depends on it
@@ -167,17 +167,16 @@ class PowerFlow:
         found["shafts"] = [row._asdict() for row in self.shafts]
         return found
 
-    def plot(self, path: str | Path | None = None, *, at: float | None = None, style: str = "light") -> Figure | None:
+    def plot(self, path: str | Path | None = None, *, at: float | None = None) -> Figure | None:
         """The Sankey diagram, over the mean or at a crank angle (rad): into a file (PNG, SVG or PDF), or as a figure.
 
-        Raises ValueError for another ending or style, OSError where the file cannot be written.
+        Raises ValueError for another ending, OSError where the file cannot be written.
         """
-        from importlib import import_module  # pictures stand above what they draw
+        import flywheel
 
-        picture = import_module("flywheel.pictures.power_flow")
         if path is None:
-            return picture.figure(self, at=at, style=style)  # type: ignore[no-any-return]
-        picture.plot(self, Path(path), at=at, style=style)
+            return flywheel.notebooks.power_picture(self, at)
+        flywheel.notebooks.save_picture(self, path, at)
         return None
 
 
@@ -420,13 +419,14 @@ def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
     """What a motor takes beside its shaft's power (W), by kind, at its speeds (rad/s) and torques (N m).
 
     Of a DC motor R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"); of an induction motor
-    T (omega_s - omega) ("rotor"). Empty for motors whose kind tells nothing of that.
+    T (omega_s - omega) ("rotor"), and with an efficiency on its plate the copper of its stator ("stator") and its constant
+    losses ("iron"). Empty for motors whose kind tells nothing of that.
     """
     if scene.motor is None:
         return {}
     from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
 
-    motor, found = scene.motor, {}
+    motor, found = scene.motor, dict[str, Array]()
     if isinstance(motor, DC):
         current = motor.current_of_torque(omega, torque)
         found["copper"] = motor.copper_heat(current)
@@ -435,6 +435,9 @@ def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
         if motor.inductance:
             found["inductance"] = motor.inductance * current * motor.current_rate(omega, current)
     elif isinstance(motor, Induction):
+        stator, constant = motor.stator_heat(omega), motor.constant_losses
+        if stator is not None and constant is not None:
+            found |= {"stator": stator, "iron": np.full_like(omega, constant)}
         found["rotor"] = motor.rotor_heat(omega)
     return found
 
@@ -457,7 +460,7 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
     streams = []
     for part, turn, work, one in zip(found.parts, turned, works.tolist(), series, strict=True):
         source, target = (part.target, part.source) if turn else (part.source, part.target)
-        extremes = cells.greatest(one), -cells.greatest(-one)
+        extremes = _above((cells.greatest(one), -cells.greatest(-one)), error, exchanged / period)
         streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, *extremes))
     order = sorted(range(len(streams)), key=lambda k: _rank(streams[k]))
     streams = [streams[k] for k in order]
@@ -482,6 +485,13 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
         mesh=mesh,
         series=series[order],
     )
+
+
+def _above(extremes: tuple[float, float], error: float, scale: float) -> tuple[float, float]:
+    """The greatest and the least power, 0 where that is no more than its error."""
+    high, low = extremes
+    least = error * max(high, -low, scale)
+    return (high if abs(high) > least else 0.0), (low if abs(low) > least else 0.0)
 
 
 _ORDER = ("input", *HEATS, "drive", "shaft", "slip", "mesh", "drag", "damper", "friction", "resistance", "load", "stored")

@@ -1,9 +1,41 @@
-"""What the streams and places of a power flow are called, in the language in use."""
+"""The power flow of a sizing in words: what each stream is called, the table that sums to the input, the sentence on it."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+
+from bondgraph.records import NamedTuple
+from flywheel.language import number
 from flywheel.language import text as _
+from flywheel.numerics.units import columns, figure
 from flywheel.sizing.power_flow import PowerFlow, Stream
+from flywheel.tables.rows import DEGREES, RPM, encoded, page, sentences
+from flywheel.tables.trade_units import SI, TradeUnits, few_digits
+
+_MOST_TOLD = 3  # losses in a sentence
+_TINY = 5e-5  # of the input: a loss that no sentence names
+_DIGITS = 6
+
+
+class Entry(NamedTuple):
+    """A stream with its name and its power (W): on the mean, or at the angle that was asked for."""
+
+    stream: Stream
+    label: str
+    power: float
+
+
+def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
+    """Every stream with its name in the language in use, and its power (W) on the mean or at a crank angle (rad)."""
+    powers = [stream.mean for stream in flow.streams] if at is None else flow.at(at)
+    names = [stream_name(stream, flow) for stream in flow.streams]
+    often, seen = Counter(names), Counter[str]()
+    found = []
+    for stream, name, power in zip(flow.streams, names, powers, strict=True):
+        seen[name] += 1
+        found.append(Entry(stream, f"{name} ({seen[name]})" if often[name] > 1 else name, power))
+    return tuple(found)
 
 
 def places(flow: PowerFlow) -> dict[str, str]:
@@ -14,40 +46,201 @@ def places(flow: PowerFlow) -> dict[str, str]:
     ...          "regime": {"speed": 10}, "flywheel": {"irregularity": 0.02}}
     >>> flow = flywheel.power_flow(flywheel.size(flywheel.load(scene), simulate=False))
     >>> places(flow), [stream_name(stream, flow) for stream in flow.streams]
-    ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load[0] (crank)', 'flywheel'])
+    ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load on crank', 'flywheel'])
     """
     drive = _("drive") if flow.scene.motor is None else _("motor")
-    return {"mains": _("mains"), "drive": drive} | {f"shafts.{name}": shaft_name(name) for name in flow.scene.shafts}
+    known = any(stream.kind in ("stator", "copper") for stream in flow.streams)
+    mains = _("mains") if known or flow.scene.motor is None else _("air gap of the motor")
+    return {"mains": mains, "drive": drive} | {f"shafts.{name}": shaft_name(name) for name in flow.scene.shafts}
 
 
 def shaft_name(name: str) -> str:
     """A shaft by its name; the crank is the crank."""
-    return _("crank") if name == "crank" else _("shaft {name}", name=name)
+    return place(name) if name == "crank" else _("shaft {name}", name=name)
+
+
+def place(name: str) -> str:
+    """A shaft or port in the fewest words."""
+    return _("crank") if name == "crank" else name
 
 
 def stream_name(stream: Stream, flow: PowerFlow) -> str:
-    """What a stream of power is, in a few words."""
-    name, on = stream.name, stream.on
+    """What a stream of power is, in a few words: "load on slider", "belt motor–wheel"."""
+    scene, on = flow.scene, place(stream.on)
+    if len(scene.mechanisms) == 1 and stream.on not in scene.shafts:
+        on = stream.on.removeprefix(f"{scene.mechanisms[0].name}.")
     if stream.kind in ("input", "drive"):
         return places(flow)["mains" if stream.kind == "input" else "drive"]
-    of_kind = {
-        "copper": _("windings of the motor"),
-        "rotor": _("rotor of the motor"),
-        "stator": _("stator of the motor"),
-        "windage": _("friction and fan of the motor"),
-        "shaft": _("to {place}", place=places(flow).get(stream.target, stream.target)),
-        "mesh": _("mesh of {shaft}", shaft=shaft_name(on)),
-        "slip": _("slip at {shaft}", shaft=shaft_name(on)),
-        "drag": _("drag of {shaft}", shaft=shaft_name(on)),
-        "damper": _("damper on {place}", place=shaft_name(on) if on in flow.scene.shafts else on),
-        "friction": _("friction in joints"),
-        "resistance": _("resistance on {place}", place=shaft_name(on) if on in flow.scene.shafts else on),
-    }
-    if stream.kind in of_kind:
-        return of_kind[stream.kind]
+    if stream.kind in ("mesh", "slip", "shaft"):
+        row = next(row for row in flow.shafts if row.shaft == stream.on)
+        pair = "–".join(map(place, (row.shaft, row.on or "crank")))
+        belt = any(other.kind == "slip" and other.on == stream.on for other in flow.streams)
+        words = {"slip": _("slip of belt {shafts}"), "shaft": _("through {shafts}")}
+        return words.get(stream.kind, _("belt {shafts}") if belt else _("mesh {shafts}")).format(shafts=pair)
+    if stream.kind == "load":
+        model = next((load.model for load in scene.loads if load.path == stream.name), "").partition(":")[0]
+        return _("{what} on {place}", what=_model(model), place=on)
     if stream.kind == "stored":
-        end = name.rsplit(".", 1)[-1]
-        of_store = {"flywheel": _("flywheel"), "gravity": _("weights"), "inductance": _("inductance of the motor")}
-        of_store |= {"inertia": _("inertia of {shaft}", shaft=shaft_name(on)), "masses": _("moving masses")}
-        return of_store.get(end, _("spring on {place}", place=on) if name.startswith("spring") else name)
-    return f"{name} ({on})" if stream.kind == "load" and on else name
+        return _stored(stream, on)
+    words = {
+        "copper": _("windings of the motor"),
+        "stator": _("stator of the motor"),
+        "rotor": _("rotor of the motor"),
+        "iron": _("iron and friction of the motor"),
+        "windage": _("friction and fan of the motor"),
+        "drag": _("drag on {place}", place=on),
+        "damper": _("damper on {place}", place=on),
+        "friction": _("friction in joints"),
+        "resistance": _("losses on {place}", place=on),
+    }
+    return words.get(stream.kind, stream.kind)
+
+
+def _model(name: str) -> str:
+    """What a load of a known kind is; without a model a load."""
+    models = {
+        "constant": _("resistance"),
+        "fan": _("fan"),
+        "pump": _("pump"),
+        "belt": _("belt"),
+        "press": _("press"),
+        "punch": _("punch"),
+        "indicator": _("gas"),
+        "compressor": _("compressor"),
+    }
+    return models.get(name, _("load"))
+
+
+def _stored(stream: Stream, on: str) -> str:
+    """What takes power up and gives it back."""
+    known = {
+        "flywheel": _("flywheel"),
+        "gravity": _("weights on {place}", place=on),
+        "inductance": _("inductance of the motor"),
+        "inertia": _("inertia on {shaft}", shaft=on),
+        "masses": _("masses on {shaft}", shaft=on),
+    }
+    return known.get(stream.name.rsplit(".", 1)[-1], _("spring on {place}", place=on))
+
+
+def given(flow: PowerFlow, found: Sequence[Entry]) -> float:
+    """What comes in from outside, and is given back by stores (W): the whole that shares are taken of."""
+    return sum(abs(entry.power) for entry in found if gives(flow, entry))
+
+
+def gives(flow: PowerFlow, entry: Entry) -> bool:
+    """Whether a stream gives at that time what others take: from outside, or out of a store."""
+    kind, power = entry.stream.kind, entry.power
+    if kind == "stored":
+        return power < 0.0
+    if kind == "drive" and any(stream.kind == "input" for stream in flow.streams):
+        return False
+    outside = entry.stream.source in ("mains", "drive") or (kind == "load" and not _on_shaft(entry.stream.source))
+    return kind in ("input", "drive", "load") and (power > 0.0 if outside else power < 0.0)
+
+
+def _on_shaft(source: str) -> bool:
+    return source.startswith("shafts.")
+
+
+# -- the table -----------------------------------------------------------------------------------------------------------
+
+
+def text(flow: PowerFlow, at: float | None = None) -> str:
+    """What `flywheel power` prints: the balance, every stream, every shaft."""
+    title = [flow.scene.title] if flow.scene.title else []
+    return page((sentences(title, ""), balance(flow, at), shafts(flow)))
+
+
+def json(flow: PowerFlow, at: float | None = None) -> str:
+    """What `flywheel power --json` prints, SI throughout."""
+    return encoded({"title": flow.scene.title, **flow.as_dict(at), "error": flow.error}, indent=2)
+
+
+def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
+    """The balance of the mean, stream by stream: what comes in, what is lost, what arrives; then what is only stored."""
+    now = None if at is None else {entry.stream.name + entry.stream.kind: entry.power for entry in entries(flow, at)}
+    mean = entries(flow)
+    whole = given(flow, mean)
+    header = [_("power, W"), _("mean"), _("share, %"), _("least"), _("greatest")]
+    if at is not None:
+        header.append(_("at {angle}°", angle=number(figure(at * DEGREES, most=_DIGITS))))
+
+    def row(entry: Entry, name: str) -> tuple[str, ...]:
+        stream = entry.stream
+        cells = [_watts(flow, stream.mean), _share(stream.mean, whole)]
+        cells += [_watts(flow, stream.least), _watts(flow, stream.greatest)]
+        return (name, *cells, *([] if now is None else [_watts(flow, now[stream.name + stream.kind])]))
+
+    ends: dict[str, list[Entry]] = {"input": [], "lost": [], "output": []}
+    for entry in mean:
+        if entry.stream.lost:
+            ends["lost"].append(entry)
+        elif entry.stream.kind in ("input", "load") or (entry.stream.kind == "drive" and not _electric(flow)):
+            ends["input" if gives(flow, entry) else "output"].append(entry)
+    rows: list[tuple[str, ...]] = []
+    sums = {"input": flow.input, "lost": flow.losses, "output": flow.output}
+    titles = {"input": _("comes in"), "lost": _("is lost"), "output": _("arrives")}
+    blank = ("",) * (len(header) - 3)
+    for key, found in ends.items():
+        if found:
+            rows.append((titles[key], _watts(flow, sums[key]), _share(sums[key], whole), *blank))
+            rows += [row(entry, f"  {entry.label}") for entry in found]
+    rows.append((_("lost and arrived"), _watts(flow, flow.losses + flow.output),
+                 _share(flow.losses + flow.output, whole), *blank))  # fmt: skip
+    stored = [entry for entry in mean if entry.stream.kind == "stored"]
+    if stored:
+        rows.append((_("stored and given back"), *("",) * (len(header) - 1)))
+        rows += [row(entry, f"  {entry.label}") for entry in stored]
+    period = number(figure(flow.period, flow.error * flow.period, _DIGITS))
+    return [_("Power flow over a cycle of {period} s", period=period), *columns(rows, header)]
+
+
+def _electric(flow: PowerFlow) -> bool:
+    return any(stream.kind == "input" for stream in flow.streams)
+
+
+def shafts(flow: PowerFlow) -> list[str]:
+    """Every shaft: its speed, and what its mesh carries on its own side."""
+    header = [_("shaft"), "rpm", _("power to"), _("mean, W"), _("greatest, W"), _("rms, W")]
+    header += [_("mean, N m"), _("greatest, N m"), _("rms, N m")]
+    rows = []
+    for one in flow.shafts:
+        powers = one.power_mean, one.power_greatest, one.power_rms
+        torques = one.torque_mean, one.torque_greatest, one.torque_rms
+        figures = ["" if value is None else _watts(flow, value) for value in (*powers, *torques)]
+        to = "" if one.to is None else place(one.to)
+        rows.append((place(one.shaft), number(figure(one.speed * RPM, 0.0, _DIGITS)), to, *figures))
+    if len(rows) < 2:
+        return []
+    told = _("Shafts: mean speed, and power and torque through the mesh, on its own side")
+    return [told, *columns(rows, header)]
+
+
+def _watts(flow: PowerFlow, value: float) -> str:
+    return number(figure(value, flow.error * max(abs(value), 1e-9 * flow.scale), _DIGITS))
+
+
+def _share(value: float, whole: float) -> str:
+    return number(figure(100 * value / whole, 0.0, 4)) if whole > 0.0 else ""
+
+
+# -- the sentence ----------------------------------------------------------------------------------------------------
+
+
+def sentence(flow: PowerFlow, units: TradeUnits = SI) -> str | None:
+    """How much arrives, and the greatest losses: "92.4 % of 7.31 kW arrive at the tool; belt motor-wheel 290 W, ..."."""
+    share = flow.efficiency
+    if share is None or flow.losses <= _TINY * flow.input:
+        return None
+    lost = sorted((entry for entry in entries(flow) if entry.stream.lost), key=lambda entry: -entry.power)
+    named = [entry for entry in lost if entry.power > _TINY * flow.input]
+    parts = [f"{entry.label} {units.read(entry.power, 'power', 3)}" for entry in named[:_MOST_TOLD]]
+    rest = sum(entry.power for entry in lost[_MOST_TOLD:])
+    if len(named) > _MOST_TOLD:
+        parts.append(_("{n} more {power}", n=len(named) - _MOST_TOLD, power=units.read(rest, "power", 3)))
+    whole = units.read(flow.input, "power", 3)
+    if flow.output <= _TINY * flow.input:
+        return _("All of {power} is lost: {losses}", power=whole, losses=", ".join(parts))
+    told = {"share": few_digits(100 * share, 3), "power": whole, "losses": ", ".join(parts)}
+    return _("{share} % of {power} arrive at the tool; lost: {losses}", **told)
