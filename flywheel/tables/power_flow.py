@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
 from bondgraph.records import NamedTuple
@@ -29,13 +28,8 @@ class Entry(NamedTuple):
 def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
     """Every stream with its name in the language in use, and its power (W) on the mean or at a crank angle (rad)."""
     powers = [stream.mean for stream in flow.streams] if at is None else flow.at(at)
-    names = [stream_name(stream, flow) for stream in flow.streams]
-    often, seen = Counter(names), Counter[str]()
-    found = []
-    for stream, name, power in zip(flow.streams, names, powers, strict=True):
-        seen[name] += 1
-        found.append(Entry(stream, f"{name} ({seen[name]})" if often[name] > 1 else name, power))
-    return tuple(found)
+    rows = zip(flow.streams, powers, strict=True)
+    return tuple(Entry(stream, stream_name(stream, flow), power) for stream, power in rows)
 
 
 def places(flow: PowerFlow) -> dict[str, str]:
@@ -65,7 +59,14 @@ def place(name: str) -> str:
 
 
 def stream_name(stream: Stream, flow: PowerFlow) -> str:
-    """What a stream of power is, in a few words: "load on slider", "belt motor–wheel"."""
+    """What a stream of power is, in a few words: "belt motor–wheel", "load on slider (2)" where there are more of them."""
+    name = _name(stream, flow)
+    alike = [other for other in flow.streams if _name(other, flow) == name]
+    return name if len(alike) == 1 else f"{name} ({alike.index(stream) + 1})"
+
+
+def _name(stream: Stream, flow: PowerFlow) -> str:
+    """The same without a number."""
     scene, on = flow.scene, place(stream.on)
     if len(scene.mechanisms) == 1 and stream.on not in scene.shafts:
         on = stream.on.removeprefix(f"{scene.mechanisms[0].name}.")
