@@ -94,7 +94,12 @@ def test_power_comes_to_every_place_as_it_leaves_it_at_every_angle(answer: dict)
         if place.startswith("shafts."):
             assert sense @ powers == pytest.approx(0.0, abs=1e-9 * np.abs(powers).max())
     assert found["input"] == pytest.approx(found["output"] + found["losses"], rel=1e-9)
-    assert {stream["label"] for stream in found["streams"]} >= {"drive", "flywheel", "weights on crank", "load on slider (1)"}
+    assert {stream["label"] for stream in found["streams"]} >= {
+        "drive",
+        "flywheel",
+        "weights on crank",
+        "load on slider (1)",
+    }
 
 
 def test_reactions_are_those_of_joint_forces(press: Sizing, answer: dict) -> None:
