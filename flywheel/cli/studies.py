@@ -1,4 +1,4 @@
-"""Commands that compare designs: `sweep`, `sensitivities`, `tolerance`, `optimize`."""
+"""Commands that compare designs: `sweep`, `sensitivities`, `tolerance`, `optimize`, `motor`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from flywheel.cli.common import SCENE, json_flag, loaded, plot_option, reported, show, spare, within, written
+from flywheel.cli.common import (
+    SCENE,
+    csv_flag,
+    exclusive,
+    json_flag,
+    loaded,
+    plot_option,
+    quantity,
+    reported,
+    show,
+    spare,
+    within,
+    written,
+)
 
 if TYPE_CHECKING:
     from flywheel.numerics.faults import SceneError
@@ -396,4 +409,78 @@ def optimize(
             click.echo(message, err=True)
 
 
-COMMANDS = (sweep, sensitivities, tolerance, optimize)
+@click.command(short_help="Choose a motor, with its flywheel, from a table of motors.")
+@SCENE
+@click.option(
+    "--catalogue",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="FILE.csv",
+    help="The table: name, power, speed, poles, frequency, breakdown_ratio, inertia, price... (topic catalogue).",
+)
+@click.option(
+    "--ratio",
+    type=click.Choice(["adjusted", "fixed"]),
+    help="adjusted (default where the motor has a shaft of its own): the ratio of its shaft is chosen with each motor, so "
+    "that the crank keeps its speed; fixed: it is the scene's.",
+)
+@click.option("--at", metavar="ANGLE", help='Crank angle from which the machine starts, such as "30 deg" (default: 0).')
+@click.option("--skip-faulty", is_flag=True, help="Leave out rows of the table that are at fault, instead of refusing it.")
+@click.option("--rtol", type=float, callback=within(*_RTOL), help="Relative error asked of each flywheel.")
+@click.option("--rows", type=click.IntRange(1, 10_000), default=_ROWS, show_default=True, help="Motors in the table shown.")
+@json_flag()
+@csv_flag()
+def motor(
+    scene: Path,
+    catalogue: Path,
+    ratio: str | None,
+    at: str | None,
+    skip_faulty: bool,
+    rtol: float | None,
+    rows: int,
+    as_json: bool,
+    as_csv: bool,
+) -> None:
+    """Size SCENE with every motor of a table in place of its drive: those that do with their flywheel, the cheapest first.
+
+    The others are told with the reason: too weak to start the machine, or to carry it; too hot; a limit that no flywheel
+    reaches. Each stays within its rated heat and torque unless [flywheel.limits] say otherwise. Ctrl-C ends the search and
+    shows what is finished.
+    """
+    exclusive(json=as_json, csv=as_csv)
+    angle = 0.0 if at is None else quantity(at, "angle")
+    if angle is None:
+        raise click.BadParameter(f'{at!r} is no angle with its unit, such as "30 deg".', param_hint="--at")
+    with reported(scene):
+        from flywheel.designs import catalogue as study
+        from flywheel.numerics.faults import SceneError
+        from flywheel.reading.catalogue import read_catalogue
+        from flywheel.tables import designs
+        from flywheel.tables.rows import encoded
+
+        given = loaded(scene)
+        try:
+            table = read_catalogue(catalogue, skip_faulty=skip_faulty)
+        except SceneError as error:
+            for fault in error.faults:
+                click.echo(str(fault), err=True)
+            sys.exit(1)
+        for fault in table.faults:
+            click.echo(f"left out: {fault}", err=True)
+        with _arguments({"ratio": None}):
+            found = study.suitable_motors(given, table, ratio=ratio, at=angle, rtol=rtol, progress=None)
+        if as_csv:
+            show(designs.motors_csv(found))
+        else:
+            show(encoded(found.as_dict(), indent=2) if as_json else designs.motors_text(found, rows))
+        for note in found.notes if as_json or as_csv else ():
+            click.echo(note, err=True)
+    if found.missing:
+        click.echo(f"interrupted: {found.missing} motors were not looked at; the table holds those before", err=True)
+        sys.exit(130)
+    if not found.suitable:
+        click.echo("no motor of the table does", err=True)
+        sys.exit(1)
+
+
+COMMANDS = (sweep, sensitivities, tolerance, optimize, motor)

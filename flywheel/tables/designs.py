@@ -1,4 +1,4 @@
-"""Sensitivities, tolerances and optima, told on a terminal of 80 columns."""
+"""Sensitivities, tolerances, optima and the choice of a motor, told on a terminal of 80 columns."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import degrees, isnan, pi
 from textwrap import wrap
 
+from flywheel.designs.catalogue import MotorChoice, SuitableMotors
 from flywheel.designs.figures import FIGURES
 from flywheel.designs.optimum import Limit, Optimum
 from flywheel.designs.sensitivities import Derivative, Sensitivities
@@ -277,3 +278,87 @@ def _indented(sentence: str) -> list[str]:
 def _cut(lines: Iterable[str]) -> list[str]:
     """Lines as wide as the terminal at most: what is beyond is for --json."""
     return [line if len(line) <= WIDTH else f"{line[: WIDTH - 1].rstrip()}…" for line in lines]
+
+
+# -- the choice of a motor ---------------------------------------------------------------------------------------------
+
+_WIDE = 20  # characters of a motor's name
+
+
+def motors_text(found: SuitableMotors, rows: int = 20) -> str:
+    """The motors that do, the cheapest first, in at most so many rows; then the others with their reasons."""
+    count = len(found.suitable) + len(found.refused)
+    title = f"Motors that do: {len(found.suitable)} of {count}"
+    if found.missing:
+        title += f"; INTERRUPTED, {found.missing} more were not looked at"
+    lines = [title]
+    if found.suitable:
+        head = ("", "kW", "rpm", "ratio", "flywheel", "crank", "eps", "heat", "torque", *_currency(found))
+        units = ("", "", "rated", "", "kg m²", "rpm", "", "%", "rms, %", *("" for _ in _currency(found)))
+        table = [units, *(_motor_cells(choice, bool(_currency(found))) for choice in found.suitable[:rows])]
+        kept = [k for k in range(len(head)) if k == 0 or any(row[k] for row in table[1:])]
+        lines += columns([[row[k] for k in kept] for row in table], [head[k] for k in kept], gap=" ")
+        if len(found.suitable) > rows:
+            lines.append(f"  and {len(found.suitable) - rows} more (--rows)")
+        lines += wrap(f"The flywheel is on {found.on}; {_bound(found)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
+    others = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in found.refused]
+    refused = [line for told in others for line in wrap(told, WIDTH, initial_indent="  ", subsequent_indent="    ")]
+    notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
+    return page([lines, ["Motors that do not", *refused] if refused else [], notes])
+
+
+def _bound(found: SuitableMotors) -> str:
+    bound = {choice.binding for choice in found.suitable if choice.binding not in (None, "irregularity")}
+    if not bound:
+        return "heat and torque are shares of the rated point."
+    names = ", ".join(f"{_short(c.motor.name)} by {c.binding}" for c in found.suitable if c.binding in bound)
+    return f"heat and torque are shares of the rated point. Larger than for the irregularity alone: {names}."
+
+
+def _short(name: str) -> str:
+    told = printable(name)
+    return told if len(told) <= _WIDE else f"{told[: _WIDE - 1]}…"
+
+
+def _currency(found: SuitableMotors) -> list[str]:
+    """The heading of the prices, if there are any."""
+    priced = [choice.motor.currency for choice in found.suitable if choice.motor.price is not None]
+    return [priced[0] or "price"] if priced else []
+
+
+def _motor_cells(choice: MotorChoice, priced: bool) -> list[str]:
+    """A motor's row."""
+    rated = choice.motor.motor.rated
+
+    def cell(value: float | None, digits: int = 4) -> str:
+        return "" if value is None else figure(value, 0.0, digits)
+
+    cells = [
+        _short(choice.motor.name),
+        cell(None if rated is None else rated.power / 1e3),
+        cell(None if rated is None else rated.speed * 30 / pi),
+        cell(choice.ratio),
+        cell(choice.flywheel, 5),
+        cell(None if choice.speed is None else choice.speed * 30 / pi),
+        cell(choice.irregularity, 3),
+        *(cell(None if share is None else 100 * share, 3) for share in (choice.heat_share, choice.rms_torque_share)),
+    ]
+    return [*cells, cell(choice.motor.price, 7)] if priced else cells
+
+
+def motors_csv(found: SuitableMotors) -> str:
+    """The same as CSV, SI throughout, a row for each motor."""
+    from csv import writer
+    from io import StringIO
+
+    rows, units = [choice.as_dict() for choice in (*found.suitable, *found.refused)], _MOTOR_UNITS
+    stream = StringIO()
+    lines = writer(stream, lineterminator="\n")
+    if rows:
+        lines.writerow([f"{name} [{units[name]}]" if name in units else name for name in rows[0]])
+    for row in rows:
+        lines.writerow([("1" if value else "0") if isinstance(value, bool) else value for value in row.values()])
+    return stream.getvalue()
+
+
+_MOTOR_UNITS = {"power": "W", "rated_speed": "rad/s", "inertia": "kg m^2", "flywheel": "kg m^2", "speed": "rad/s"}
