@@ -1,11 +1,15 @@
 """The equation of motion of a machine with losses in its meshes: on a mesh of crank angles, and at instants of a motion.
 
-A machine is its crank and the parts that hang on it through meshes of an efficiency. With I of a part and M on it, both
-reduced to the crank (angle phi, speed omega), the acceleration alpha = domega/dt = d(omega²/2)/dphi follows from
+A machine is its crank and parts in a tree, each on the crank or on another part through a mesh of an efficiency. With I of
+a part and M on it, both reduced to the crank (angle phi, speed omega), what its mesh passes to it is
 
-    sum over the parts of k (I alpha + ½ dI/dphi omega² - M) = 0,
+    tau = I alpha + ½ dI/dphi omega² - M + sum of k tau over the parts that hang on it,
 
-where the crank gives k = 1/efficiency for each N m that it passes to a part, and k = efficiency for each that it takes.
+alpha = domega/dt = d(omega²/2)/dphi, where the nearer side gives k = 1/efficiency for each N m that passes outwards, and
+gets k = efficiency for each that comes back. Nothing passes to the crank itself. With K of a part, the product of k over
+all meshes from the crank to it, alpha follows from
+
+    sum over the parts of K (I alpha + ½ dI/dphi omega² - M) = 0.
 
 `Moments` walks what depends on position alone once, on a whole mesh, and evaluates what depends on speed there as often as
 wanted, with its slope: series and cells of the steady regime rest on it. `Dynamics` gives the same at any position, speed
@@ -88,33 +92,59 @@ def _solved(
     inertias: Sequence[Any],
     bare: Sequence[Any],
     factors: tuple[Any, ...],
-    fitting: Callable[[tuple[Any, ...]], tuple[Any, ...]] | None,
-) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
-    """The equation of motion sum k (I alpha + bare) = 0 with bare = ½ I' omega² - M, for numbers or arrays.
+    near: Sequence[int],
+    felt: Callable[[Any, int], Any] | None,
+) -> tuple[Any, tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The equation of motion sum K (I alpha + bare) = 0 with bare = ½ I' omega² - M, for numbers or arrays.
 
-    The sum grows with alpha whatever the directions, so that one set of them fits.
+    What each mesh passes grows with alpha, and so does the sum, whichever way the meshes pass power: one set of directions
+    fits. As a function of alpha the sum is convex (concave backwards), so that Newton's method, which this is, ends.
 
     Args:
         inertias: I of every part (kg m², on the crank).
         bare: ½ I' omega² - M of every part (N m).
-        factors: k of every part to begin with.
-        fitting: gives the factors for what the crank passes; None where those given are to be kept.
+        factors: K of every part to begin with.
+        near: the part that each hangs on, which stands before it.
+        felt: gives k of a part's mesh, by its place, for what it passes; None where the factors given are to be kept.
 
     Returns:
-        The acceleration d(omega²/2)/dphi, what the crank passes to every part, and what it gives for each N m of that.
+        The acceleration d(omega²/2)/dphi, what accelerates each part and moves it against its own load (N m), what its mesh
+        passes to it, and what the crank gives for each N m of the former.
 
     """
     for _ in range(2 + 2 ** len(inertias)):
         weight = sum(k * i for k, i in zip(factors, inertias, strict=True))
         acceleration = -sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
-        passed = tuple(i * acceleration + b for i, b in zip(inertias, bare, strict=True))
-        found = factors if fitting is None else fitting(passed)
+        own = tuple(i * acceleration + b for i, b in zip(inertias, bare, strict=True))
+        passed, found = _passed(own, near, factors, felt)
         if all(
             a is b or (a == b if isinstance(a, float) else np.array_equal(a, b)) for a, b in zip(found, factors, strict=True)
         ):
             break
         factors = found
-    return acceleration, passed, factors
+    return acceleration, own, passed, factors
+
+
+def _passed(
+    own: Sequence[Any], near: Sequence[int], factors: tuple[Any, ...], felt: Callable[[Any, int], Any] | None
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """What each mesh passes (N m, on the crank), for what each part takes for itself, from the far ends inwards; and K.
+
+    With `felt`, what the nearer side of a mesh gives follows from what that mesh passes; else it is that of the factors K.
+    """
+    passed, given = list(own), [factors[0]] * len(own)
+    for k in range(len(own) - 1, 0, -1):
+        inner = near[k]
+        if felt is not None:
+            given[k] = felt(passed[k], k)
+        if inner:
+            ratio = given[k] if felt is not None else factors[k] / factors[inner]
+            passed[inner] = passed[inner] + ratio * passed[k]
+    if felt is None:
+        return tuple(passed), factors
+    for k in range(1, len(own)):
+        given[k] = given[k] * given[near[k]] if near[k] else given[k]
+    return tuple(passed), tuple(given)
 
 
 class Moments:
@@ -136,6 +166,7 @@ class Moments:
         self.slope: Array = np.asarray(sum(part.slope for part in self.parts))
         self.steepness: Array = np.asarray(sum(part.steepness for part in self.parts))
         self.lossy = any(part.stage.efficiency < 1.0 for part in self.parts)
+        self.near = [part.stage.near for part in self.parts]
         self.circuit = circuit_of(machine.scene)
         self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
 
@@ -183,12 +214,10 @@ class Moments:
         Inertias that vary are driven, but nothing is accelerated.
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
-        acting, transmitted = self._unaccelerated(omega, unknown)
+        acting, _, factors = self._unaccelerated(omega, unknown)
         plain = _together(acting)
         if not self.lossy:
             return _lossless(plain)
-        efficiencies = [part.stage.efficiency for part in self.parts]
-        factors = [np.where(tau > 0.0, 1.0 / eta, eta) for eta, tau in zip(efficiencies, transmitted, strict=True)]
         moment, by_unknown, exchanged = _felt(factors, acting, [0.5 * part.slope * omega**2 for part in self.parts])
         return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_states, exchanged)
 
@@ -224,23 +253,29 @@ class Moments:
         return cells.total(np.sum(rows, axis=0), self.mesh.half)
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
-        """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
+        """What each lossy mesh transmits outwards at a constant speed: its losses have a kink where that is zero."""
         if not self.lossy:
             return []
         return self._of_lossy(self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)[1])
 
-    def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], list[Array]]:
-        """What acts on every part at a constant speed, and what the crank transmits to each."""
+    def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], tuple[Array, ...], tuple[Array, ...]]:
+        """What acts on every part at a constant speed, what its mesh transmits, and what the crank gives for its share."""
         states = self.steady_states(omega)
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
-        return acting, [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
+        own = [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
+
+        def felt(passed: Array, k: int) -> Array:
+            eta = self.parts[k].stage.efficiency
+            return np.where(passed > 0.0, 1.0 / eta, eta)
+
+        return acting, *_passed(own, self.near, (1.0,) * len(own), felt)
 
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
         """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one."""
         return () if self.circuit is None else self.circuit.steady(self.drive_ratio * omega)
 
     def transmitted(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> list[Array]:
-        """What each lossy mesh transmits from the crank (N m, on the crank)."""
+        """What each lossy mesh transmits outwards (N m, on the crank)."""
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         return self._of_lossy(self._bend(acting, omega, inertia)[1])
 
@@ -283,13 +318,14 @@ class Moments:
         """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
         bare = [part.slope * (0.5 * omega * omega) - act.moment for part, act in zip(self.parts, acting, strict=True)]
-        efficiencies = [part.stage.efficiency for part in self.parts]
 
-        def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
-            rows = zip(efficiencies, passed, strict=True)
-            return tuple(np.where(self._deciding(tau) > 0.0, 1.0 / eta, eta) for eta, tau in rows)
+        def felt(passed: Array, k: int) -> Array:
+            eta = self.parts[k].stage.efficiency
+            return np.where(self._deciding(passed) > 0.0, 1.0 / eta, eta)
 
-        return _solved(inertias, bare, tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts), fitting)
+        start = tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts)
+        acceleration, _, passed, factors = _solved(inertias, bare, start, self.near, felt)
+        return acceleration, passed, factors
 
     def drive(self, omega: Array, unknown: float, states: States = ()) -> Array:
         """The drive's share of F (N m, on the crank), before losses."""
@@ -379,8 +415,9 @@ class Instant(NamedTuple):
     """What a machine does at one instant, at its crank: acceleration (rad/s²), moment M* less losses (N m), I* + J (kg m²).
 
     `loss` is what the meshes take of the moment (N m), `rates` those of a motor's own states (per second). The energy of the
-    machine changes by moment * omega. `passed` is what the crank passes to every stage (N m), and `factors` what it gives
-    for that: 1/efficiency where it drives, efficiency where it is driven. `friction` is that of rough joints: it is part of
+    machine changes by moment * omega. `passed` is what the mesh of every stage passes outwards (N m), and `factors` what the
+    crank gives for what a stage takes for itself: of each mesh on the way 1/efficiency where power goes outwards, efficiency
+    where it comes back. `friction` is that of rough joints: it is part of
     the moment; NaN where it leaves no motion.
     """
 
@@ -467,6 +504,11 @@ class Dynamics:
         from flywheel.machine.passive_resistances import PassiveResistances  # only linkages have friction
 
         return PassiveResistances(self.machine)
+
+    @cached_property
+    def _near(self) -> list[int]:
+        """The stage that each meshes with."""
+        return [stage.near for stage in self.machine.stages]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.machine, self.inertia, self.balance)
@@ -885,13 +927,13 @@ class Dynamics:
         else:
             forwards = 1.0 if factors is not None or np.all((omega if sense is None else sense) >= 0.0) else -1.0
 
-            def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
-                pairs = zip(parts, passed, strict=True)
-                return tuple(1.0 / p.efficiency if forwards * tau > 0.0 else p.efficiency for p, tau in pairs)
+            def felt(passed: Any, k: int) -> float:
+                return 1.0 / parts[k].efficiency if forwards * passed > 0.0 else parts[k].efficiency
 
-            given, fits = (factors, None) if factors else ((1.0,) * len(parts), fitting if factors is None else None)
-            acceleration, passed, used = _solved([p.inertia for p in parts], bare, given, fits)
-            loss = sum((k - 1.0) * tau for k, tau in zip(used, passed, strict=True))
+            given, by_mesh = (factors, None) if factors else ((1.0,) * len(parts), felt if factors is None else None)
+            found = _solved([p.inertia for p in parts], bare, given, self._near, by_mesh)
+            acceleration, own, passed, used = found
+            loss = sum((k - 1.0) * tau for k, tau in zip(used, own, strict=True))
         return Instant(
             acceleration=acceleration,
             moment=sum(part.moment for part in parts) - loss,

@@ -141,7 +141,7 @@ class Effort:
         key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
         if load.model:
             key = "motor" if load.path == "drive" else "model"
-        self.path = f"{load.path}.{key}"
+        self.path = load.path if load.drag else f"{load.path}.{key}"
         self._parameters = parameters
         self._law = Pieces(load.law) if isinstance(load.law, Table) else load.law
         self._always = load.start is None and load.sense == 0
@@ -352,9 +352,13 @@ def crank_angles(local: float | Array, every: float, place: Place, cycle: float)
 
 
 class Stage(NamedTuple):
-    """What hangs on the crank through one mesh of an efficiency (1: on the crank itself), reduced to the crank."""
+    """What hangs on a mesh of an efficiency without further loss (1: on the crank itself), reduced to the crank.
+
+    `near` is the place, among the machine's stages, of the one that it meshes with, which stands before it.
+    """
 
     shaft: str
+    near: int
     efficiency: float
     carries_flywheel: bool
     drives: bool
@@ -482,9 +486,9 @@ class Machine:
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
-        """The crank with all that hangs on it without loss, then every shaft whose mesh with it has losses."""
+        """The crank with all that hangs on it without loss, then every shaft whose mesh has losses, nearer ones first."""
         scene, graph = self.scene, self.graph
-        lossy = [name for name, efficiency in scene.efficiencies.items() if efficiency < 1.0]
+        lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
         mine: dict[str, set[str]] = {shaft: set() for shaft in ("crank", *lossy)}
         shafts = {mechanism.name: mechanism.shaft for mechanism in scene.mechanisms}
         for name, element in graph.elements.items() if lossy else ():
@@ -493,14 +497,14 @@ class Machine:
                 junction = bond.tail if bond.head == name else bond.head
                 owner = junction.partition(".")[0]
                 shaft = junction if junction in scene.shafts else shafts.get(owner, owner)
-                mine[shaft if shaft in lossy else "crank"].add(name)
-        flywheel, drive = (
-            on if on in lossy else "crank" for on in (scene.flywheel_on, scene.drive.on if scene.drive is not None else "")
-        )
-        whole = self.reduction
+                mine[self.stage_of(shaft)].add(name)
+        flywheel = self.stage_of(scene.flywheel_on)
+        drive = self.stage_of(scene.drive.on) if scene.drive is not None else "crank"
+        whole, order = self.reduction, ["crank", *lossy]
         return tuple(
             Stage(
                 shaft=shaft,
+                near=order.index(self.stage_of(scene.near(shaft))),
                 efficiency=scene.efficiencies.get(shaft, 1.0),
                 carries_flywheel=flywheel == shaft,
                 drives=drive == shaft,
@@ -508,6 +512,12 @@ class Machine:
             )
             for shaft, names in mine.items()
         )
+
+    def stage_of(self, shaft: str) -> str:
+        """The shaft of the stage that a shaft belongs to: the next inwards whose mesh has losses, or the crank."""
+        scene = self.scene
+        on_way = scene.inwards(shaft) if scene.efficiencies and shaft in scene.shafts else ()
+        return next((name for name in on_way if scene.efficiencies.get(name, 1.0) < 1.0), "crank")
 
     @cached_property
     def one_ports(self) -> dict[str, set[str]]:
@@ -853,17 +863,19 @@ class Machine:
         acting: Iterable[Any] = (*(effort.load for effort in self.efforts), *scene.springs, *scene.dampers, *scene.inertias)
         occupied = {*(item.on for item in acting), *([scene.flywheel_on] * bool(flywheel))}
         needed = self._needed(self.places if bare or moved else occupied)
-        for name, ratio in scene.shafts.items():
+        for name, speed in scene.shafts.items():
             if name == element or name not in needed:
                 continue
+            on = scene.near(name)
+            ratio = speed / scene.shafts[on]
             compliance = None if rigid else scene.compliances.get(name)
             if compliance is None:
-                builder.sum(name, [("crank", ratio)], "rotation").displacement(f"phi_{name}", name)
+                builder.sum(name, [(on, ratio)], "rotation").displacement(f"phi_{name}", name)
                 continue
             twisting = [C(f"{name}.compliance", stiffness=compliance.stiffness, part=f"twist of {name}")]
             if compliance.damping:
                 twisting.append(R(f"{name}.damping", compliance.damping, part=f"twist of {name}"))
-            builder.sum(f"{name}.gear", [("crank", ratio)], "rotation")
+            builder.sum(f"{name}.gear", [(on, ratio)], "rotation")
             builder.one(name, "rotation", displacement=f"phi_{name}")
             builder.between(f"{name}.gear", name, *twisting, name=f"{name}.twist")
         for mechanism in scene.mechanisms:
@@ -888,7 +900,7 @@ class Machine:
     def _needed(self, places: Iterable[str]) -> set[str]:
         """Junctions at these places, those that carry something, and those that lead to them."""
         carrying = {self.places[place].junction for place in places}
-        parents: dict[str, tuple[str, ...]] = {}
+        parents: dict[str, tuple[str, ...]] = {name: (self.scene.near(name),) for name in self.scene.transmissions}
         for mechanism in self.scene.mechanisms:
             family = self._families[mechanism.name]
             for v in family.velocities:

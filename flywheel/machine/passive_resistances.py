@@ -243,7 +243,7 @@ class PassiveResistances:
     def _stage(self, shaft: str) -> int:
         """The number of the stage that a shaft belongs to."""
         names = [stage.shaft for stage in self.machine.stages]
-        return names.index(shaft) if shaft in names else 0
+        return names.index(self.machine.stage_of(shaft))
 
     def _gain(self, effort: Effort, phi: Any) -> Any:
         """Rate of a load's place by the crank's, at crank angles."""

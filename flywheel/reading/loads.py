@@ -20,6 +20,7 @@ from flywheel.reading.fields import (
     Places,
     Setting,
     as_table,
+    child,
     default_period,
     exactly_one,
     expectation,
@@ -109,6 +110,16 @@ def read_loads(raw: object, places: Places, setting: Setting) -> tuple[Load, ...
         section = section._replace(keys=keys)
     found = (_load(item, place, places, setting) for item, place in _listed(raw, section, places, setting))
     return tuple(load for load in found if load is not None)
+
+
+def read_drags(drags: Mapping[str, float], setting: Setting) -> tuple[Load, ...]:
+    """The constant torques (N m) against the rotation of shafts, by their names."""
+    if setting.cycle is None:
+        return ()
+    once, every = setting.stroke is not None, setting.cycle
+    return tuple(
+        Load(name, -drag, every, path=f"{child('shafts', name)}.drag", once=once, drag=True) for name, drag in drags.items()
+    )
 
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:

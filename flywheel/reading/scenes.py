@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
-from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show
+from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show, suggestion
 from flywheel.numerics.functions import cos
 from flywheel.numerics.units import (
     QuantityError,
@@ -49,11 +50,11 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.loads import Drive, read_dampers, read_drive, read_inertias, read_loads, read_springs
+from flywheel.reading.loads import Drive, read_dampers, read_drags, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.schema import AREAS_EXCLUDE, LIMITS, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
-from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
+from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke, Transmission
 
 if TYPE_CHECKING:
     from flywheel.scene.linkage import Linkage
@@ -463,7 +464,8 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         faults.add("scene", "no machine" if raw else "nothing", "a machine", f"one of {', '.join(MACHINE)} at least")
     top = read_fields({name: raw[name] for name in known if name in raw}, TOP, "", faults)
     stroke = read_stroke(raw, faults)
-    shafts, compliances, efficiencies = _shafts(raw.get("shafts"), stroke, faults)
+    train = _shafts(raw.get("shafts"), raw.get("drive"), stroke, faults)
+    shafts = train.speeds
     parameters, units, unknowns = _parameters(raw.get("parameters"), faults)
     if stroke is None:
         regime = _section(raw, "regime", faults)
@@ -485,7 +487,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     machine: dict[str, Any] = {
         "mechanisms": mechanisms,
         "inertias": inertias,
-        "loads": read_loads(raw.get("load"), places, setting),
+        "loads": (*read_loads(raw.get("load"), places, setting), *read_drags(train.drags, setting)),
         "springs": read_springs(raw.get("spring"), places, setting),
         "dampers": read_dampers(raw.get("damper"), places, setting),
         "drive": drive.load,
@@ -517,8 +519,9 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         cycle=cycle,
         stroke=stroke,
         shafts=shafts,
-        compliances=compliances,
-        efficiencies=efficiencies,
+        compliances=train.compliances if stroke is None else {},
+        efficiencies=train.efficiencies,
+        transmissions=train.transmissions,
         parameters=parameters,
         units=units,
         gravity=gravity,
@@ -541,48 +544,134 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
-def _shafts(
-    raw: object, stroke: Stroke | None, faults: Faults
-) -> tuple[dict[str, float], dict[str, Compliance], dict[str, float]]:
-    """Speeds of shafts over that of the reduction element, which comes first; which of them twist; whose meshes have losses.
+class Shafts(NamedTuple):
+    """The shafts of a scene: speeds over that of the reduction element, which comes first, and what joins them.
+
+    `drags` are the torques (N m) against the rotation of shafts, where they have any.
+    """
+
+    speeds: dict[str, float]
+    transmissions: dict[str, Transmission]
+    compliances: dict[str, Compliance]
+    drags: dict[str, float]
+
+    @property
+    def efficiencies(self) -> dict[str, float]:
+        """The share of power that passes the mesh of a shaft, where some of it is lost."""
+        return {
+            name: one.share for name, one in self.transmissions.items() if not (one.efficiency == 1.0 and one.slip == 0.0)
+        }
+
+
+def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -> Shafts:
+    """The tree of shafts; `drive` is the scene's, whose place tells which side of a belt that slips runs slower.
 
     A shaft whose ratio is at fault can still be named. Along a stroke there is only the reduction element.
     """
-    ratios, efficiencies = {"crank": 1.0}, dict[str, float]()
-    compliances: dict[str, Compliance] = {}
-    for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
-        path, is_crank = child("shafts", name), name == "crank"
+    found = Shafts({"crank": 1.0}, {}, {}, {})
+    tables = (None if raw is None else as_table(raw, "shafts", faults)) or {}
+    for name, item in tables.items():
+        path = child("shafts", name)
         check_name(name, path, faults)
         table = as_table(item, path, faults)
-        fields = {} if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)
-        ratio, stiffness, damping, efficiency = map(fields.get, ("ratio", "stiffness", "damping", "efficiency"))
-        if is_crank and ratio not in (None, 1.0):
-            faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
-        ratios[name] = 1.0 if ratio is None or is_crank else ratio
-        if is_crank and (stiffness, damping) != (None, None):
-            advice = "name the far side as a shaft"
-            faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", advice)
-        if stiffness is not None:
-            compliances[name] = Compliance(stiffness, damping or 0.0)
-        elif damping is not None and table is not None and "stiffness" not in table:
-            faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
-        if efficiency in (None, 1.0):
-            continue
-        efficiencies[name], where = efficiency, f"{path}.efficiency"
-        if is_crank:
-            advice = "losses arise where another shaft meshes with it"
-            faults.add(where, f"{efficiency:g}", "none on the crank", advice)
-        elif stiffness is not None:
-            faults.add(where, f"{efficiency:g} on a compliant shaft", "one of the two", "put the losses on another shaft")
+        _shaft(found, name, {} if table is None else table, table is not None, path, faults)
     if stroke is None:
-        return ratios, compliances, efficiencies
-    for name in ratios:
+        return _tree(found, drive, faults)
+    for name in found.transmissions:
         path = child("shafts", name)
-        if stroke.sliding and name != "crank":
+        if stroke.sliding:
             faults.add(path, "a shaft beside a driver that slides", "none", "nothing can be geared to it")
-        elif name in compliances and name != "crank":
+        elif name in found.compliances:
             faults.add(path, "a compliant shaft beside [stroke]", "a rigid one", "leave stiffness out")
-    return {"slide": 1.0} if stroke.sliding else ratios, {}, {}
+        elif name in found.efficiencies:
+            faults.add(path, "a mesh with losses beside [stroke]", "one without", "leave efficiency and slip out")
+    if stroke.sliding:
+        return Shafts({"slide": 1.0}, {}, {}, {})
+    return _tree(found, drive, faults)
+
+
+def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, path: str, faults: Faults) -> None:
+    """One shaft's table, added to those that were read."""
+    crank = name == "crank"
+    keys = [key._replace(required=key.required and not crank) for key in SECTIONS["shafts"].keys]
+    fields: Fields = read_fields(table, keys, path, faults) if there else {key.name: key.default for key in keys}
+    ratio, stiffness, damping, efficiency, slip = map(fields.get, ("ratio", "stiffness", "damping", "efficiency", "slip"))
+    drag = fields["drag"]
+    if not (drag is None or drag == 0.0):
+        shafts.drags[name] = drag
+    if crank:
+        _check_crank(table, fields, path, faults)
+        return
+    on = fields["on"] if isinstance(fields["on"], str) else "crank"
+    known = (1.0 if ratio is None else ratio, 1.0 if efficiency is None else efficiency, slip or 0.0, drag or 0.0)
+    shafts.transmissions[name] = Transmission(on, *known)
+    if stiffness is not None:
+        shafts.compliances[name] = Compliance(stiffness, damping or 0.0)
+    elif damping is not None and "stiffness" not in table:
+        faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
+    if stiffness is not None:
+        for key, value, none in (("efficiency", efficiency, 1.0), ("slip", slip, 0.0)):
+            if value not in (None, none):
+                found = f"{value:g} on a compliant shaft"
+                faults.add(f"{path}.{key}", found, "one of the two", "put the losses on another shaft")
+
+
+def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Faults) -> None:
+    """Note what makes no sense of the crank, which meshes with nothing."""
+    ratio, efficiency = fields["ratio"], fields["efficiency"]
+    if ratio not in (None, 1.0):
+        faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
+    if "on" in table:
+        faults.add(f"{path}.on", show(table["on"]), "none: the other shafts hang on the crank", "write on at those")
+    if (fields["stiffness"], fields["damping"]) != (None, None):
+        advice = "name the far side as a shaft"
+        faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", advice)
+    if efficiency not in (None, 1.0):
+        advice = "losses arise where another shaft meshes with it"
+        faults.add(f"{path}.efficiency", f"{efficiency:g}", "none on the crank", advice)
+    if fields["slip"] not in (None, 0.0):
+        advice = "slip is that of another shaft's belt"
+        faults.add(f"{path}.slip", f"{fields['slip']:g}", "none on the crank", advice)
+
+
+def _tree(shafts: Shafts, drive: object, faults: Faults) -> Shafts:
+    """The shafts with the nearer ones first, with their speeds over the crank's, and which of them drive.
+
+    Notes shafts on one that does not exist, and those in a circle, once for each circle.
+    """
+    left, ordered = dict(shafts.transmissions), dict[str, Transmission]()
+    for name, one in left.items():
+        if one.on != "crank" and one.on not in left:
+            path = f"{child('shafts', name)}.on"
+            faults.add(path, quote(one.on), "a shaft", suggestion(one.on, ["crank", *(n for n in left if n != name)]))
+            left[name] = one._replace(on="crank")
+    while ring := [name for name, one in left.items() if one.on == "crank" or one.on in ordered]:
+        ordered |= {name: left.pop(name) for name in ring}
+    while left:  # every one of them hangs on another: going inwards ends in a circle
+        passed, name = list[str](), next(iter(left))
+        while name not in passed:
+            passed.append(name)
+            name = left[name].on
+        circle = passed[passed.index(name) :]
+        for again in passed:
+            if again in circle or left[again].on not in left:
+                left.pop(again)
+                ordered[again] = Transmission()
+        if len(circle) == 1:
+            found = f"{quote(name)}, the shaft itself"
+        else:
+            found = f"a circle of shafts, {' -> '.join((*circle, name))}"
+        faults.add(f"{child('shafts', name)}.on", found, "shafts that lead to the crank", "put one of them on the crank")
+        for far in [far for far, one in left.items() if one.on in ordered]:
+            ordered[far] = left.pop(far)._replace(on="crank")
+    driven = drive.get("on") if isinstance(drive, Mapping) else None
+    while isinstance(driven, str) and driven in ordered:
+        ordered[driven] = ordered[driven]._replace(drives=True)
+        driven = ordered[driven].on
+    speeds = {"crank": 1.0}
+    for name, one in ordered.items():
+        speeds[name] = one.gear * speeds.get(one.on, 1.0) if name in shafts.transmissions else 1.0
+    return Shafts(speeds, ordered, shafts.compliances, shafts.drags)
 
 
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Unit], list[str]]:

@@ -100,12 +100,15 @@ _SECTIONS = (
     ),
     Section(
         "shafts",
-        "shafts geared to the crank, which always exists and has ratio 1",
+        "shafts geared to the crank, which always exists and has ratio 1, or to one another",
         (
-            Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=POSITIVE, example="5"),
+            Key("ratio", "number", "speed of the shaft over that of `on`", required=True, range=POSITIVE, example="5"),
+            Key("on", "text", "the shaft that it meshes with", "crank"),
             Key("stiffness", "angular stiffness", "of a compliant shaft: torque on it per twist", None, POSITIVE),
             Key("damping", "angular damping", "of the twist of a compliant shaft", None, NOT_NEGATIVE),
             Key("efficiency", "number", "of its mesh or belt", 1.0, Range(0.0, 1.0, low_open=True), example="95 %"),
+            Key("slip", "number", "of its belt: share of speed lost", 0.0, Range(0.0, 1.0, high_open=True), example="2 %"),
+            Key("drag", "torque", "constant, against the shaft's own rotation", 0.0, NOT_NEGATIVE),
         ),
         named=True,
     ),

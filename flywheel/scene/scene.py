@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copyreg
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -156,6 +156,7 @@ class Load(NamedTuple):
     model: str = ""  # what a load of a known kind is, for reports: "press: 24.7 kJ over 15 mm"
     piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
     factor: float = 1.0  # by which the law was multiplied
+    drag: bool = False  # dry friction of a shaft's own bearings: the law's size turns round with the shaft
 
 
 class Spring(NamedTuple):
@@ -188,6 +189,36 @@ class Compliance(NamedTuple):
 
     stiffness: float
     damping: float = 0.0
+
+
+class Transmission(NamedTuple):
+    """What joins a shaft to the one that it meshes with: a gear, a belt or a chain.
+
+    `ratio` is that of teeth or pulleys, speed of the shaft over that of `on`, without slip. `efficiency` and 1 - `slip` are
+    the shares of the power that pass, whichever way it goes. `drag` (N m) is the constant torque against the rotation of
+    the shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is what slips.
+    """
+
+    on: str = "crank"
+    ratio: float = 1.0
+    efficiency: float = 1.0
+    slip: float = 0.0
+    drag: float = 0.0
+    drives: bool = False
+
+    @property
+    def gear(self) -> float:
+        """Speed of the shaft over that of `on`, slip included: what is driven runs slower by the slip.
+
+        >>> Transmission(ratio=2.0, slip=0.02).gear, Transmission(ratio=2.0, slip=0.5, drives=True).gear
+        (1.96, 4.0)
+        """
+        return self.ratio / (1.0 - self.slip) if self.drives else self.ratio * (1.0 - self.slip)
+
+    @property
+    def share(self) -> float:
+        """Share of the power that passes, after mesh and slip."""
+        return self.efficiency * (1.0 - self.slip)
 
 
 class Areas(NamedTuple):
@@ -272,7 +303,8 @@ class Scene(Frozen):
     cycle: float = TURN
     shafts: Mapping[str, float] = field(default_factory=lambda: {"crank": 1.0})
     compliances: Mapping[str, Compliance] = field(default_factory=dict)  # of the shafts that twist
-    efficiencies: Mapping[str, float] = field(default_factory=dict)  # of the shafts whose mesh with the crank has losses
+    efficiencies: Mapping[str, float] = field(default_factory=dict)  # shares that pass the meshes of shafts, slip included
+    transmissions: Mapping[str, Transmission] = field(default_factory=dict)  # of all shafts but the crank, nearer ones first
     parameters: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)  # of the parameters that are given with one
     unknown: str | None = None
@@ -380,6 +412,17 @@ class Scene(Frozen):
     def rubs(self) -> bool:
         """Whether any joint of a linkage has friction."""
         return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)
+
+    def near(self, shaft: str) -> str:
+        """The shaft that a shaft meshes with; the reduction element for that element itself."""
+        return self.transmissions[shaft].on if shaft in self.transmissions else self.reduction_element
+
+    def inwards(self, shaft: str) -> Iterator[str]:
+        """A shaft, and one after another those that it hangs on, the crank last."""
+        while shaft != self.reduction_element:
+            yield shaft
+            shaft = self.near(shaft)
+        yield shaft
 
     @property
     def flywheel_ratio(self) -> float:
