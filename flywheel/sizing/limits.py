@@ -127,13 +127,16 @@ def shares_along(machine: Machine, motion: OwnMotion, rtol: float) -> dict[str, 
     return shares(machine.scene.limits, shaft)
 
 
-def kept_alone(regime: Regime) -> dict[str, Limit] | None:
-    """The limits of a scene where a machine without inertia keeps them without a flywheel; None where it does not."""
+def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
+    """The limits of a scene where a machine without inertia keeps them without a flywheel; None where it does not.
+
+    `omega` is the crank's speed at the cycle's nodes (rad/s).
+    """
     scene, run, names = regime.machine.scene, regime.motion, regime.machine.scene.limits
     if not of_motor(scene):
         return {}
     assert run is not None
-    found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol))
+    found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol, omega))
     if any(share.value - share.error > names[name] for name, share in found.items()):
         return None
     return {name: _limit(names[name], share, Kept(0.0, np.inf, share.error / names[name])) for name, share in found.items()}

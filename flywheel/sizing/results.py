@@ -606,16 +606,19 @@ class MotorShaft:
     """A motor's shaft along the steady motion: its speed, torque and current on any mesh, with the error of the speed.
 
     `speed` (rad/s) is the mean of extremes of the crank, where the run does not bring its own; `rtol` what integrals and
-    extremes are found to.
+    extremes are found to. `along` is the crank's speed at the nodes of the run's cycle where no inertia determines it.
     """
 
-    def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float) -> None:
+    def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float, along: Array | None = None) -> None:
         self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, rtol
-        self.mean = run.speed or speed
+        self.mean, self.along = run.speed or speed, along
         self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
 
     def omega(self, mesh: Cells) -> Array:
         """Speed of the crank, rad/s."""
+        if self.along is not None:
+            cell, t = cells.located(self.cycle.mesh, mesh.phi.ravel())
+            return cells.value(cells.fit(self.along)[cell], t).reshape(mesh.phi.shape)
         return turning_moment.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
 
     def torque(self, mesh: Cells, omega: Array) -> Array:
@@ -677,6 +680,8 @@ class MotorShaft:
     def speed_error(self, omega: Array) -> Array:
         """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
         run = self.run
+        if self.along is not None:
+            return np.full(omega.shape, run.error * run.irregularity * run.speed_max)
         pinned = max(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
         return self.mean * (pinned + (run.level + _LEVEL_ROUNDING) * self.mean / omega)
 

@@ -52,7 +52,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     inertialess = float(np.abs(figures.cycle.series[2]).max()) <= figures.cycle.errors.inertia
     if inertialess and (balanced := _inertialess_run(machine, speed, start, rtol)) is not None:
         alone = _inertialess_regime(machine, figures, *balanced, rtol, messages)
-        if (kept := limits.kept_alone(alone)) is not None:
+        if (kept := limits.kept_alone(alone, balanced[1])) is not None:
             return alone._replace(limits=kept), {}
     idle = inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work
     if idle and not limits.of_motor(scene):

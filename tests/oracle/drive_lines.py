@@ -471,7 +471,7 @@ class DriveLine:
         if asked is not None:
             return [asked, 0.0]
         drive = next(p for p in self.pushes if p.drive)
-        top = (self.synchronous or 1e4) / self.shafts[drive.shaft].speed
+        top = 1.3 * (self.synchronous or 1e4) / self.shafts[drive.shaft].speed
         speeds = top * np.geomspace(1, 1e-4, 120)
         k = next(k for k in range(119) if self.constant_net(speeds[k + 1], 0.0) <= 0)
         return [float(brentq(lambda s: self.constant_net(s, 0.0), speeds[k + 1], speeds[k], rtol=1e-6)), 0.0]

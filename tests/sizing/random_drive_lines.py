@@ -159,6 +159,94 @@ def _drive(rng: np.random.Generator, found: dict[str, Any], shafts: dict[str, An
         found["drive"] = {"on": end, "torque": f"{_round(2 * torque)} - {_round(torque / omega**2)}*omega*omega"}
 
 
+PRESS: dict[str, Any] = {
+    "shafts": {
+        "wheel": {"ratio": 6.0, "efficiency": 0.97, "drag": 4.0},
+        "motor": {"on": "wheel", "ratio": 4.7, "efficiency": 0.96, "slip": "2 %"},
+    },
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.05, "mass": 90, "inertia": 2.4},
+        "rod": {"length": 0.4, "mass": 45, "inertia": 1.1, "com": 0.13},
+        "slider": {"mass": 160},
+    },
+    "load": [{"on": "slider", "force": "-250 kN", "from": "320 deg", "to": "350 deg"}],
+    "inertia": [{"on": "wheel", "value": 0.25}],
+    "drive": {
+        "on": "motor",
+        "motor": {
+            "type": "induction",
+            "power": 6000.0,
+            "speed": "1380 rpm",
+            "poles": 4,
+            "frequency": "50 Hz",
+            "breakdown_ratio": 2.8,
+            "inertia": 0.016,
+        },
+    },
+    "flywheel": {"on": "wheel", "inertia": 14.0},
+}
+
+
+def _shafts(**changed: dict[str, Any]) -> dict[str, Any]:
+    """The press with keys of its shafts changed."""
+    return PRESS | {"shafts": {name: row | changed.get(name, {}) for name, row in PRESS["shafts"].items()}}
+
+
+def _on_motor(table: dict[str, Any], **changed: Any) -> dict[str, Any]:
+    return table | {"drive": {"on": "motor", "motor": table["drive"]["motor"] | changed}}
+
+
+def _long(on: list[str]) -> dict[str, Any]:
+    """Twelve shafts, each on the shaft named; the motor on the last, the flywheel in the middle."""
+    shafts = {
+        f"s{k}": {
+            "on": near,
+            "ratio": 1.3,
+            "efficiency": 0.98 - 0.005 * k,
+            "slip": "0.4 %" if k % 3 == 0 else 0,
+            "drag": 0.2,
+        }
+        for k, near in enumerate(on)
+    }
+    inertia = [{"on": name, "value": 0.05 / (k + 1)} for k, name in enumerate(shafts)]
+    sent = {"on": "s11", "torque": "400 - 3*omega"}
+    return PRESS | {"shafts": shafts, "inertia": inertia, "drive": sent, "flywheel": {"on": "s5", "inertia": 60.0}}
+
+
+EXTREMES: dict[str, dict[str, Any]] = {
+    "efficiency of 2 %": _shafts(motor={"efficiency": 0.02})
+    | {"drive": {"on": "motor", "torque": "balance"}, "regime": {"speed": "50 rpm"}},
+    "flywheel behind 20 %": _shafts(wheel={"efficiency": 0.2})
+    | {
+        "drive": {"on": "motor", "torque": "balance"},
+        "regime": {"speed": "50 rpm"},
+        "flywheel": {"on": "wheel", "inertia": 90.0},
+    },
+    "ratio of 1000": _on_motor(
+        _shafts(wheel={"ratio": 1000.0, "drag": 0.02}, motor={"ratio": 4.7 * 6 / 1000}), breakdown_ratio=3.0
+    )
+    | {"flywheel": {"on": "wheel", "inertia": 14.0 * 36 / 1e6}, "inertia": []},
+    "ratio of 1/1000": _shafts(wheel={"ratio": 0.001, "drag": 20.0}, motor={"ratio": 4.7 * 6 * 1000})
+    | {"flywheel": {"on": "wheel", "inertia": 14.0 * 36e6}},
+    "flywheel behind three meshes": PRESS
+    | {
+        "shafts": PRESS["shafts"]
+        | {
+            "a": {"on": "wheel", "ratio": 2.0, "efficiency": 0.9},
+            "b": {"on": "a", "ratio": 0.7, "efficiency": 0.85, "slip": "3 %"},
+            "c": {"on": "b", "ratio": 1.5, "efficiency": 0.95},
+        },
+        "flywheel": {"on": "c", "inertia": 3.0},
+    },
+    "the motor's own inertia": _on_motor(PRESS, inertia=2.0) | {"flywheel": {"on": "wheel", "inertia": 0.1}},
+    "a load that drives the motor": PRESS
+    | {"load": [*PRESS["load"], {"on": "crank", "torque": 1500.0}], "flywheel": {"on": "wheel", "inertia": 14.0}},
+    "twelve in series": _long(["crank", *(f"s{k}" for k in range(11))]),
+    "a bush of twelve": _long(["crank", "crank", "s0", "s0", "s1", "s1", "s2", "s2", "s3", "s4", "s4", "s9"]),
+}
+
+
 class Off(NamedTuple):
     """A figure that is off by more than the result says: its value, the true one, the error said and the true one."""
 
@@ -198,7 +286,7 @@ def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float,
 
 
 def compared(table: dict[str, Any], true: Regime, rtol: float) -> list[Off]:
-    """What an analysis or a sizing gets wrong by more than it says, or, where it says that it reached what was asked, than that."""
+    """What an analysis or a sizing gets wrong by more than it says, or than was asked where it says that it reached that."""
     sizing = flywheel.size(flywheel.load(table | {"accuracy": {"rtol": rtol}}), simulate=False)
     found = []
     for figure, value, exact, said, size in pairs(sizing, true):
