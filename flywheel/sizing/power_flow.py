@@ -254,11 +254,12 @@ class _Train:
         self.outwards = _outwards(self.near)
         self.reductions = {
             name: Reduction(machine.graph, scene.reduction_element, only=on_shafts[name])
+            if len(on_shafts) > 1
+            else machine.reduction
             for name in ("crank", *self.outwards)
             if on_shafts.get(name)
         }
-        inertia = 0.0 if sizing.run is None else sizing.run.inertia
-        self.flywheel = inertia
+        self.flywheel = 0.0 if sizing.run is None else sizing.run.inertia
         self.fixed = {
             name: sum(item.value for item in scene.inertias if item.on == name) * ratio * ratio
             for name, ratio in scene.shafts.items()
@@ -393,6 +394,13 @@ class _Train:
             yield _Part(source, "heat", "mesh", here, name, (1.0 - by_slip) * lost)
 
 
+def can_lose(scene: Scene) -> bool:
+    """Whether anything in a scene may lose power: meshes, dampers, joints, models of losses, a motor that tells its heat."""
+    motor = scene.motor is not None and scene.motor.title in ("DC motor", "induction motor")
+    drags = any(load.model.startswith(_RESISTANCES) or load.path.endswith(".drag") for load in scene.loads)
+    return motor or drags or scene.rubs or bool(scene.dampers) or any(eta < 1.0 for eta in scene.efficiencies.values())
+
+
 def near_of(scene: Scene, name: str) -> str:
     """The shaft that a shaft meshes with."""
     transmissions: Mapping[str, Any] = getattr(scene, "transmissions", {})
@@ -460,8 +468,8 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
     streams = []
     for part, turn, work, one in zip(found.parts, turned, works.tolist(), series, strict=True):
         source, target = (part.target, part.source) if turn else (part.source, part.target)
-        extremes = _above((cells.greatest(one), -cells.greatest(-one)), error, exchanged / period)
-        streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, *extremes))
+        high, low = _extremes(one, error, exchanged / period)
+        streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, high, low))
     order = sorted(range(len(streams)), key=lambda k: _rank(streams[k]))
     streams = [streams[k] for k in order]
     shafts = {f"shafts.{name}" for name in train.scene.shafts}
@@ -487,11 +495,12 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
     )
 
 
-def _above(extremes: tuple[float, float], error: float, scale: float) -> tuple[float, float]:
+def _extremes(series: Array, error: float, scale: float) -> tuple[float, float]:
     """The greatest and the least power, 0 where that is no more than its error."""
-    high, low = extremes
-    least = error * max(high, -low, scale)
-    return (high if abs(high) > least else 0.0), (low if abs(low) > least else 0.0)
+    least, greatest = cells.extents(series)
+    high, low = float(greatest.max()), float(least.min())
+    tiny = error * max(high, -low, scale)
+    return (high if abs(high) > tiny else 0.0), (low if abs(low) > tiny else 0.0)
 
 
 _ORDER = ("input", *HEATS, "drive", "shaft", "slip", "mesh", "drag", "damper", "friction", "resistance", "load", "stored")
@@ -541,7 +550,8 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
 
 def _peak(series: Array) -> float:
     """The value that is largest in size, with its sign."""
-    high, low = cells.greatest(series), -cells.greatest(-series)
+    least, greatest = cells.extents(series)
+    high, low = float(greatest.max()), float(least.min())
     return high if high >= -low * (1 - _TIE) else low
 
 

@@ -20,8 +20,9 @@ from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.numerics.units import columns, figure
+from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
-from flywheel.tables import power
+from flywheel.tables import power, power_flow
 from flywheel.tables.flywheels import Candidate, candidates, work_error
 from flywheel.tables.rows import DEGREES, NOTHING, printable
 from flywheel.tables.scene import Part, parts, running
@@ -354,6 +355,8 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
     if motor is not None and energy is not None:
         rows += _motor(sizing, motor, energy, units)
         told += power.warnings(sizing, motor, units)
+    if can_lose(scene) and sizing.power_flow is not None:
+        told += filter(None, [power_flow.sentence(sizing.power_flow, units)])
     return Block("drive", rows=tuple(rows), sentences=tuple(told))
 
 

@@ -12,7 +12,7 @@ from flywheel.sizing.power_flow import PowerFlow, Stream
 from flywheel.tables.rows import DEGREES, RPM, encoded, page, sentences
 from flywheel.tables.trade_units import SI, TradeUnits, few_digits
 
-_MOST_TOLD = 3  # losses in a sentence
+_MOST_TOLD, _LONGEST = 3, 90  # losses in a sentence, and their letters
 _TINY = 5e-5  # of the input: a loss that no sentence names
 _DIGITS = 6
 
@@ -230,18 +230,20 @@ def _share(value: float, whole: float) -> str:
 
 
 def sentence(flow: PowerFlow, units: TradeUnits = SI) -> str | None:
-    """How much arrives, and the greatest losses: "92.4 % of 7.31 kW arrive at the tool; belt motor-wheel 290 W, ..."."""
-    share = flow.efficiency
-    if share is None or flow.losses <= _TINY * flow.input:
+    """How much arrives, and the greatest losses: "92.4 % of 7.31 kW arrive at the tool; lost: belt motor–wheel 290 W."."""
+    if not flow.losses > _TINY * flow.input:
         return None
     lost = sorted((entry for entry in entries(flow) if entry.stream.lost), key=lambda entry: -entry.power)
-    named = [entry for entry in lost if entry.power > _TINY * flow.input]
-    parts = [f"{entry.label} {units.read(entry.power, 'power', 3)}" for entry in named[:_MOST_TOLD]]
-    rest = sum(entry.power for entry in lost[_MOST_TOLD:])
-    if len(named) > _MOST_TOLD:
-        parts.append(_("{n} more {power}", n=len(named) - _MOST_TOLD, power=units.read(rest, "power", 3)))
+    lost = [entry for entry in lost if entry.power > _TINY * flow.input]
+    parts = [f"{entry.label} {units.read(entry.power, 'power', 3)}" for entry in lost]
+    kept = len(parts)
+    while kept > 1 and (kept > _MOST_TOLD or len(", ".join(parts[:kept])) > _LONGEST):
+        kept -= 1
+    if kept < len(parts):
+        rest = units.read(sum(entry.power for entry in lost[kept:]), "power", 3)
+        parts[kept:] = [_("{n} more {power}", n=len(parts) - kept, power=rest)]
     whole = units.read(flow.input, "power", 3)
     if flow.output <= _TINY * flow.input:
-        return _("All of {power} is lost: {losses}", power=whole, losses=", ".join(parts))
-    told = {"share": few_digits(100 * share, 3), "power": whole, "losses": ", ".join(parts)}
-    return _("{share} % of {power} arrive at the tool; lost: {losses}", **told)
+        return _("All of {power} is lost: {losses}.", power=whole, losses=", ".join(parts))
+    told = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
+    return _("{share} % of {power} arrive at the tool; lost: {losses}.", **told)

@@ -15,8 +15,9 @@ from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
+from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Cyclic, Sizing
-from flywheel.tables import flywheels, power
+from flywheel.tables import flywheels, power, power_flow
 from flywheel.tables.flywheels import inertia_errors, work_error
 from flywheel.tables.rows import (
     DEGREES,
@@ -87,6 +88,18 @@ def remarks(sizing: Sizing) -> tuple[Remark, ...]:
     if sizing.drive_work is not None:
         found += of_drive(sizing.drive_work, sizing.energy_fluctuation, sizing.balance is not None)
     return tuple(found)
+
+
+def _power_flow(sizing: Sizing) -> list[str]:
+    """Where the power goes, in a machine that can lose some of it: a table that sums to the input."""
+    flow = sizing.power_flow if can_lose(sizing.scene) else None
+    return [] if flow is None else power_flow.balance(flow)
+
+
+def _shafts(sizing: Sizing) -> list[str]:
+    """What the mesh of every shaft carries, in the same machines."""
+    flow = sizing.power_flow if can_lose(sizing.scene) else None
+    return [] if flow is None else power_flow.shafts(flow)
 
 
 def _title(sizing: Sizing) -> list[str]:
@@ -318,6 +331,8 @@ BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     power.torque_and_work,
     power.with_and_without,
     power.duty,
+    _power_flow,
+    _shafts,
     _speeds,
     _holding,
     _inertia,
