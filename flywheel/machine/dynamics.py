@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _KEPT = 4  # meshes of a machine
+_IN_STEP = 1e-12  # of a synchronous speed: speeds that differ from it by less are that speed
 
 DRIVE = "drive."  # how the names of the drive's elements begin
 
@@ -152,7 +153,7 @@ class Moments:
 
     `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
     makes up the latter. What a law or a mesh does at a speed is decided in the middle of every cell, or, where cells do not
-    end at switches yet, at every node (`local`).
+    end at switches yet, at every node (`local`). `swings` tells whether a motor's own states may swing with the speed.
     """
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
@@ -168,6 +169,7 @@ class Moments:
         self.lossy = any(part.stage.efficiency < 1.0 for part in self.parts)
         self.near = [part.stage.near for part in self.parts]
         self.circuit = circuit_of(machine.scene)
+        self.swings = machine.keeps_step or (self.circuit is not None and len(self.circuit.names) > 1)
         self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
 
     @cached_property
@@ -208,23 +210,23 @@ class Moments:
             exchanged=exchanged,
         )
 
-    def constant(self, speed: float | Array, unknown: float) -> Rate:
+    def constant(self, speed: float | Array, unknown: float, states: States | None = None) -> Rate:
         """F at a constant crank speed (rad/s), or at several, shape (speeds, cells, nodes).
 
-        Inertias that vary are driven, but nothing is accelerated.
+        Inertias that vary are driven, but nothing is accelerated. A motor's own states are steady, if they are not given.
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
-        acting, _, factors = self._unaccelerated(omega, unknown)
+        acting, _, factors = self._unaccelerated(omega, unknown, states)
         plain = _together(acting)
         if not self.lossy:
             return _lossless(plain)
         moment, by_unknown, exchanged = _felt(factors, acting, [0.5 * part.slope * omega**2 for part in self.parts])
         return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_states, exchanged)
 
-    def net_work(self, speed: float | Array, unknown: float = 0.0) -> Array:
+    def net_work(self, speed: float | Array, unknown: float = 0.0, states: States | None = None) -> Array:
         """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
         if self.lossy:
-            return self._total(self.constant(speed, unknown).moment)
+            return self._total(self.constant(speed, unknown, states).moment)
         still, by_unknown, resistance = self._still
         speed = np.asarray(speed, dtype=float)
         omega, found = speed[..., None, None], still + unknown * by_unknown - resistance * speed
@@ -233,7 +235,7 @@ class Moments:
                 found = found + self._total(effort + unknown * factor)
             if self.circuit is not None and part.stage.drives:
                 turned = self.drive_ratio * speed
-                torque = self.circuit.torque(turned, self.steady_states(speed))
+                torque = self.circuit.torque(turned, self.steady_states(speed) if states is None else states)
                 found = found + self.drive_ratio * torque * self.mesh.edges[-1]
         return np.asarray(found)
 
@@ -258,9 +260,11 @@ class Moments:
             return []
         return self._of_lossy(self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)[1])
 
-    def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], tuple[Array, ...], tuple[Array, ...]]:
+    def _unaccelerated(
+        self, omega: Array, unknown: float, states: States | None = None
+    ) -> tuple[list[_Acting], tuple[Array, ...], tuple[Array, ...]]:
         """What acts on every part at a constant speed, what its mesh transmits, and what the crank gives for its share."""
-        states = self.steady_states(omega)
+        states = self.steady_states(omega) if states is None else states
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         own = [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
 
@@ -271,8 +275,32 @@ class Moments:
         return acting, *_passed(own, self.near, (1.0,) * len(own), felt)
 
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
-        """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one."""
-        return () if self.circuit is None else self.circuit.steady(self.drive_ratio * omega)
+        """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.
+
+        Of a motor that keeps step at one speed alone they are there those that carry the mean load.
+        """
+        if self.circuit is None:
+            return ()
+        out_of_step = self.circuit.steady(self.drive_ratio * omega)
+        if self.circuit.only_speed is None:
+            return out_of_step
+        in_step = np.abs(self.drive_ratio * omega / self.circuit.only_speed - 1.0) <= _IN_STEP
+        if not np.any(in_step) or (carrying := self.carrying) is None:
+            return out_of_step
+        return tuple(np.where(in_step, own, other) for own, other in zip(carrying, out_of_step, strict=True))
+
+    @cached_property
+    def carrying(self) -> tuple[float, ...] | None:
+        """The states of a synchronous motor that carries the mean load in step; None where that is beyond its pull-out."""
+        circuit = self.circuit
+        assert circuit is not None
+        assert circuit.only_speed is not None
+        speed = circuit.only_speed / self.drive_ratio
+        if self.lossy:
+            return circuit.carrying(lambda states: float(self.net_work(speed, states=states)))
+        others = float(self.net_work(speed, states=circuit.steady(circuit.only_speed)))
+        way = self.drive_ratio * self.mesh.edges[-1]
+        return circuit.carrying(lambda states: others + float(way * circuit.torque(circuit.only_speed, states)))
 
     def transmitted(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> list[Array]:
         """What each lossy mesh transmits outwards (N m, on the crank)."""

@@ -545,6 +545,12 @@ class Machine:
         at = phi + self.scene.origin
         return f"slide position {at:.6g} m" if self._domain == "translation" else f"crank angle {np.degrees(at):.6g} deg"
 
+    @property
+    def keeps_step(self) -> bool:
+        """Whether a synchronous motor holds the mean speed, whatever the load."""
+        motor = self.scene.motor
+        return motor is not None and motor.circuit is not None and motor.circuit.only_speed is not None
+
     @cached_property
     def depends_on_speed(self) -> bool:
         """Whether a load, the drive or a damper depends on speed."""
@@ -947,9 +953,9 @@ class Machine:
         scene = self.scene
         for effort in self.efforts:
             if circuit and effort.load is scene.drive and scene.motor is not None:
-                from flywheel.components.motors import DC  # only machines with a motor pay for it
+                from flywheel.components.motors import DC, Synchronous  # only machines with a motor pay for it
 
-                if isinstance(scene.motor, DC):
+                if isinstance(scene.motor, DC | Synchronous):
                     rotorless = replace(scene.motor, inertia=0.0)  # the rotor is an inertia of the scene
                     builder.include(_MOTOR, rotorless.graph()).bond(f"{_MOTOR}.rotor", effort.place.junction)
                     continue

@@ -50,6 +50,16 @@ class Changes(NamedTuple):
     growth: float = 0.0
 
     @property
+    def reach(self) -> Array:
+        """How far an error made anywhere in the cycle may carry, (states, states): of each state, by that of each.
+
+        A state that is off by r at phi = 0 in every cycle is off by Y(phi) (I - M)^-1 r, with M what a cycle makes of a
+        change and Y what it makes of it up to phi; the largest over the edges, in size.
+        """
+        through = self.edge_start + np.eye(self.edge_start.shape[-1])
+        return np.asarray(np.abs(through @ np.linalg.inv(-self.gained)).max(axis=0))
+
+    @property
     def gained(self) -> Array:
         """What a change at the start of the cycle has gained at its end, (states, states)."""
         edge: Array = self.edge_start[-1] if self.around is None else self.around[:, : self.around.shape[0]]

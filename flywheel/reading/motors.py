@@ -6,6 +6,7 @@ motor is started; `TABLES` are such tables within a motor's own.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from flywheel.components.motors import (
     Point,
     Start,
     Switch,
+    Synchronous,
     dc_from_plate,
     field_steps,
     line_from_no_load,
@@ -31,6 +33,7 @@ from flywheel.components.motors import (
     star_delta,
     transformer,
 )
+from flywheel.components.motors.synchronous import damper_slope, saliency_of
 from flywheel.numerics.faults import Fault, SceneError, show
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
 from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, items, read_item, read_typed, read_unit
@@ -342,6 +345,50 @@ def _induction(item: Item, _: Path | None) -> Motor:
         raise SceneError(found) from None
 
 
+_LOAD_ANGLE = Range(0.0, math.pi / 2, True, True)
+_SYNCHRONOUS = (
+    _POWER._replace(required=True),
+    Key("poles", "number", "number of poles, twice that of pole pairs", None, Even(2.0, 1000.0), True, example="20"),
+    Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
+    Key("pull_out_ratio", "number", "pull-out torque over rated torque", None, _BREAKDOWN, True, example="2"),
+    Key("load_angle", "angle", "electrical, at rated torque; without it, that of a round rotor", None, _LOAD_ANGLE),
+    Key("saliency", "number", "reluctance torque over that of the field", None, NOT_NEGATIVE, example="0.3"),
+    Key("damping", "angular damping", "of the damper winding near synchronous speed", None, NOT_NEGATIVE),
+    Key("asynchronous_slip", "number", "at which the damper winding gives rated torque", None, Range(0.0, 1.0, True, True)),
+    Key("asynchronous_ratio", "number", "greatest torque of the damper winding over rated torque", None, POSITIVE),
+    Key("field_at", "speed", "from which the field is given, below synchronous speed", None, POSITIVE),
+    Key("field_time", "time", "time constant of the field", 0.0, NOT_NEGATIVE),
+)
+
+
+def _synchronous(item: Item, _: Path | None) -> Motor | None:
+    """A synchronous motor; its saliency may follow from the rated load angle, its damping from a slip."""
+    fields, dampings = item.fields, ("damping", "asynchronous_slip")
+    if not exactly_one(item.given(*dampings), dampings, item.path, item.faults):
+        return None
+    if len(item.given("load_angle", "saliency")) > 1:
+        item.faults.add(item.path, "load_angle and saliency", "one of them: the other follows")
+        return None
+    poles, ratio, saliency = int(item.number("poles")), fields["pull_out_ratio"], fields["saliency"] or 0.0
+    if (angle := fields["load_angle"]) is not None:
+        found = saliency_of(angle, ratio)
+        if found is None:
+            round_rotor = math.degrees(math.asin(1.0 / ratio))
+            told = f"{math.degrees(angle):.6g} deg with a pull_out_ratio of {ratio:g}"
+            item.add("load_angle", told, f"{round_rotor:.4g} deg, that of a round rotor, or somewhat less")
+            return None
+        saliency = found
+    damping, greatest = fields["damping"], fields["asynchronous_ratio"]
+    if (slip := fields["asynchronous_slip"]) is not None:
+        if greatest is not None and not greatest > 1.0:
+            item.add("asynchronous_ratio", f"{greatest:g}", "above 1, as asynchronous_slip is that of rated torque")
+            return None
+        field = 4 * math.pi * fields["frequency"] / poles
+        damping = fields["power"] / field * damper_slope(greatest, slip * field)
+    names = ("power", "frequency", "pull_out_ratio", "asynchronous_ratio", "field_at", "field_time", "inertia")
+    return Synchronous(poles=poles, saliency=saliency, damping=damping, **{name: fields[name] for name in names})
+
+
 _ENGINE = (
     Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),
     _TORQUE,
@@ -375,6 +422,7 @@ _ALL = (
     CURVE,
     Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc),
     Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction),
+    Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous),
     Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),), reader=_engine),
 )
 MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _ALL))

@@ -54,6 +54,11 @@ def check_steady(machine: Machine) -> None:
         advice = "follow it in time: flywheel simulate, or flywheel.simulate"
         found = "a law that depends on time, so that no cycle repeats"
         raise SceneError([Fault(path, found, "a steady regime", advice) for path in paths])
+    if machine.keeps_step and scene.unknown is not None:
+        found, expected = f"a balance ({scene.unknown}) beside a synchronous motor", "all loads given"
+        raise SceneError(
+            [Fault("drive.motor", found, expected, "the motor keeps its speed whatever the load: give the load")]
+        )
     if not machine.depends_on_speed and scene.unknown is None:
         found = "losses in meshes, and nothing that makes up for them"
         advice = 'name the unknown: drive.torque = "balance", or give a motor'
@@ -86,6 +91,8 @@ def exchanged_work(moments: Moments, speed: float) -> float:
 def speed_error(machine: Machine, speed: float) -> float:
     """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
     moments = moments_on(machine, machine.mesh, local=True)
+    if machine.keeps_step:
+        return 24 * cells.ROUNDING
     slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
     gained = abs(float(moments.net_work(faster)) - float(moments.net_work(slower))) / (2 * _APART)
     return 24 * cells.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
@@ -219,6 +226,8 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
 
     """
     machine, edges = moments.machine, moments.mesh.edges
+    if moments.circuit is not None and moments.circuit.only_speed is not None:
+        return _speed_in_step(moments), ()
 
     def net(w: float) -> float:
         return resolve(machine, edges, w).net
@@ -242,6 +251,20 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
         return speed, ()
     others = ", ".join(f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found)
     return speed, (f"net work at constant speed is zero at {others}: the motion is that near {speed:.6g} rad/s",)
+
+
+def _speed_in_step(moments: Moments) -> float:
+    """The crank's speed (rad/s) with a synchronous motor; a SceneError where the mean load is beyond its pull-out."""
+    circuit, ratio = moments.circuit, moments.drive_ratio
+    assert circuit is not None
+    assert circuit.only_speed is not None
+    speed = circuit.only_speed / ratio
+    if moments.carrying is None:
+        lacks = -float(moments.net_work(speed, states=circuit.steady(circuit.only_speed)))
+        torque, greatest = lacks / (ratio * float(moments.mesh.edges[-1])), circuit.greatest_torque
+        found = f"a mean load of about {torque:.6g} N m at its shaft, above the pull-out torque of {greatest:.6g} N m"
+        raise SceneError([Fault("drive.motor", found, "a motor that keeps step", "a larger motor, or a lighter load")])
+    return speed
 
 
 def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
@@ -372,6 +395,8 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
 def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[float, float]:
     """The speed (rad/s) near that of a cycle at which its cells leave no net work, and its relative error."""
     edges = cycle.mesh.edges
+    if machine.keeps_step:
+        return speed, 4 * cells.ROUNDING
     for _ in range(_CLOSINGS):
         # a motor's current follows the speed
         beside = float(moments_on(machine, cycle.mesh.edges).net_work(speed * (1.0 + _BESIDE)))

@@ -113,6 +113,8 @@ class Periodic(NamedTuple):
     damping: float
     steps: int
     sensitivity: Sensitivity | None = None
+    closing: Array | None = None  # what each of several states may miss of its closing
+    reach: Array | None = None  # how far that carries, (states, states)
 
     @property
     def speed(self) -> float:
@@ -501,7 +503,15 @@ class _Equations:
         extremes = self.extremes(state, here, settled=True)
         answer = self.sensitivity(state, change) if self.sized else None
         multiplier, damping = collocation.multiplier(change)
-        return Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
+        found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
+        if not self.moments.swings:
+            return found
+        sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell
+        missed = cells.TAIL_OF_INTEGRAL * np.stack(
+            [cells.tails(cells.fit(row)) for row in here.rates.swapaxes(0, 1)], axis=1
+        )
+        closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=0)
+        return found._replace(closing=closing, reach=change.reach)
 
 
 # -- cells that are cut and halved in turns with the motion --------------------------------------------------------------
@@ -864,6 +874,11 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     closing = kept + 2 * ROUNDING * float(np.abs(state.edges[:, 0]).max())
     free = unknown is None and moments.machine.sets_its_speed
     level = closing / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300)) if free else 0.0
+    of_states: tuple[float, ...] = ()
+    if solved.reach is not None and solved.closing is not None:  # nothing fades by itself, and errors swing along
+        carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
+        kept, of_states = float(carried_on[0]), tuple(carried_on[1:].tolist())
+        level = kept / (solved.speed**2 * max(start, 1e-300))
     least = float(state.inertia + moments.inertia.min())
     off = 2 * (2 * kept + solved.speed**2 * cycle.errors.variation) / solved.speed**2 / least  # of the irregularity
     off += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
@@ -882,6 +897,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
         drive=moments.drive(solved.omega, state.unknown, state.of_circuit),
         states=tuple(state.edges[0, 1:].tolist()),
         along=state.of_circuit if state.of_circuit.size else None,
+        states_error=of_states,
         level=level,
     )
     varying = 0.5 * eps * run.error  # what speeds may be off the level

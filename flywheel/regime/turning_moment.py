@@ -357,7 +357,7 @@ class Run(NamedTuple):
     where the machine sets its own. Where torques depend on speed, `cycle` is the one along this motion and
     `speed` its own mean of extremes w_a; else they are those of the whole sizing. `drive` is then the drive's moment on the
     crank (N m) at the cycle's nodes, `states` a motor's own at phi = 0, such as its current (A), `along` the same at the
-    nodes (states, cells, nodes).
+    nodes (states, cells, nodes) and `states_error` how far off they may be anywhere, where that is known.
     """
 
     inertia: float
@@ -373,6 +373,7 @@ class Run(NamedTuple):
     drive: Array | None = None
     states: tuple[float, ...] = ()
     along: Array | None = None
+    states_error: tuple[float, ...] = ()
     level: float = 0.0
 
     @property

@@ -16,6 +16,7 @@ from flywheel.components.motors.starting import (
     star_delta,
     transformer,
 )
+from flywheel.components.motors.synchronous import Synchronous
 
 __all__ = [
     "DC",
@@ -31,6 +32,7 @@ __all__ = [
     "Start",
     "Started",
     "Switch",
+    "Synchronous",
     "dc_from_plate",
     "field_steps",
     "line_from_no_load",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,7 @@ class Circuit(ABC):
     scales: tuple[float, ...]
     in_graph: tuple[GraphState, ...] = ()
     only_speed: float | None = None
+    greatest_torque: float = math.inf  # N m, that it gives at that speed
 
     @abstractmethod
     def torque(self, omega: Any, states: States) -> Any:
@@ -75,6 +77,10 @@ class Circuit(ABC):
     @abstractmethod
     def steady(self, omega: Any) -> tuple[Any, ...]:
         """The states that stand still at constant speeds (rad/s); where they do not, those that give the mean torque."""
+
+    def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
+        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None where it is not at any."""
+        raise NotImplementedError
 
     @abstractmethod
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:

@@ -1,0 +1,413 @@
+"""Synchronous motors: torque by the load angle, the damper winding's torque by slip, run-up before the field is on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flywheel.components.motors.circuit import Circuit, GraphState, Slopes, StateName, States
+from flywheel.components.motors.motor import Array, Motor, Point, Span, wrong_numbers
+from flywheel.numerics.arguments import number_faults, refuse
+from flywheel.numerics.expressions import Expression, expression_of, parse
+from flywheel.numerics.faults import Fault, SceneError
+
+if TYPE_CHECKING:
+    from bondgraph import Part
+
+MOST_SALIENCY = 2.0
+"""The greatest reluctance torque, over that of the field, that is believed: a machine of salient poles has 0.1 to 0.5."""
+
+FIELD_BAND = 0.01
+"""Share of synchronous speed over which the field is given, from `field_at` on."""
+
+_BISECTIONS = 200
+
+
+def pull_out(saliency: float) -> tuple[float, float]:
+    """The load angle (rad, electrical) at which sin(d) + r sin(2 d) is greatest, and how great it is there.
+
+    From cos(d) + 2 r cos(2 d) = 0: cos(d) = (-1 + sqrt(1 + 32 r²))/(8 r), written without cancellation.
+
+    Args:
+        saliency: r, reluctance torque over that of the field, at least 0.
+
+    >>> [round(value, 9) for value in (*pull_out(0.0), *pull_out(0.25))]
+    [1.570796327, 1.0, 1.196061894, 1.100917369]
+
+    """
+    cosine = 4.0 * saliency / (1.0 + math.sqrt(1.0 + 32.0 * saliency * saliency))
+    angle = math.acos(cosine)
+    return angle, math.sin(angle) + saliency * math.sin(2.0 * angle)
+
+
+def saliency_of(load_angle: float, pull_out_ratio: float) -> float | None:
+    """The saliency r with which the rated torque stands at a load angle; None where none up to `MOST_SALIENCY` does.
+
+    (sin d_n + r sin 2 d_n)/max(sin d + r sin 2 d) = 1/lambda, by bisection.
+
+    Args:
+        load_angle: d_n, rad, electrical, above 0.
+        pull_out_ratio: lambda, pull-out torque over rated torque.
+
+    >>> round(saliency_of(math.asin(0.5), 2.0), 9), round(saliency_of(0.4, 2.0), 6)
+    (0.0, 0.203516)
+
+    """
+
+    def share(r: float) -> float:
+        return (math.sin(load_angle) + r * math.sin(2.0 * load_angle)) / pull_out(r)[1] - 1.0 / pull_out_ratio
+
+    low, high = 0.0, MOST_SALIENCY
+    if abs(share(low)) <= 4e-16:
+        return 0.0
+    if share(low) * share(high) > 0.0:
+        return None
+    rising = share(high) > 0.0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if (share(middle) > 0.0) == rising else (middle, high)
+    return 0.5 * (low + high)
+
+
+def damper_slope(greatest: float | None, slip_speed: float) -> float:
+    """The slope c of a damper winding's torque at synchronous speed, over rated torque (s/rad), by its greatest torque.
+
+    c u/(1 + (c u/(2 b))²) = 1 at the slip speed u: c = 2 b (b - sqrt(b² - 1))/u, on the running branch.
+
+    Args:
+        greatest: b, greatest over rated torque, above 1; None where it grows for ever: c = 1/u.
+        slip_speed: u at which it gives rated torque, rad/s.
+
+    >>> c = damper_slope(1.5, 2.0)
+    >>> round(c * 2.0 / (1.0 + (c * 2.0 / 3.0) ** 2), 12)
+    1.0
+
+    """
+    if greatest is None:
+        return 1.0 / slip_speed
+    return 2.0 * greatest / (greatest + math.sqrt((greatest - 1.0) * (greatest + 1.0))) / slip_speed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Synchronous(Motor):
+    """A synchronous motor on a stiff mains: torque by the angle d by which its rotor lags the field.
+
+    T = T_p sin(d) + T_r sin(2 d) + T_a(omega_s - omega), dd/dt = p (omega_s - omega): d in electrical radians, p pole
+    pairs, omega_s = 2 pi f/p. T_r = r T_p is the reluctance torque of salient poles. The damper winding gives
+    T_a(u) = c u, or where its greatest torque T_b is known, Kloss's c u/(1 + (u/u_b)²) with u_b = 2 T_b/c. The pull-out
+    torque lambda T_n is the greatest of the first two.
+
+    Args:
+        power: rated power at the shaft, W.
+        poles: number of poles, 2, 4, 6...
+        frequency: f of the mains, Hz.
+        pull_out_ratio: lambda, pull-out torque over rated torque, above 1.
+        saliency: r, at least 0.
+        damping: c, N m s/rad, at least 0.
+        asynchronous_ratio: T_b over rated torque; None for a damper winding whose torque grows with the slip for ever.
+        field_at: speed (rad/s) from which the field is given, below synchronous; None where it always is.
+        field_time: time constant of the field, s; with `field_at`.
+        inertia: of the rotor, kg m².
+
+    Raises:
+        SceneError: for values out of range.
+
+    With `field_at` the field's share g of T_p is a state of its own, dg/dt = (target - g)/tau, whose target rises from 0 to
+    1 over the next hundredth of synchronous speed.
+
+    Valid for swings slower than the transients of windings, at constant voltage and excitation; resistances neglected. The
+    transient reactance, by which quick swings are somewhat stiffer, is left out. Source: Fitzgerald et al., Electric
+    Machinery, 6th ed., chapter 5 (load angle, salient poles: eqs. 5-40, 5-65) ; Kundur, Power System Stability and Control
+    (1994), sections 3.9, 12.3 (swing equation, damping torque); Chapman, Electric Machinery Fundamentals, 5th ed., chapter
+    5 (start by damper windings).
+
+    >>> motor = Synchronous(power=150e3, poles=20, frequency=50.0, pull_out_ratio=2.0, damping=400.0)
+    >>> round(motor.synchronous_speed, 6), round(motor.rated.torque, 3), round(motor.field_torque, 3)
+    (31.415927, 4774.648, 9549.297)
+    >>> round(math.degrees(motor.load_angle(motor.rated.torque)), 9), motor.load_angle(1e4)
+    (30.0, None)
+
+    """
+
+    power: float
+    poles: int
+    frequency: float
+    pull_out_ratio: float
+    damping: float
+    saliency: float = 0.0
+    asynchronous_ratio: float | None = None
+    field_at: float | None = None
+    field_time: float = 0.0
+    title: ClassVar[str] = "synchronous motor"
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        faults = wrong_numbers(self, ("power", "frequency"), ("damping", "saliency", "field_time"))
+        poles, ratio = number_faults("poles", self.poles), number_faults("pull_out_ratio", self.pull_out_ratio)
+        if not poles and (self.poles < 2 or self.poles % 2):
+            poles = [Fault("poles", f"{self.poles:g}", "an even number, 2 or more")]
+        if not ratio and self.pull_out_ratio <= 1:
+            ratio = [Fault("pull_out_ratio", f"{self.pull_out_ratio:g}", "a number above 1")]
+        refuse(faults + poles + ratio)
+        if self.saliency > MOST_SALIENCY:
+            faults.append(Fault("saliency", f"{self.saliency:g}", f"{MOST_SALIENCY:g} at most; 0.1 to 0.5 is usual"))
+        if self.asynchronous_ratio is not None:
+            faults += number_faults("asynchronous_ratio", self.asynchronous_ratio, "a finite number above 0")
+            if not self.damping:
+                faults.append(Fault("damping", "0", "a value above 0", "the damper winding has a greatest torque"))
+        if self.field_at is not None and not 0.0 < self.field_at <= (1.0 - FIELD_BAND) * self.synchronous_speed:
+            highest = (1.0 - FIELD_BAND) * self.synchronous_speed
+            found, expected = f"{self.field_at:.6g} rad/s", f"a speed above 0, {highest:.6g} rad/s at most"
+            faults.append(Fault("field_at", found, expected, "the field is to pull the rotor in from there"))
+        if (self.field_at is None) != (self.field_time == 0.0):
+            found = "without field_at" if self.field_at is None else "with field_at"
+            expected = "no field_time, as the field is always given" if self.field_at is None else "a time above 0"
+            faults.append(Fault("field_time", f"{self.field_time:g} s {found}", expected))
+        refuse(faults)
+
+    @cached_property
+    def synchronous_speed(self) -> float:
+        """Speed 2 pi f/(pole pairs) of the field, rad/s."""
+        return 4 * math.pi * self.frequency / self.poles
+
+    @property
+    def pole_pairs(self) -> float:
+        """Pole pairs p: electrical over mechanical angle."""
+        return self.poles / 2
+
+    @cached_property
+    def rated(self) -> Point:
+        """The rated power at synchronous speed."""
+        return Point(self.synchronous_speed, self.power / self.synchronous_speed)
+
+    @property
+    def pull_out_torque(self) -> float:
+        """The greatest torque at which it keeps step, N m."""
+        return self.pull_out_ratio * self.rated.torque
+
+    @property
+    def pull_out_angle(self) -> float:
+        """Load angle of the pull-out torque, rad."""
+        return pull_out(self.saliency)[0]
+
+    @cached_property
+    def field_torque(self) -> float:
+        """T_p, N m."""
+        return self.pull_out_torque / pull_out(self.saliency)[1]
+
+    @property
+    def reluctance_torque(self) -> float:
+        """T_r, N m."""
+        return self.saliency * self.field_torque
+
+    @cached_property
+    def damper_reach(self) -> float:
+        """Slip speed u_b at which the damper winding's torque is greatest, rad/s; infinite where it grows for ever."""
+        if self.asynchronous_ratio is None:
+            return math.inf
+        return 2.0 * self.asynchronous_ratio * self.rated.torque / self.damping
+
+    @property
+    def no_load_speed(self) -> float:
+        """Synchronous speed, rad/s."""
+        return self.synchronous_speed
+
+    @property
+    def stable(self) -> Span | None:
+        """The running branch of the damper winding's torque, rad/s; None without damping."""
+        if not self.damping:
+            return None
+        return self.synchronous_speed - self.damper_reach, self.synchronous_speed + self.damper_reach
+
+    def law(self) -> Expression:
+        """The torque out of step, N m: that of the damper winding, which is the mean as the rotor slips past the poles."""
+        u = f"({expression_of(self.synchronous_speed)} - omega)"
+        linear = f"{expression_of(self.damping)}*{u}"
+        if math.isinf(self.damper_reach):
+            return parse(linear)
+        return parse(f"{linear}/(1 + {u}**2/{expression_of(self.damper_reach**2)})")
+
+    def synchronizing_torque(self, angle: ArrayLike) -> Array:
+        """T_p sin(d) + T_r sin(2 d), N m, at load angles (rad), of their shape."""
+        d = np.asarray(angle, dtype=float)
+        return np.asarray(self.field_torque * np.sin(d) + self.reluctance_torque * np.sin(2.0 * d))
+
+    def stiffness(self, angle: ArrayLike) -> Array:
+        """T_p cos(d) + 2 T_r cos(2 d), N m per electrical radian: how torque grows with the load angle."""
+        d = np.asarray(angle, dtype=float)
+        return np.asarray(self.field_torque * np.cos(d) + 2.0 * self.reluctance_torque * np.cos(2.0 * d))
+
+    def load_angle(self, torque: float) -> float | None:
+        """The load angle (rad) below pull-out at which it gives a torque (N m) in step; None above the pull-out torque."""
+        if abs(torque) > self.pull_out_torque:
+            return None
+        if not self.saliency:
+            return math.asin(torque / self.field_torque)
+        found = self.circuit.carrying(lambda states: float(self.synchronizing_torque(states[0])) - torque)
+        return None if found is None else float(found[0])
+
+    def swing_frequency(self, angle: float, inertia: float) -> float:
+        """Angular frequency sqrt(p (dT/dd)/J) of small swings about a load angle (rad), J at the motor's shaft (kg m²).
+
+        Source: Kundur, section 12.3; Fitzgerald et al., chapter 5; 0 at the pull-out angle and beyond.
+        """
+        return math.sqrt(max(self.pole_pairs * float(self.stiffness(angle)), 0.0) / inertia)
+
+    def damper_torque(self, slip_speed: Any) -> Any:
+        """Torque of the damper winding, N m, at slip speeds u = omega_s - omega (rad/s)."""
+        if math.isinf(self.damper_reach):
+            return self.damping * slip_speed
+        return self.damping * slip_speed / (1.0 + (slip_speed / self.damper_reach) ** 2)
+
+    def damper_heat(self, omega: ArrayLike) -> Array:
+        """Heat in the damper winding, W, at speeds omega (rad/s), of their shape: its torque times slip speed."""
+        slip_speed = self.synchronous_speed - np.asarray(omega, dtype=float)
+        return np.asarray(self.damper_torque(slip_speed) * slip_speed)
+
+    @cached_property
+    def circuit(self) -> LoadAngle:
+        """The load angle, and the field where it is switched."""
+        return LoadAngle(self)
+
+    def graph(self) -> Part:
+        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft.
+
+        A rotating source of flow Sf holds a 0-junction at synchronous speed; through the 1-junction `slip` between it and
+        the rotor a spring C, with the law of the load angle, and the damper winding R give the torque.
+
+        Raises:
+            SceneError: with a field that is switched.
+
+        >>> print(*Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0).graph().elements)
+        rotor field mains slip slip.rate load_angle damper
+
+        """
+        from bondgraph import Builder, C, I, R, Sf
+
+        if self.field_at is not None:
+            raise SceneError([Fault("field_at", "a field that is switched", "a field always on, as in a bond graph")])
+        p, d = self.pole_pairs, self.field_torque
+
+        def torque(q: Any, ns: Any = np) -> Any:
+            return d * ns.sin(p * q) + self.reluctance_torque * ns.sin(2.0 * p * q)
+
+        b = Builder().one("rotor", "rotation").zero("field", "rotation")
+        b.port("field", Sf("mains", self.synchronous_speed))
+        parts = [C("load_angle", torque)]
+        if self.damping:
+            parts.append(R("damper", self.damper_torque if math.isfinite(self.damper_reach) else self.damping))
+        b.between("field", "rotor", *parts, name="slip")
+        if self.inertia:
+            b.port("rotor", I("inertia", self.inertia))
+        return b.part("rotor")
+
+
+class LoadAngle(Circuit):
+    """The load angle d of a synchronous motor (rad, electrical), and the share g of its field where that is switched.
+
+    T = g T_p sin(d) + T_r sin(2 d) + T_a(u), dd/dt = p u, u = omega_s - omega; dg/dt = (target(omega) - g)/tau.
+    Source: as `Synchronous`.
+
+    >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
+    >>> circuit, speed = motor.circuit, motor.synchronous_speed
+    >>> round(circuit.torque(speed, (0.5235987755982989,)), 6), round(motor.rated.torque, 6)
+    (95.492966, 95.492966)
+    >>> [round(rate, 9) for rate in circuit.rates(speed - 1.0, (0.5,))]
+    [2.0]
+    """
+
+    in_graph: tuple[GraphState, ...]
+
+    def __init__(self, motor: Synchronous) -> None:
+        self.motor, self.only_speed, self.greatest_torque = motor, motor.synchronous_speed, motor.pull_out_torque
+        self.names, self.scales = (StateName("load_angle", "rad", turns=True),), (1.0,)
+        self.in_graph = (GraphState("q", "load_angle", motor.pole_pairs),)
+        if motor.field_at is not None:
+            self.names, self.scales, self.in_graph = (*self.names, StateName("field", "1")), (1.0, 1.0), ()
+
+    def torque(self, omega: Any, states: States) -> Any:
+        """Torque on the shaft, N m."""
+        motor, d = self.motor, states[0]
+        sin = math.sin if isinstance(d, float) else np.sin
+        field = motor.field_torque if motor.field_at is None else motor.field_torque * states[1]
+        found = field * sin(d) + motor.damper_torque(motor.synchronous_speed - omega)
+        return found + motor.reluctance_torque * sin(2.0 * d) if motor.saliency else found
+
+    def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
+        """Rate of the load angle, rad/s, and of the field's share, 1/s."""
+        motor = self.motor
+        turning = motor.pole_pairs * (motor.synchronous_speed - omega)
+        if motor.field_at is None:
+            return (turning,)
+        return turning, (self._given(omega)[0] - states[1]) / motor.field_time
+
+    def _given(self, omega: Any) -> tuple[Any, Any]:
+        """The share of the field that is given at a speed, and its slope (s/rad): 6 x^5 - 15 x^4 + 10 x^3 over the band."""
+        motor = self.motor
+        assert motor.field_at is not None
+        width = FIELD_BAND * motor.synchronous_speed
+        plain = isinstance(omega, float)
+        x = (omega - motor.field_at) / width
+        x = min(max(x, 0.0), 1.0) if plain else np.clip(x, 0.0, 1.0)
+        return x * x * x * (10.0 + x * (6.0 * x - 15.0)), 30.0 * (x * (1.0 - x)) ** 2 / width
+
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives of torque and rates."""
+        motor, d = self.motor, states[0]
+        u, reach = motor.synchronous_speed - omega, motor.damper_reach
+        square = (u / reach) ** 2  # 0 where the reach is infinite
+        by_speed = -motor.damping * (1.0 - square) / (1.0 + square) ** 2
+        share = 1.0 if motor.field_at is None else states[1]
+        by_angle = share * motor.field_torque * np.cos(d) + 2.0 * motor.reluctance_torque * np.cos(2.0 * d)
+        if motor.field_at is None:
+            return Slopes(by_speed, (by_angle,), (-motor.pole_pairs,), ((0.0,),))
+        by_field, slope = motor.field_torque * np.sin(d), self._given(omega)[1] / motor.field_time
+        return Slopes(
+            by_speed, (by_angle, by_field), (-motor.pole_pairs, slope), ((0.0, 0.0), (0.0, -1.0 / motor.field_time))
+        )
+
+    def steady(self, omega: Any) -> tuple[Any, ...]:
+        """Load angle 0, and the field as it is given: out of step the torque of the angle is 0 on the mean."""
+        zero = 0.0 * omega
+        return (zero,) if self.motor.field_at is None else (zero, self._given(omega)[0])
+
+    def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
+        """The states in step at which a net work (or torque), which grows with the load angle up to pull-out, is 0.
+
+        By regula falsi (Illinois). None where it is not 0 at any angle below pull-out: the motor cannot carry that.
+        """
+        field = () if self.motor.field_at is None else (1.0,)
+        high = self.motor.pull_out_angle
+        low = -high
+        at_low, at_high = net((low, *field)), net((high, *field))
+        if not at_low <= 0.0 <= at_high:
+            return None
+        side = 0
+        for _ in range(_BISECTIONS):
+            middle = (low * at_high - high * at_low) / (at_high - at_low) if at_high > at_low else high
+            if not low < middle < high:
+                middle = 0.5 * (low + high)
+            if high - low <= 4e-16 or not low < middle < high:
+                break
+            found = net((middle, *field))
+            if found == 0.0:
+                return (middle, *field)
+            if found > 0.0:
+                high, at_high, at_low, side = middle, found, at_low * (0.5 if side > 0 else 1.0), 1
+            else:
+                low, at_low, at_high, side = middle, found, at_high * (0.5 if side < 0 else 1.0), -1
+        return (middle, *field)
+
+    def standing(self, states: States, time: Any) -> tuple[Any, ...]:
+        """The load angle of a rotor at rest, past which the poles run; its field dies away."""
+        motor = self.motor
+        angle = states[0] + motor.pole_pairs * motor.synchronous_speed * time
+        if motor.field_at is None:
+            return (angle,)
+        return angle, states[1] * np.exp(-np.asarray(time) / motor.field_time)
