@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,9 @@ from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
+
+if TYPE_CHECKING:
+    from flywheel.motions.starting import StartHeat
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -222,6 +225,7 @@ def transient(
             "balance": None if scene.unknown is None else abs(setting.balance) * setting.balance_error,
             "regime_speed": None if regime is None else regime.speed * (regime.sizing.error.simulation or 0.0),
         },
+        from_regime=start == "regime",
     )
 
 
@@ -729,6 +733,7 @@ class Transient:
     rtol: float
     messages: tuple[str, ...] = ()
     given_errors: Mapping[str, float | None] = field(default_factory=dict)
+    from_regime: bool = False
 
     @cached_property
     def samples(self) -> tuple[Samples, Indices]:
@@ -749,6 +754,14 @@ class Transient:
         assert self.motion.trail is not None
         with np.errstate(all="ignore"):
             return energy_of(self.motion.trail, self.samples[0].kinetic)
+
+    @cached_property
+    def start_heat(self) -> StartHeat | None:
+        """Heat of the motor's start, against what it bears; None where it is not started, or its kind does not tell."""
+        from flywheel.motions.starting import start_heat  # only motions that a motor drives pay for it
+
+        assert self.motion.trail is not None
+        return None if self.from_regime else start_heat(self.motion.trail)
 
     def __repr__(self) -> str:
         """How it ended, instead of the motion."""
@@ -806,6 +819,7 @@ class Transient:
             "time_to_95_percent": self.time_to_regime,
             "peaks": {name: found and found._asdict() for name, found in self.peaks._asdict().items()},
             "energy": self.energy._asdict(),
+            "motor_start": None if self.start_heat is None else self.start_heat.as_dict(),
             "error": self.error,
             "energy_residual": self.motion.energy_residual,
             "drift": self.motion.drift,
@@ -1120,7 +1134,16 @@ def estimates(transient: Transient) -> dict[str, Any]:
         "time_to_95_percent": late,
         "peaks": peaks,
         "energy": energies | {"works": {name: of_energy(it, works.works.get(name)) for name, it in energy.works.items()}},
+        "motor_start": _start_errors(transient, other),
     }
+
+
+def _start_errors(transient: Transient, rough: Trail) -> dict[str, float | None] | None:
+    """Errors of the heat of a motor's start, by comparison with the run before."""
+    from flywheel.motions.starting import start_heat  # only motions that a motor drives pay for it
+
+    found, before = transient.start_heat, start_heat(rough)
+    return None if found is None else found.errors(before, transient.motion.share, 2 * transient.motion.error)
 
 
 def of_samples(transient: Transient, points: int) -> dict[str, float | None]:

@@ -328,6 +328,8 @@ _INDUCTION = (
     Key("starting_current", "number", "of the locked rotor, over the rated one", None, _BREAKDOWN, example="6.5"),
     Key("starting_torque", "number", "of the locked rotor, over the rated one", None, POSITIVE, example="2.2"),
     Key("stator_share", "number", _STATOR, 0.5, _SHARE, example="0.5"),
+    Key("locked_rotor_time", "time", "for which the warm motor bears its starting current", None, POSITIVE),
+    Key("locked_rotor_time_cold", "time", "the same of the cold motor", None, POSITIVE),
 )
 
 

@@ -31,7 +31,8 @@ def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
 
 def text(transient: Transient) -> str:
     """What a designer asks of a motion, at most 100 columns wide."""
-    return page((_headline(transient), _figures(transient), _energy(transient), sentences(transient.messages, "")))
+    parts = (_headline(transient), _figures(transient), _energy(transient), _motor_start(transient))
+    return page((*parts, sentences(transient.messages, "")))
 
 
 def _sliding(transient: Transient) -> bool:
@@ -109,6 +110,32 @@ def _energy(transient: Transient) -> list[str]:
         if heat is not None:
             lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
     return lines
+
+
+def _motor_start(transient: Transient) -> list[str]:
+    """What the start does to its motor, beside what it bears; nothing of a motor of whose current nothing is known."""
+    found = transient.start_heat
+    if found is None or (found.current_squared is None and not found.times):
+        return []
+    rows = [("switched", " and ".join(f"after {figure(time, most=5)} s" for time in found.times))] if found.times else []
+    rows.append(
+        ("lasts", f"{figure(found.time, most=5)} s" + ("" if found.over else ", and is not over: below the rated speed"))
+    )
+    heats = (("winding of rotor or armature", found.winding), ("resistors", found.added or None), ("stator", found.stator))
+    rows += [(f"heat, {where}", f"{figure(heat, most=5)} J") for where, heat in heats if heat is not None]
+    if found.current_squared is not None:
+        rows.append(("integral of (I/I_n)^2", f"{figure(found.current_squared, most=5)} s"))
+    states = (
+        ("warm", found.allowed, found.share, found.starts),
+        ("cold", found.allowed_cold, found.share_cold, found.starts_cold),
+    )
+    for state, allowed, share, starts in states:
+        if allowed is not None and share is not None:
+            told = f"{figure(100 * share, most=4)} % of the {figure(allowed, most=5)} s that the motor bears"
+            many = "not one such start" if not starts else f"{starts} such start{'' if starts == 1 else 's'} in turn"
+            rows.append((state, f"{told}: {many}"))
+    width = max(len(name) for name, _ in rows)
+    return [f"Start of the motor: {found.title}", *(f"  {name.ljust(width)}  {value}" for name, value in rows)]
 
 
 def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[tuple[str, Array]]:

@@ -7,7 +7,8 @@ import pytest
 
 import flywheel
 from flywheel.components.motors import DC, Started, Switch, resistance_steps
-from flywheel.motions.transients import transient
+from flywheel.motions.transients import estimates, transient
+from flywheel.tables import transients
 
 PLATE = {
     "type": "induction",
@@ -44,27 +45,44 @@ def test_star_delta_of_an_inertia_alone_by_closed_forms():
     assert found.time == pytest.approx(star + delta, rel=1e-9)
     heat = 0.5 * INERTIA * SYNCHRONOUS**2 * (1 - at_end**2)
     assert found.energy.rotor_heat == pytest.approx(heat, rel=1e-10)
+    assert found.start_heat.winding == pytest.approx(0.5 * INERTIA * SYNCHRONOUS**2 * (1 - (50 / 1500) ** 2), rel=1e-10)
     assert found.peaks.current is None  # no rated current on the plate
 
 
-def test_a_switch_by_time_is_that_of_the_equations():
+@pytest.mark.slow
+def test_a_switch_by_time_and_its_heat_are_those_of_the_equations():
     from scipy.integrate import solve_ivp
 
     plate = {"voltage": "400 V", "current": "15 A", "power_factor": 0.83, "starting_current": 6.5, "starting_torque": 2.2}
+    plate |= {"locked_rotor_time": "4 s", "locked_rotor_time_cold": "9 s"}
     motor = PLATE | plate | {"start": {"type": "star-delta", "until": "2 s"}}
-    found = transient(scene(motor, "-0.0006*omega**2"), end=3.0)
-    own = found.scene.motor.own
+    found = transient(scene(motor, "-0.0006*omega**2"), end="1460 rpm")
+    own, heat = found.scene.motor.own, found.start_heat
 
     def slope(t, state, share):
         torque = share * float(own.torque(state[0]))
-        current = share * float(own.current_share(state[0]))
-        return [(torque - 0.0006 * state[0] ** 2) / INERTIA, torque * (SYNCHRONOUS - state[0]), current**2]
+        windings = share * float(own.current_share(state[0])) ** 2
+        return [(torque - 0.0006 * state[0] ** 2) / INERTIA, torque * (SYNCHRONOUS - state[0]), windings]
 
-    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-11}
+    def rated(t, state, share):
+        return state[0] - own.speed
+
+    rated.terminal = True
+    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-11, "max_step": 0.05}
     star = solve_ivp(slope, (0.0, 2.0), [0.0, 0.0, 0.0], args=(1 / 3,), **options).y[:, -1]
-    end = solve_ivp(slope, (2.0, 3.0), star, args=(1.0,), **options).y[:, -1]
-    assert found.omega == pytest.approx(end[0], rel=1e-9)
-    assert found.energy.rotor_heat == pytest.approx(end[1], rel=1e-9)
+    run = solve_ivp(slope, (2.0, 30.0), star, args=(1.0,), events=rated, **options)
+    assert heat.over
+    assert heat.time == pytest.approx(run.t[-1], rel=1e-9)
+    assert heat.winding == pytest.approx(run.y[1, -1], rel=1e-10)
+    assert heat.current_squared == pytest.approx(run.y[2, -1], rel=1e-10)
+    assert heat.stator == pytest.approx(own.rated_stator_heat * run.y[2, -1], rel=1e-10)
+    assert heat.share == pytest.approx(run.y[2, -1] / (6.5**2 * 4.0), rel=1e-10)
+    assert heat.starts == math.floor(1 / heat.share)
+    assert heat.starts_cold == math.floor(6.5**2 * 9.0 / heat.current_squared)
+    errors = estimates(found)["motor_start"]
+    assert 0 < errors["current_squared"] < 1e-7
+    assert abs(heat.current_squared - run.y[2, -1]) <= errors["current_squared"] + 1e-10 * heat.current_squared
+    assert f"{heat.starts} such start" in transients.text(found)
 
 
 def test_a_start_that_does_not_come_to_its_switch_is_told():

@@ -42,6 +42,8 @@ class Plate(NamedTuple):
         starting_current: of the locked rotor, over the rated one.
         starting_torque: of the locked rotor, over the rated one.
         stator_share: share of the rated losses outside the rotor that is the stator's copper; half of them is usual.
+        locked_rotor_time: for which the warm motor bears its starting current, s.
+        locked_rotor_time_cold: the same of the cold motor, s.
 
     """
 
@@ -53,6 +55,8 @@ class Plate(NamedTuple):
     starting_current: float | None = None
     starting_torque: float | None = None
     stator_share: float = 0.5
+    locked_rotor_time: float | None = None
+    locked_rotor_time_cold: float | None = None
 
 
 BARE = Plate()
@@ -262,6 +266,10 @@ class Induction(Motor):
         elif start is not None and start > self.breakdown_ratio:
             expected = f"the breakdown_ratio of {self.breakdown_ratio:g} at most, which is the greatest"
             faults.append(Fault("starting_torque", f"{start:g} of the rated torque", expected))
+        warm, cold = self.plate.locked_rotor_time, self.plate.locked_rotor_time_cold
+        if warm is not None and cold is not None and cold < warm:
+            expected = f"at least the {warm:g} s of the warm one"
+            faults.append(Fault("locked_rotor_time_cold", f"{cold:g} s of the cold motor", expected))
         if current is not None and not current > 1:
             faults.append(Fault("starting_current", f"{current:g} of the rated current", "more than 1; 4 to 8 is usual"))
         refuse(faults)

@@ -79,9 +79,10 @@ class Connection(NamedTuple):
         return found
 
     def current(self, omega: Array, torque: Array, own: Motor) -> Array | None:
-        """Line current at speeds (rad/s) and torques that it then gives (N m), over the rated one of a motor `own`.
+        """Current of the windings at speeds (rad/s) and torques that it then gives (N m), over the rated one of `own`.
 
-        Of a DC motor the armature's, in A where it has no rated one. None where the kind does not tell.
+        Of a DC motor the armature's, in A where it has no rated one. None where the kind does not tell. The line takes
+        `line` times that.
         """
         if isinstance(self.motor, DC) and isinstance(own, DC):
             return np.asarray(self.motor.current_of_torque(omega, torque) / (own.rated_current or 1.0))
@@ -91,7 +92,7 @@ class Connection(NamedTuple):
         full = self.motor.torque(omega)
         with np.errstate(all="ignore"):
             square = np.where(full == 0.0, 1.0, torque / full)
-        return np.asarray(share * np.sqrt(np.maximum(square, 0.0)) * self.line)
+        return np.asarray(share * np.sqrt(np.maximum(square, 0.0)))
 
 
 def _times(*factors: Node) -> Node:
@@ -334,6 +335,15 @@ class Started(Motor):
 
         Of a DC motor without a rated current, A. `within` are times that tell the connection, at a switch either side of it.
         """
+
+        def line(one: Connection, speed: Array, torque: Array) -> Array | None:
+            current = one.current(speed, torque, self.own)
+            return None if current is None else current * one.line
+
+        return self._by_connection(omega, time, within, line)
+
+    def windings_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
+        """Current of the windings over the rated one: what heats them, in star as in delta."""
         return self._by_connection(omega, time, within, lambda one, speed, torque: one.current(speed, torque, self.own))
 
     def heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
