@@ -75,8 +75,8 @@ def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
 
 
 def _text(file: Path) -> str:
-    """The text of the file."""
-    content, what = b"", ""
+    """The text of the file; a fault where it has none."""
+    advice, wanted = 'save it as "CSV UTF-8"', "a table of motors as CSV in UTF-8"
     try:
         with file.open("rb") as stream:
             content = stream.read(LARGEST + 1)
@@ -84,18 +84,16 @@ def _text(file: Path) -> str:
             what = f"a file of more than {LARGEST >> 20} MiB"
         elif is_utf16(content):
             what = "a text in UTF-16"
-        return content.decode("utf-8-sig") if not what else ""
+        else:
+            return content.decode("utf-8-sig")
     except FileNotFoundError:
         near = nearest(file.name, [other.name for other in file.parent.glob("*.csv")]) if file.parent.is_dir() else None
-        advice = f"did you mean {quote(near)}?" if near else ""
-        raise SceneError([Fault(file.name, "no such file", "a table of motors as CSV", advice)]) from None
+        what, advice = "no such file", f"did you mean {quote(near)}?" if near else ""
     except UnicodeDecodeError:
         what = "a file that is not UTF-8"
     except (OSError, ValueError) as error:
-        what = f"a file that cannot be read ({getattr(error, 'strerror', None) or 'its name'})"
-    finally:
-        if what:
-            raise SceneError([Fault(file.name, what, "a table of motors as CSV in UTF-8", 'save it as "CSV UTF-8"')])
+        what, advice = f"a file that cannot be read ({getattr(error, 'strerror', None) or 'its name'})", ""
+    raise SceneError([Fault(file.name, what, wanted, advice)])
 
 
 def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = False) -> Catalogue:

@@ -39,10 +39,6 @@ def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
             faults.add("duty", f"a duty beside [{name}]", "none", what)
     if "flywheel" not in raw:
         faults.add("flywheel", "nothing, with a duty", "a table with irregularity or inertia", "of all phases together")
-    limits = raw["flywheel"].get("limits") if isinstance(raw.get("flywheel"), Mapping) else None
-    for name in (name for name in (limits if isinstance(limits, Mapping) else ()) if name != "irregularity"):
-        advice = "size one phase at a time, or for an irregularity"
-        faults.add(f"flywheel.limits.{name}", f"{name} beside a duty", "no limit of the motor", advice)
     found = []
     for i, each in enumerate(tables):
         table = as_table(each, f"duty[{i}]", faults)

@@ -17,23 +17,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import log, sqrt
+from math import inf, isfinite, log, sqrt
 from typing import Any
 
 import numpy as np
 
 from bondgraph.records import NamedTuple
+from flywheel.components.motors import Induction
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
-from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Phase, Scene
-from flywheel.sizing.results import Sizing, estimates
+from flywheel.sizing import limits
+from flywheel.sizing.results import Limit, MotorShaft, Sizing, estimates, heat_share
 
 LONGEST = 600.0
 """Period (s) of a duty that the mean of its heat speaks for, unless another is agreed on: IEC 60034-1 has 10 minutes."""
 _FADED = 0.05  # of a change of speed: what is left of it when it has settled
 _TOO_LONG = 0.05  # of a phase: what settling may take of it
-_MORE = 1e-6  # share by which an irregularity may exceed the one asked for
+_MORE = 1e-6  # share by which a phase may exceed a limit
+_SEARCHED = 1e-10  # relative error of a flywheel that a limit over the duty decides
+_STEP, _STEPS = 1.5, 20  # of inertias that are tried
+_HALVES = 12  # of a bracket at whose end a phase has no regime
+_LIGHT = 0.01  # of the machine's own inertia: the lightest of these
 
 
 class Stretch(NamedTuple):
@@ -90,24 +96,48 @@ def root_mean_square(stretches: Iterable[Stretch]) -> float:
 def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene], Sizing]) -> Sizing:
     """The sizing of the phase that decides on the flywheel, with the duty.
 
+    Limits of irregularity, torque and current are kept in every phase, those of the motor's heat and of the root mean
+    square of its torque over the whole duty.
+
     Args:
         scene: with a duty.
         size: sizes a scene as asked, for the phase that decides.
         plain: sizes a scene without a confirmation of its own, for the others.
 
     Raises:
-        SceneError: with the faults of all phases that cannot run.
+        SceneError: with the faults of all phases that cannot run, and where no flywheel keeps a limit over the duty.
 
     """
     running = [phase for phase in scene.duty if phase.scene is not None]
+    whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
+    if whole and len(whole) == len(scene.limits):
+        alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
+        raise SceneError([Fault("flywheel.limits", alone_there, "an irregularity beside them", "which every phase keeps")])
+    if whole:
+        running = [phase._replace(scene=_without(_scene(phase), whole)) for phase in running]
     hardest, runs = _hardest(running, plain)
-    found = size(_scene(hardest))
-    inertia = found.inertia
-    if inertia is None:
-        raise SceneError([Fault("duty", "a machine whose flywheel is not known", "one with a motion")])
-    runs[hardest.name] = found if found.simulation else plain(analysed(found.scene, inertia))
-    duty = over(scene.duty, runs, inertia)._replace(governing=hardest.name)
-    return replace(found, duty=duty, messages=(*found.messages, *_messages(duty, scene)))
+    search = _Search(scene, running, plain, whole, {_inertia(runs): runs})
+    lightest = _inertia(runs)
+    needed = {name: search.smallest(name, lightest) for name in whole}
+    inertia = max([lightest, *needed.values()])
+    found = size(_scene(hardest)) if inertia == lightest else None
+    if found is not None and abs((found.inertia or 0.0) - inertia) <= _MORE * inertia:
+        runs[hardest.name] = found if found.simulation else runs[hardest.name]
+        duty, binding = over(scene.duty, runs, inertia), found.binding
+    else:
+        found = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia)
+        duty = search.duty(inertia)
+        binding = max(needed, key=lambda name: needed[name]) if inertia > lightest else None
+        runs = search.runs(inertia)
+    duty = duty._replace(governing=hardest.name)
+    alone = needed | {name: limit.alone for name, limit in (plain(_scene(hardest)).limits if scene.limits else {}).items()}
+    kept = {name: _reached(name, asked, duty, runs, alone[name]) for name, asked in scene.limits.items()}
+    told = (*found.messages, *_messages(duty, scene, binding if binding in whole else None), *search.unkept(inertia))
+    return replace(found, duty=duty, limits=kept, binding=binding, messages=told)
+
+
+WHOLE = {"motor_heat": "heat_share", "motor_rms": "rms_torque_share"}
+"""Limits that are kept over the whole duty, and the figures of it that they are of."""
 
 
 def _scene(phase: Phase) -> Scene:
@@ -115,36 +145,164 @@ def _scene(phase: Phase) -> Scene:
     return phase.scene
 
 
+def _without(scene: Scene, names: Mapping[str, float]) -> Scene:
+    """The scene without some of its limits."""
+    left = {name: limit for name, limit in scene.limits.items() if name not in names}
+    return replace(scene, limits=left)
+
+
 def analysed(scene: Scene, inertia: float) -> Scene:
     """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
     return scene if scene.inertia == inertia else replace(scene, irregularity=None, limits={}, inertia=inertia)
 
 
+def _inertia(runs: Mapping[str, Sizing]) -> float:
+    """The flywheel that phases run with."""
+    return next(iter(runs.values())).inertia or 0.0
+
+
+def _with_flywheel(scene: Scene, found: Sizing, inertia: float) -> Sizing:
+    """An analysis as the sizing of a scene, whose flywheel it is."""
+    wheel = found.flywheel._replace(inertia=None, exact=inertia, needed=True)
+    return replace(found, scene=scene, flywheel=wheel, error=found.error._replace(exact=_SEARCHED))
+
+
 def _hardest(phases: list[Phase], plain: Callable[[Scene], Sizing]) -> tuple[Phase, dict[str, Sizing]]:
-    """The phase that needs the largest flywheel, or runs least evenly with a given one, and all others with that flywheel.
+    """The phase that needs the largest flywheel, or runs least evenly with a given one, and all with that flywheel.
 
     A phase that keeps what is asked with the flywheel of another needs no more than that.
     """
-    asked = _scene(phases[0]).irregularity
+    given = _scene(phases[0]).inertia
     sizings, faults = dict[str, Sizing](), list[Fault]()
-    hardest, inertia = phases[0], _scene(phases[0]).inertia
+    hardest, inertia = phases[0], given
     for phase in phases:
         try:
             run = None if inertia is None else plain(analysed(_scene(phase), inertia))
-            if run is not None:
-                sizings[phase.name] = run
-            if run is None or (asked is not None and _irregularity(run) > asked * (1.0 + _MORE)):
-                hardest, inertia = phase, plain(_scene(phase)).inertia
+            if run is None or (given is None and any(_beyond(run, _asked(_scene(phase))))):
+                hardest, inertia = phase, max(plain(_scene(phase)).inertia or 0.0, inertia or 0.0)
+                run = plain(analysed(_scene(phase), inertia))
+            sizings[phase.name] = run
         except SceneError as error:
             faults += [fault._replace(path=f"{phase.path} ({phase.name}): {fault.path}") for fault in error.faults]
     refuse(faults)
-    if asked is None:
-        return max(phases, key=lambda phase: _irregularity(sizings[phase.name])), sizings
     for phase in phases:
-        run = sizings.get(phase.name)
-        if inertia is not None and phase is not hardest and (run is None or run.inertia != inertia):
+        if inertia is not None and sizings[phase.name].inertia != inertia:
             sizings[phase.name] = plain(analysed(_scene(phase), inertia))
+    if given is not None:
+        hardest = max(phases, key=lambda phase: _irregularity(sizings[phase.name]))
     return hardest, sizings
+
+
+def _asked(scene: Scene) -> dict[str, float]:
+    """What a phase shall keep: its limits, or its irregularity."""
+    return dict(scene.limits) or ({} if scene.irregularity is None else {"irregularity": scene.irregularity})
+
+
+def _figures(names: Iterable[str], run: Sizing) -> dict[str, limits.Share]:
+    """The figures of a phase that are limited."""
+    if run.cycle is None or run.run is None:
+        return {}
+    return limits.shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
+
+
+def _beyond(run: Sizing, asked: Mapping[str, float]) -> Iterator[str]:
+    """The limits that a phase does not keep."""
+    for name, share in _figures(asked, run).items():
+        if share.value > asked[name] * (1.0 + _MORE) + share.error:
+            yield name
+
+
+class _Search:
+    """Duties with flywheels of several inertias (kg m² at their own shaft): the smallest that keeps a limit over a duty."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        running: list[Phase],
+        plain: Callable[[Scene], Sizing],
+        whole: Mapping[str, float],
+        known: dict[float, dict[str, Sizing]],
+    ) -> None:
+        self.scene, self.running, self.plain, self.asked = scene, running, plain, whole
+        self.known, self.duties = known, dict[float, Duty]()
+
+    def runs(self, inertia: float) -> dict[str, Sizing]:
+        """All phases with a flywheel."""
+        if inertia not in self.known:
+            self.known[inertia] = {p.name: self.plain(analysed(_scene(p), inertia)) for p in self.running}
+        return self.known[inertia]
+
+    def duty(self, inertia: float) -> Duty:
+        """The duty with a flywheel."""
+        if inertia not in self.duties:
+            self.duties[inertia] = over(self.scene.duty, self.runs(inertia), inertia)
+        return self.duties[inertia]
+
+    def off(self, name: str, inertia: float) -> float:
+        """By how much a figure of the duty is beyond its limit; without end where a phase has no regime."""
+        try:
+            return float(getattr(self.duty(inertia), WHOLE[name])) - self.asked[name]
+        except SceneError:
+            return inf
+
+    def smallest(self, name: str, start: float) -> float:
+        """The smallest flywheel that keeps a limit over the duty, looked for from one with which all phases run."""
+        least = _LIGHT * self._own()
+        after, tried = max(start, least), {start: self.off(name, start)}
+        if tried[start] > 0.0:
+            before = start
+            for k in range(1, _STEPS + 1):
+                after = max(start, least) * _STEP**k
+                tried[after] = self.off(name, after)
+                if tried[after] <= 0.0:
+                    return self._crossing(name, before, after)
+                before = after
+            raise SceneError([self._unreached(name, min(tried, key=lambda each: tried[each]))])
+        while after > least:
+            before = after / _STEP
+            if self.off(name, before) > 0.0:
+                return self._crossing(name, before, after)
+            after = before
+        return 0.0 if self.off(name, 0.0) <= 0.0 else after
+
+    def _crossing(self, name: str, low: float, high: float) -> float:
+        """The flywheel between two at which a figure of the duty is at its limit, or the lightest with which all run."""
+        from scipy.optimize import brentq  # only such duties pay for it
+
+        for _ in range(_HALVES):
+            if isfinite(self.off(name, low)):
+                return float(brentq(lambda each: self.off(name, each), low, high, xtol=1e-300, rtol=_SEARCHED))
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.off(name, middle) <= 0.0 else (middle, high)
+        return high
+
+    def _unreached(self, name: str, best: float) -> Fault:
+        reached = 100.0 * (self.off(name, best) + self.asked[name])
+        found = f"{100 * self.asked[name]:.6g} %, which no flywheel reaches over the duty: at best, with {best:.5g} kg m^2"
+        advice = "give a larger motor, or allow it more"
+        return Fault(f"flywheel.limits.{name}", f"{found}, it is {reached:.6g} %", "a limit above that", advice)
+
+    def _own(self) -> float:
+        """The machine's own inertia at the flywheel's shaft."""
+        found = next(iter(self.known.values())).values()
+        own = max(0.0 if run.reduced_inertia is None else run.reduced_inertia.greatest for run in found)
+        return own / self.scene.flywheel_ratio**2
+
+    def unkept(self, inertia: float) -> Iterator[str]:
+        """What phases do not keep with the flywheel of another, where more inertia is not always better."""
+        for phase in self.running if self.scene.inertia is None else ():
+            for name in _beyond(self.runs(inertia)[phase.name], _asked(_scene(phase))):
+                yield f"{phase.name} does not keep {name} with that flywheel"
+
+
+def _reached(name: str, asked: float, duty: Duty, runs: Mapping[str, Sizing], alone: float) -> Limit:
+    """A limit of the scene, with the figure of the whole duty or of the phase that is nearest to it."""
+    if name in WHOLE:
+        reached = float(getattr(duty, WHOLE[name]))
+        return Limit(asked, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), _SEARCHED)
+    shares = [share[name] for run in runs.values() if (share := _figures((name,), run))]
+    worst = max(shares, key=lambda each: each.value, default=limits.Share(0.0, 0.0))
+    return Limit(asked, worst.value, alone, None, worst.error / max(worst.value, 1e-300), _SEARCHED)
 
 
 def _irregularity(sizing: Sizing) -> float:
@@ -247,9 +405,12 @@ def _start(phase: Phase, inertia: float) -> _Start:
     samples, owners = run.samples
     count = int(np.bincount(owners)[0])
     _, weights = np.polynomial.legendre.leggauss(count - 2)
-    t, torque = (np.asarray(column).reshape(-1, count) for column in (samples.t, samples.drive))
-    square = float(0.5 * (t[:, -1] - t[:, 0]) @ (torque[:, 1:-1] ** 2 @ weights))
-    heat = run.energy.rotor_heat if run.energy.copper is None else run.energy.copper
+    columns = (samples.t, samples.drive, samples.omega)
+    t, torque, omega = (np.asarray(column).reshape(-1, count) for column in columns)
+    half, heat = 0.5 * (t[:, -1] - t[:, 0]), run.energy.copper
+    square = float(half @ (torque[:, 1:-1] ** 2 @ weights))
+    if isinstance(scene.motor, Induction) and scene.drive is not None:
+        heat = float(half @ (_heat(scene.motor, scene.shafts[scene.drive.on] * omega[:, 1:-1]) @ weights))
     return _Start(run.time, run.energy.drive, heat, square, 2 * run.error)
 
 
@@ -289,9 +450,11 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     energy, scene, cycle = sizing.energy, sizing.scene, sizing.cycle
     assert energy is not None
     rated = None if scene.motor is None else scene.motor.rated
-    heat, share, name = energy.rotor_heat, energy.rotor_heat_share, "rotor_heat"
-    if heat is None:
-        heat, share, name = energy.copper_heat, energy.copper_heat_share, "copper_heat"
+    heat, share, off = energy.copper_heat, energy.copper_heat_share, energy.errors.get("copper_heat_share", 0.0)
+    if isinstance(scene.motor, Induction) and cycle is not None and sizing.run is not None:
+        shaft = MotorShaft(scene, cycle, sizing.run, sizing.speed, sizing.rtol)
+        share, error = heat_share(scene.motor, shaft)
+        heat, off = share * float(_heat(scene.motor, np.array(scene.motor.speed))), error / max(share, ROUNDING)
     values = {
         "mean_power": energy.mean_power,
         "rms_torque": energy.rms_torque,
@@ -306,15 +469,16 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
     scales = {"mean_power": exchanged * sizing.speed, "rms_torque": exchanged / ratio}
     scales["rms_torque_share"] = 0.0 if rated is None else exchanged / ratio / rated.torque
-    known = {"heat": name, "heat_share": f"{name}_share", "current_rms": "current_rms"}
-    errors = {
-        figure: energy.errors.get(known[figure], relative) * abs(value)
-        if figure in known
-        else relative * max(abs(value), scales[figure])
-        for figure, value in values.items()
-        if value is not None
-    }
-    return values, errors
+    scales |= {"heat": 0.0, "heat_share": 0.0, "current_rms": 0.0}
+    own = {"heat": off, "heat_share": off, "current_rms": energy.errors.get("current_rms", off)}
+    known = {name: value for name, value in values.items() if value is not None}
+    return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in known.items()}
+
+
+def _heat(motor: Induction, speeds: Array) -> Array:
+    """Heat (W) of an induction motor at speeds (rad/s): of its rotor, and of its stator's copper where that is known."""
+    stator = motor.stator_heat(speeds)
+    return motor.rotor_heat(speeds) if stator is None else motor.rotor_heat(speeds) + stator
 
 
 def _with_starts(
@@ -422,13 +586,12 @@ def _type(phases: list[Phase]) -> str | None:
 # -- what is to be said ------------------------------------------------------------------------------------------------
 
 
-def _messages(duty: Duty, scene: Scene) -> Iterator[str]:
+def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
     """What a user must know of a duty: whose figures the others are, what was taken for granted, what is left out."""
-    yield f"the figures are those of {duty.governing}, the phase that decides on the flywheel; those of the duty stand apart"
-    asked = scene.irregularity
-    for row in duty.phases:
-        if asked is not None and row.irregularity is not None and row.irregularity > asked * (1.0 + _MORE):
-            yield f"in {row.name} the irregularity is {row.irregularity:.6g} with that flywheel, more than asked"
+    if binding is None:
+        yield f"the figures are those of {duty.governing}, which decides on the flywheel; those of the duty stand apart"
+    else:
+        yield f"{binding} over the whole duty decides on the flywheel; the figures are those of {duty.governing} with it"
     for row in duty.phases:
         if row.settling is not None and row.settling > _TOO_LONG * row.duration and len(duty.phases) > 1:
             told = f"{row.name} lasts {row.duration:.4g} s, and a change of speed takes {row.settling:.4g} s to fade to 5 %"

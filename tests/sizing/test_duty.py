@@ -94,6 +94,26 @@ def test_the_flywheel_is_that_of_the_hardest_phase(punch):
     assert all(row.irregularity < 0.08 for row in punch.duty.phases[1:3])
 
 
+@pytest.mark.slow
+def test_limits_of_heat_and_rms_torque_are_kept_over_the_whole_duty(punch):
+    def limited(**limits):
+        return flywheel.size(scene(*PHASES, flywheel={"limits": {"irregularity": 0.08} | limits}), simulate=False)
+
+    loose, tight = limited(motor_heat=0.62), limited(motor_rms=0.7, motor_torque=1.5)
+    assert loose.flywheel.exact == pytest.approx(punch.flywheel.exact, rel=1e-12)
+    assert (loose.binding, tight.binding) == ("irregularity", "motor_rms")
+    assert loose.limits["motor_heat"].alone < loose.flywheel.exact < tight.flywheel.exact
+    given = scene(*PHASES, flywheel={"inertia": tight.flywheel.exact})
+    assert flywheel.size(given, simulate=False).duty.rms_torque_share == pytest.approx(0.7, rel=1e-9)
+    lighter = scene(*PHASES, flywheel={"inertia": 0.999 * tight.flywheel.exact})
+    assert flywheel.size(lighter, simulate=False).duty.rms_torque_share > 0.7
+    assert tight.limits["motor_torque"].reached == pytest.approx(1.48151, rel=1e-5)
+    with pytest.raises(flywheel.SceneError, match=r"30 %, which no flywheel reaches over the duty: at best, .* it is 41\.8"):
+        limited(motor_heat=0.3)
+    with pytest.raises(flywheel.SceneError, match="expected an irregularity beside them"):
+        flywheel.size(scene(*PHASES, flywheel={"limits": {"motor_heat": 0.9}}), simulate=False)
+
+
 def test_a_given_flywheel_and_a_balance_as_drive():
     drive = {"drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": 500.0}}
     duty = flywheel.size(scene(*PHASES[::2], PHASES[3], **drive), simulate=False).duty
