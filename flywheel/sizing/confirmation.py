@@ -10,7 +10,7 @@ node and no formula for the flywheel; with torques that depend on speed it repea
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from functools import partial
 
@@ -20,13 +20,15 @@ from bondgraph.records import NamedTuple
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import BudgetError, counted, limited
-from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.periodic_motion import Demand
 from flywheel.regime.stepping import TIGHTEST, SlidingError, Step, one_cycle
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
-from flywheel.sizing.results import Confirmation, Confirmed, Regime
+from flywheel.scene.scene import Scene
+from flywheel.sizing.limits import IRREGULARITY, of_motor, shares
+from flywheel.sizing.results import Confirmation, Confirmed, MotorShaft, Regime, motor_heat
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
 _MOST = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
@@ -42,13 +44,17 @@ class UnconfirmedError(ValueError):
 
 
 class SteadyCycle(NamedTuple):
-    """One steady cycle as a route of its own finds it: rad/s and s; `closure` is omega(T)/omega(0) - 1."""
+    """One steady cycle as a route of its own finds it: rad/s and s; `closure` is omega(T)/omega(0) - 1.
+
+    `limited` are the figures of the motor that are limited, by their names.
+    """
 
     irregularity: float
     speed_max: float
     speed_min: float
     period: float
     closure: float
+    limited: Mapping[str, float] = {}
 
 
 def in_time(regime: Regime, approximate: float | None) -> Confirmed:
@@ -138,7 +144,7 @@ def _with_approximate(
         closure=found.closure,
         route=route,
     )
-    return Confirmed(motion, error, period_error, messages)
+    return Confirmed(motion, error, period_error, messages, {**found.limited, IRREGULARITY: found.irregularity})
 
 
 def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
@@ -155,7 +161,9 @@ def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, 
         (found.period, period, period_error),
     ]
     apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if b > 0.0]
-    return max(apart), apart[-1]
+    limited = ((found.limited[name], regime.limits[name]) for name in found.limited)
+    beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in limited if b.reached > 0.0]
+    return max(apart + beside), apart[-1]
 
 
 def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> SteadyCycle:
@@ -189,7 +197,52 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
         speed_min=speed * (1 + scale * low),
         period=last.end / speed,
         closure=float(closing / (1 + scale * u)),
+        limited=_limited(machine.scene, steps, speed, scale),
     )
+
+
+def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dict[str, float]:
+    """The figures of the motor that are limited (see `limits.shares`), integrated over the steps of a motion in time."""
+    names, motor = of_motor(scene), scene.motor
+    if not names or motor is None or motor.rated is None or scene.drive is None:
+        return {}
+    ratio, circuit, rated = scene.shafts[scene.drive.on], motor.circuit, motor.rated
+
+    def torque(turned: Array, states: Array) -> Array:
+        return np.asarray(motor.torque(turned) if circuit is None else circuit.torque(turned, tuple(states)))
+
+    def current(turned: Array, states: Array) -> Array:
+        if circuit is None:
+            return np.asarray(motor.current_share(turned))
+        return np.asarray(circuit.current(turned, tuple(states))) / (motor.rated_current or 1.0)
+
+    def heat(turned: Array, states: Array) -> Array:
+        return motor_heat(motor, turned, None if circuit is None else circuit.current(turned, tuple(states)))
+
+    def along(step: Step, law: Callable[[Array, Array], Array], shares: Array) -> Array:
+        states = step.dense(step.start + (step.end - step.start) * shares)
+        return law(ratio * speed * (1.0 + scale * states[1]), states[2:])
+
+    def mean(law: Callable[[Array, Array], Array]) -> float:
+        works = [(step.end - step.start) * float(_GAUSS_WEIGHTS @ along(step, law, _GAUSS)) for step in steps]
+        return sum(works) / (steps[-1].end - steps[0].start)
+
+    def extremes(law: Callable[[Array, Array], Array]) -> tuple[float, float]:
+        found: list[float] = []
+        for step in steps:
+            values = along(step, law, _SAMPLES)
+            roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
+            inside = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)]
+            found += [*values.tolist(), *along(step, law, inside).tolist()]
+        return min(found), max(found)
+
+    figures: dict[str, Callable[[], float]] = {
+        "motor_torque": lambda: max(map(abs, extremes(torque))) / rated.torque,
+        "motor_rms": lambda: float(np.sqrt(mean(lambda turned, states: torque(turned, states) ** 2))) / rated.torque,
+        "motor_heat": lambda: mean(heat),
+        "current_pulsation": lambda: float(np.diff(extremes(current))[0]),
+    }
+    return {name: figures[name]() for name in names}
 
 
 def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
@@ -209,6 +262,8 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
     return found.irregularity, run.error + (abs(found.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
 
 
+_GAUSS, _GAUSS_WEIGHTS = (0.5 * np.array(each) for each in np.polynomial.legendre.leggauss(10))
+_GAUSS = 0.5 + _GAUSS
 _SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)
 _TO_POWERS = np.linalg.inv(np.vander(_SAMPLES, increasing=True))
 
@@ -266,12 +321,14 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
 def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> SteadyCycle:
     motion = _collocated(regime, machine, inertia)
     run, cycle, edges = motion.run, motion.cycle, motion.solved.state.edges
+    shaft = MotorShaft(machine.scene, cycle, run, motion.speed, regime.rtol)
+    limited = {name: share.value for name, share in shares(of_motor(machine.scene), shaft).items()}
     period, _ = turning_moment.period(cycle, motion.speed, run, regime.rtol)
     gained = float(edges[-1, 0] - edges[0, 0])
     start = float(turning_moment.speed_over_cycle(cycle, motion.speed, run, np.zeros(1))[0])
     share = 2.0 * gained / ((run.inertia + cycle.inertia_at_start) * start**2)
     closure = share / (1.0 + float(np.sqrt(1.0 + share)))
-    return SteadyCycle(run.irregularity, run.speed_max, run.speed_min, period, closure)
+    return SteadyCycle(run.irregularity, run.speed_max, run.speed_min, period, closure, limited)
 
 
 def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float) -> tuple[float, float]:

@@ -407,6 +407,10 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
         motion = closely
     square = scene.flywheel_ratio**2
     found = shares_along(machine, motion, rtol)
+    if inertia > 0.0:  # what the error of the inertia makes of each
+        beside = search.closely(inertia * (1.0 + _BESIDE)).shares
+        moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in found.items() if beside}
+        found = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in found.items()}
     limits = {name: _limit(scene.limits[name], share, kept[name][0], square) for name, share in found.items()}
     return Smallest(motion, error, limits, binding if inertia > 0.0 else None, tuple(_told(scene, kept, inertia)))
 

@@ -151,12 +151,16 @@ class JointFriction(NamedTuple):
 
 
 class Confirmed(NamedTuple):
-    """A motion that was found, its error relative to what it confirms, that of its period, and what is to be said of it."""
+    """A motion that was found, its error relative to what it confirms, that of its period, and what is to be said of it.
+
+    `limited` are the figures that the scene limits, by their names, as a route of its own finds them.
+    """
 
     motion: Confirmation | None = None
     error: float | None = None
     period_error: float | None = None
     messages: tuple[str, ...] = ()
+    limited: Mapping[str, float] = {}
 
 
 class Regime(NamedTuple):
@@ -715,29 +719,42 @@ class MotorShaft:
 
 
 def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
-    """The mean heat of a motor over time, over that at its rated point, and its absolute error.
+    """The mean heat of a motor over time, over that at its rated point (see `motor_heat`), and its absolute error."""
+    from flywheel.components.motors import DC  # only machines with a motor pay for it
 
-    Of a DC motor that of its armature, of an induction motor that of rotor and stator copper, or of the rotor alone where
-    its plate does not tell the stator's.
-    """
-    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
-
-    if not isinstance(motor, Induction):
-        assert isinstance(motor, DC)
+    if isinstance(motor, DC):
         found = _copper_heat(motor, shaft)
         share = found["copper_heat_share"]
         return share, found["errors"]["copper_heat_share"] * max(share, ROUNDING)
+
+    def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        here, beside = (motor_heat(motor, shaft.ratio * w) for w in (omega, omega * (1.0 + _APART)))
+        return here, np.abs(beside - here) / (_APART * omega)
+
+    mean, error, _ = shaft.mean_over_time(law)
+    even, rated = motor.no_load_speed or 0.0, 0.0 if motor.rated is None else motor.rated.speed
+    return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
+
+
+def motor_heat(motor: Motor, omega: Array, current: Array | None = None) -> Array:
+    """Heat of a motor at speeds of its shaft (rad/s), over that at its rated point.
+
+    Of a DC motor that of its armature, with the current that flows (A), the steady one if None; of an induction motor that
+    of rotor and stator copper, or of the rotor alone where its plate does not tell the stator's.
+    """
+    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+
+    if isinstance(motor, DC):
+        assert motor.rated_current is not None
+        flowing = motor.current(omega) if current is None else current
+        return np.asarray((flowing / motor.rated_current) ** 2)
+    assert isinstance(motor, Induction)
 
     def heat(speed: Array) -> Array:
         stator = motor.stator_heat(speed)
         return motor.rotor_heat(speed) if stator is None else motor.rotor_heat(speed) + stator
 
-    def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        here, beside = heat(shaft.ratio * omega), heat(shaft.ratio * omega * (1.0 + _APART))
-        return here, np.abs(beside - here) / (_APART * omega)
-
-    (mean, error, _), rated = shaft.mean_over_time(law), float(heat(np.array(motor.speed)))
-    return mean / rated, error / rated + 8 * ROUNDING * mean / rated / motor.rated_slip
+    return heat(omega) / heat(np.array(motor.speed))
 
 
 def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:

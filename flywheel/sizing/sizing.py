@@ -155,6 +155,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     # result
     reached = scene.irregularity if flywheel.needed or regime.run is None else regime.run.irregularity
     limits = regime.limits or _limits(scene, flywheel.exact, errors.exact, reached)
+    limits = {name: limit._replace(simulated=confirmed.limited.get(name)) for name, limit in limits.items()}
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
