@@ -1,0 +1,82 @@
+"""Shafts in series against the series equations: flywheel, speeds, powers, and what every mesh loses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import flywheel
+from tests.oracle.drive_lines import DriveLine
+from tests.sizing import random_drive_lines as lines
+
+TRUE = {  # of the press for an irregularity of 15 %, by `DriveLine(PRESS).sized(0.15)`
+    "inertia": 17.291497418502406,
+    "speed": 5.061360492761736,
+    "speed_max": 5.440962529718867,
+    "speed_min": 4.681758455804605,
+    "period": 1.1978381530536135,
+    "mean_power": 2910.043934195682,
+    "peak_power": 9289.006905825343,
+    "rms_torque": 28.37716062386729,
+    "rotor_heat": 249.7916585699949,
+}
+LOST = {"shafts.wheel": 78.7341244312112, "shafts.motor": 172.2746009043845}  # W in the meshes
+SLIP = 58.20087868391371  # W of that in the belt's slip
+RMS = {"wheel": 305.37618199008307, "motor": 28.40230158002637}  # N m through the meshes, on the shaft's side
+
+
+def press(**wheel: Any) -> dict[str, Any]:
+    return lines.PRESS | {"flywheel": {"on": "wheel", **wheel}}
+
+
+def test_press_of_motor_belt_flywheel_shaft_gear_and_crank() -> None:
+    sizing = flywheel.size(flywheel.load(press(irregularity=0.15)), simulate=False)
+    found = sizing.as_dict()
+    assert sizing.reached
+    figures = {"inertia": found["flywheel"]["exact"], "speed": found["speed"], **found["energy"]}
+    assert {key: figures[key] for key in TRUE if key in figures} == pytest.approx(
+        {key: value for key, value in TRUE.items() if key in figures}, rel=1e-9
+    )
+    assert (sizing.run.speed_max, sizing.run.speed_min) == pytest.approx((TRUE["speed_max"], TRUE["speed_min"]), rel=1e-9)
+    flow = flywheel.power_flow(sizing)
+    lost: dict[str, float] = {}
+    for stream in flow.streams:
+        if stream.kind in ("mesh", "slip"):
+            lost[stream.name] = lost.get(stream.name, 0.0) + stream.mean
+    assert lost == pytest.approx(LOST, rel=1e-9)
+    assert [stream.mean for stream in flow.streams if stream.kind == "slip"] == pytest.approx([SLIP], rel=1e-9)
+    assert {row.shaft: row.torque_rms for row in flow.shafts if row.on} == pytest.approx(RMS, rel=1e-9)
+    assert abs(flow.left) <= 1e-9 * flow.input
+
+
+@pytest.mark.slow
+def test_digits_of_the_press() -> None:
+    found = DriveLine(press(irregularity=0.15)).sized(0.15)
+    assert {key: float(getattr(found, key)) for key in TRUE} == pytest.approx(TRUE, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_random_drive_lines(seed: int) -> None:
+    table = lines.scene(seed)
+    true = DriveLine(table).analysed(table["flywheel"]["inertia"])
+    for rtol in lines.RTOLS:
+        assert lines.compared(table, true, rtol) == []
+        assert lines.recovered(table, true, rtol) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", lines.EXTREMES)
+def test_extreme_drive_lines(name: str) -> None:
+    table = lines.EXTREMES[name]
+    true = DriveLine(table).analysed(table["flywheel"]["inertia"])
+    for rtol in lines.RTOLS:
+        assert lines.compared(table, true, rtol) == []
+
+
+def test_drag_that_eats_the_motors_torque() -> None:
+    shafts = lines.PRESS["shafts"]
+    table = press(irregularity=0.15) | {"shafts": shafts | {"wheel": shafts["wheel"] | {"drag": 700.0}}}
+    with pytest.raises(flywheel.SceneError, match="a drive that cannot carry the mean load"):
+        flywheel.size(flywheel.load(table), simulate=False)
