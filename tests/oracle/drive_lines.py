@@ -593,16 +593,14 @@ class DriveLine:
             rows = sign * values[:, :, k]
             best = rows.max()
             for j in np.flatnonzero(rows.max(axis=1) > best - 0.05 * np.ptp(rows)):
-                i = int(rows[j].argmax())
-                if 0 < i < 6:
-                    ends = grids[j][i - 1], grids[j][i + 1]
-                    found = minimize_scalar(
-                        lambda phi, j=j: -sign * row(phi, pieces[j])[k],
-                        bounds=ends,
-                        method="bounded",
-                        options={"xatol": 1e-9},
-                    )
-                    best = max(best, -float(found.fun))
+                i = int(np.clip(rows[j].argmax(), 1, 5))  # an extreme may stand beside the end of a step
+                found = minimize_scalar(
+                    lambda phi, j=j: -sign * row(phi, pieces[j])[k],
+                    bounds=(grids[j][i - 1], grids[j][i + 1]),
+                    method="bounded",
+                    options={"xatol": 1e-9},
+                )
+                best = max(best, -float(found.fun))
             return float(best)
 
         flows = {
