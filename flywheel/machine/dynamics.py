@@ -538,6 +538,24 @@ class Dynamics:
         """The stage that each meshes with."""
         return [stage.near for stage in self.machine.stages]
 
+    @cached_property
+    def drags(self) -> tuple[float, ...]:
+        """The drag of shafts (N m, on the crank) of every stage; nothing where no shaft has any.
+
+        As loads they act against a motion forwards; here they turn round with it, and hold a machine at rest.
+        """
+        machine, found = self.machine, [0.0] * len(self.machine.stages)
+        order = [stage.shaft for stage in machine.stages]
+        for load in machine.scene.loads:
+            if load.drag and isinstance(load.law, float):
+                found[order.index(machine.stage_of(load.on))] -= load.law * machine.scene.shafts[load.on]
+        return tuple(found) if any(found) else ()
+
+    @property
+    def holds(self) -> bool:
+        """Whether dry friction, in joints or as drag of shafts, may hold the machine at rest."""
+        return self.machine.resists or (any(load.drag for load in self.machine.scene.loads) and bool(self.drags))
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.machine, self.inertia, self.balance)
 
@@ -568,7 +586,9 @@ class Dynamics:
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
         if self.resistances is not None:
-            found = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), states)
+            found = self._resisted(
+                self._turned(parts, place, omega), table, np.array([phi]), place, np.array([omega]), states
+            )
             return found._replace(
                 acceleration=_one(found.acceleration),
                 moment=_one(found.moment),
@@ -578,7 +598,23 @@ class Dynamics:
                 passed=tuple(map(_one, found.passed)),
                 factors=tuple(map(_one, found.factors)),
             )
-        return self._instant(parts, omega, states, place.factors)
+        return self._resting(self._instant(self._turned(parts, place, omega), omega, states, place.factors), place)
+
+    def _turned(self, parts: list[_Contribution], anchor: Anchor, omega: Any) -> list[_Contribution]:
+        """The parts, with the drag of shafts against the motion where this goes backwards."""
+        if not (self.holds and self.drags):
+            return parts
+        back = (omega if anchor.omega is None else anchor.omega) < 0.0
+        if not np.any(back):
+            return parts
+        return [part._replace(moment=part.moment + 2.0 * back * drag) for part, drag in zip(parts, self.drags, strict=True)]
+
+    def _resting(self, found: Instant, anchor: Anchor) -> Instant:
+        """The instants, where drag holds the machine without an acceleration."""
+        if anchor.omega is None or not self.holds or not np.any(rests := np.equal(anchor.omega, 0.0)):
+            return found
+        acceleration, moment, loss = (np.where(rests, 0.0, row) for row in (found.acceleration, found.moment, found.loss))
+        return found._replace(acceleration=acceleration, moment=moment, loss=loss)
 
     def plainly(self, anchor: Anchor) -> PlainInstant | None:
         """What `at` gives in the piece of an anchor, in plain numbers.
@@ -594,6 +630,8 @@ class Dynamics:
         if program is None:
             return None
         law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
+        if self.holds and anchor.omega is not None and not anchor.omega > 0.0:
+            return None
         driving = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
 
         def single(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
@@ -648,10 +686,11 @@ class Dynamics:
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
             return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, states, watched=watched)
         factors = anchor.factors or tuple(1.0 for _ in parts)
+        parts = self._turned(parts, anchor, omega)
         if self.resistances is not None:
             found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, states, watched)
         else:
-            found = self._instant(parts, omega, states, factors)
+            found = self._resting(self._instant(parts, omega, states, factors), anchor)
         whole = partial(wide, shape=phi.shape)
         return found._replace(
             acceleration=whole(found.acceleration),
@@ -685,6 +724,10 @@ class Dynamics:
             rows += self._moving(station, stage, anchor, omega, time, states)
             for part, value in rows:
                 found[part] = found.get(part, 0.0) + value
+        back = (omega if anchor.omega is None else anchor.omega) < 0.0
+        for load in self.machine.scene.loads if self.holds and np.any(back) else ():
+            if load.drag and isinstance(load.law, float):  # against a motion backwards
+                found[load.path] = found[load.path] - 2.0 * back * load.law * self.machine.scene.shafts[load.on]
         if self.resistances is not None and rubbing:
             friction = (now or self.along(phi, anchor, omega, time, states)).friction
             assert friction is not None
@@ -717,8 +760,8 @@ class Dynamics:
 
     @property
     def branching(self) -> bool:
-        """Whether some branch depends on speed or time, on which side of a mesh drives, or on how joints rub."""
-        return self.machine.resists or len(self.machine.stages) > 1 or self.machine.switches_at_speeds
+        """Whether some branch depends on speed or time, on which side of a mesh drives, or on how joints and shafts rub."""
+        return self.holds or len(self.machine.stages) > 1 or self.machine.switches_at_speeds
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
         """The position, or the end of the stroke that it lies past, and by how much it does."""
@@ -879,7 +922,7 @@ class Dynamics:
         )
 
     def from_rest(self, phi: float, ahead: float, behind: float, times: Array, states: States = ()) -> tuple[Array, Array]:
-        """The acceleration (rad/s²) of a machine with rough joints at rest if it moved forwards, and if it moved backwards.
+        """The acceleration (rad/s²) of a machine with dry friction at rest if it moved forwards, and if it moved backwards.
 
         At times (n,) it does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the
         pieces on either side of the position. 0 stands where friction leaves no motion.
@@ -900,14 +943,18 @@ class Dynamics:
         return found[0], found[1]
 
     def hold(self, phi: float, ahead: float, behind: float, time: float, states: States = ()) -> Hold:
-        """What keeps a machine with rough joints at rest, at a position between places ahead of it and behind."""
+        """What keeps a machine with dry friction at rest, at a position between places ahead of it and behind."""
         resistances = self.resistances
-        assert resistances is not None
+        if resistances is None:
+            onset, most = ONSET * self.machine.typical_speed, sum(self.drags)
+            parts, _ = self._parts(float(self._inside(phi)[0]), Anchor(ahead, onset, time), onset, time, states)
+            return Hold(_one(sum(part.moment for part in parts)) + most, most, ())
         at = np.array([float(self._inside(phi)[0])])
         for sense, place in ((1.0, ahead), (-1.0, behind)):
             omega = sense * ONSET * self.machine.typical_speed
             anchor = Anchor(place, omega, time)
             parts, table = self._parts(float(at[0]), anchor, omega, time, states)
+            parts = self._turned(parts, anchor, omega)
             moment = float(np.ravel(sum(part.moment for part in parts))[0])
             if sense * moment >= 0.0:
                 break

@@ -964,7 +964,9 @@ class Machine:
             law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.sees, effort.acts)
             if balance and effort.depends_on_unknown:
                 law = law._replace(effort=partial(_with_unknown, effort, balance), per_unknown=None)
-            part = "drive" if effort.load.path == "drive" else f"{effort.load.path} on {effort.load.on}"
+            part = f"{effort.load.path} on {effort.load.on}"
+            if effort.load.path == "drive" or effort.load.drag:
+                part = effort.load.path
             builder.port(effort.place.junction, Se(effort.path, law, part=part))
         if self.friction is not None:
             law = Law(self.friction, self._crank_motion)

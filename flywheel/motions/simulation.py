@@ -86,12 +86,13 @@ class Motion(NamedTuple):
         return self.states.get("current")
 
     def at(self, times: Any) -> tuple[Array, Array]:
-        """Crank angle and speed at times (s), by dense output; on a stroke a SceneError for times after its end."""
+        """Crank angle and speed at times (s), by dense output; at rest for good after its end, on a stroke a SceneError."""
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         if self.run is not None:
             return self.run.displacement("phi", wanted), self.run.flow("crank", wanted)
         assert self.trail is not None
-        phi, omega = self.trail.states(wanted)[:2]
+        still = self.trail.stuck is not None  # for good
+        phi, omega = self.trail.states(np.minimum(wanted, self.t[-1]) if still else wanted)[:2]
         stroke = self.trail.dynamics.machine.scene.stroke
         if stroke is None:
             return phi, omega

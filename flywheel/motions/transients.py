@@ -183,7 +183,7 @@ def transient(
         )
         raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
     let_go = setting.machine.scene.drive is None and not setting.machine.scene.loads  # weights and springs alone move it
-    goes_on = goal.kind == "time" and (let_go or setting.dynamics.resistances is not None)
+    goes_on = goal.kind == "time" and (let_go or setting.dynamics.holds)
     starting = None if setting.motor is None or start == "regime" else setting.motor.start
     if starting is not None:
         setting = setting.started(())
@@ -454,7 +454,7 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
     begin = Start(phi, omega, _own_states(setting, phi, omega, start == "regime"))
     if omega > 0.0:
         return begin
-    if dynamics.resistances is not None:
+    if dynamics.holds:
         return _rough_start(setting, begin, goes_on)
     locked = begin if circuit is None else begin._replace(states=circuit.steady(0.0))
     moment, scale = _moment_at_rest(dynamics, locked)
@@ -499,7 +499,7 @@ def _carrying(dynamics: Dynamics, begin: Start, locked: Start, share: float) -> 
 
 
 def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
-    """The start of a machine with rough joints, which may hold it until loads or its motor's current move it.
+    """The start of a machine with dry friction, which may hold it until loads or its motor's current move it.
 
     goes_on: whether it is followed backwards too.
     """
@@ -514,12 +514,16 @@ def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
         return begin
     where = machine.where(phi)
     if backwards < -least:
-        found = f"a machine that goes back: at rest at {where} friction in its joints does not hold it"
+        found = f"a machine that goes back: at rest at {where} {_friction(machine)} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
         found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
         advice = "a larger drive, less friction, or a start at a speed"
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
+
+
+def _friction(machine: Machine) -> str:
+    return "friction in its joints" if machine.resists else "the drag of its shafts"
 
 
 def _moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
@@ -610,7 +614,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
             return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} {unit} {at}"
         states = trail.states(np.array([last]))
         why = ""
-        if setting.dynamics.resistances is not None:
+        if setting.dynamics.holds:
             why = f": {_rough_rest(setting.dynamics, trail, states[:, 0], last)}"
         if scene.drive is None:
             return "stop", f"stopped {at}{why}"
@@ -636,7 +640,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
         return "regime", f"settled to its regime after {last:.6g} s, {turns:.6g} turns"
     if trail.goal in ("speed", "share"):
         return trail.goal, f"reached {speed(omega)} {at}"
-    if setting.dynamics.resistances is not None and omega == 0.0 and trail.goal is None:
+    if setting.dynamics.holds and omega == 0.0 and trail.goal is None:
         state = trail.states(np.array([last]))[:, 0]
         return "time", f"ended {at}, at rest: {_rough_rest(setting.dynamics, trail, state, last)}"
     return trail.goal or "time", f"ended {at}, at {omega:.6g} {unit}"
@@ -650,7 +654,7 @@ def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> 
     forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, np.array([last]), own))
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
         return held_by(dynamics, phi, last, own)
-    return f"friction in its joints does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
+    return f"{_friction(machine)} does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
 
 
 def _drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:

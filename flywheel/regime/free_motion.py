@@ -297,13 +297,16 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
 
 
 def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
-    """Why a machine with rough joints stays at rest at a position within the cycle, in words."""
+    """Why a machine with dry friction stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
     unit = "N" if machine.scene.reduction_element == "slide" else "N m"
     if abs(found.moment) <= _BALANCED * min(found.friction, 1e300):
         return f"M* = 0 {unit}, so that nothing moves it"
-    what = f"friction in its joints holds M* = {found.moment:.6g} {unit}"
+    where = "friction in its joints" if machine.resists else "the drag of its shafts"
+    what = f"{where} holds M* = {found.moment:.6g} {unit}"
+    if not machine.resists and len(machine.stages) > 1:
+        return what
     if found.locking:
         return f"{what}: it locks itself, as no size of {' or '.join(found.locking)} moves it (self-locking)"
     if not math.isfinite(found.friction):
@@ -365,7 +368,8 @@ class _Motion:
         self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
         self.rough = 0 if dynamics.resistances is None else dynamics.resistances.curved.size  # passive actions in joints
-        self.sense = 1.0  # of a machine with rough joints that leaves its rest
+        self.held = dynamics.holds  # by friction in joints, or drag of shafts, where it comes to rest
+        self.sense = 1.0  # of a machine with dry friction that leaves its rest
         edges = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
         places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
         self.light = _LIGHT * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
@@ -384,7 +388,7 @@ class _Motion:
         self._add([])
         while self.t < self.until and goal is None:
             self._check_friction()
-            if self.rough and self.state[1] == 0.0 and not self._sets_out():
+            if self.held and self.state[1] == 0.0 and not self._sets_out():
                 if self._rests():
                     continue
                 stuck = self._stuck()
@@ -402,7 +406,7 @@ class _Motion:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
             self.state = np.array(steps[-1].last, dtype=float)
-            stopped = self.rough > 0 and events is not None and crossed == events.sides.size - 1  # the speed is the last
+            stopped = self.held and events is not None and crossed == events.sides.size - 1  # the speed is the last
             if stopped:
                 self.state[1] = 0.0
             self._add([Stretch(step, self.offset, anchor) for step in steps if step.end > step.start])
@@ -449,7 +453,7 @@ class _Motion:
     # -- rough joints at rest --------------------------------------------------------------------------------------------
 
     def _pushes(self, times: Array, states: States) -> Array:
-        """Accelerations (2, n) with which a machine with rough joints would leave its rest, forwards and backwards.
+        """Accelerations (2, n) with which a machine with dry friction would leave its rest, forwards and backwards.
 
         Less what counts as none: it leaves where the first is above 0, or the second below.
         """
@@ -467,7 +471,7 @@ class _Motion:
         return self.sense != 0.0
 
     def _rests(self) -> bool:
-        """Whether time goes on while rough joints hold the machine: until it breaks away, or a law switches.
+        """Whether time goes on while dry friction holds the machine: until it breaks away, or a law switches.
 
         False where nothing that time changes acts on it: it then stands for good.
         """
@@ -492,7 +496,8 @@ class _Motion:
                 return float(pushes(np.array([t]))[side, 0]) - least
 
             end = instant(push, float(times[max(k - 1, 0)]), float(times[k]))
-        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=np.zeros(3 * self.rough))
+        sides = np.zeros(3 * self.rough) if self.rough else None
+        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=sides)
         anchor = anchor._replace(factors=None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages))
         self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
         self.t, self.state = end, rest.at(end)
@@ -510,7 +515,7 @@ class _Motion:
         if abs(self.state[1]) <= _STILL * self.typical:
             stands = f"stands still at {where} after {self.t:.6g} s"
             own = self.state[3:].tolist()
-            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}" if self.rough else stands
+            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}" if self.held else stands
         unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
         found = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
@@ -640,7 +645,7 @@ class _Motion:
         here = Anchor(middle, omega, self.t)
         if not self.branching:
             return here
-        if self.rough and omega == 0.0:
+        if self.held and omega == 0.0:
             here = here._replace(omega=self.sense * ONSET * self.typical)
         rate = self._rates(ends, here)(self.t, self.state)
         acceleration = float(rate[1]) if np.isfinite(rate[1]) or not self.rough else 0.0  # friction may leave none
@@ -666,7 +671,7 @@ class _Motion:
 
         def sides(phi: Array, omega: Array, t: Array, own: States) -> list[Array]:
             rows = self.dynamics.sides(phi, anchor, omega, t, own) if self.branching else []
-            return rows if anchor.factors is None and not self.rough else [*rows, omega]
+            return rows if anchor.factors is None and not self.held else [*rows, omega]
 
         def values(t: Array, states: Array) -> Array:
             phi, omega = states[0], states[1]
@@ -693,8 +698,8 @@ class _Motion:
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
     def _push(self, low: float, high: float) -> float:
-        """The acceleration at rest in a piece; of rough joints, which were asked before, the sense alone."""
-        if self.rough:
+        """The acceleration at rest in a piece; with dry friction, which was asked before, the sense alone."""
+        if self.held:
             return self.sense
         anchor = Anchor(0.5 * (low + high), float(self.state[1]), self.t)
         return float(self._rates(None, anchor)(self.t, self.state)[1])
