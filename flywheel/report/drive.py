@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flywheel.components.motors import DC, Constant, Curve, Engine, Induction, Line, Motor
+from flywheel.components.motors import DC, Constant, Curve, Engine, Induction, Line, Motor, Synchronous
 from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
@@ -40,11 +40,13 @@ def motor(known: Known) -> Section | None:
                     _("Its torque against its speed, by a table"), (_("speed, rpm"), _("torque, N m")), rows[:_MOST_POINTS]
                 )
             )
+        case Synchronous():
+            parts += _synchronous(found)
         case Engine():
             parts += _engine_curve(found)
         case Constant():
             parts.append(Note(_("Its torque is the same at every speed.")))
-    if (breakdown := found.breakdown) is not None and not isinstance(found, Induction):
+    if (breakdown := found.breakdown) is not None and not isinstance(found, Induction | Synchronous):
         told = _(
             "Slower than {speed}, where it gives {torque}, its torque falls: it would stall.",
             speed=quantity(breakdown.speed, "rpm"),
@@ -62,6 +64,7 @@ def _kind(found: Motor) -> str:
         "DC motor": _("DC motor"),
         "governed engine": _("governed engine"),
         "induction motor": _("induction motor"),
+        "synchronous motor": _("synchronous motor"),
     }
     return names.get(found.title, found.title)
 
@@ -108,6 +111,19 @@ def _induction(found: Induction) -> Iterator[Part]:
     )
     yield Step(_("Slip at any speed"), "s = (omega_s - omega)/omega_s", definitions=("s",))
     yield Step(_("Torque (Kloss)"), "T(s) = 2*T_b/(s/s_b + s_b/s)", definitions=("T",))
+
+
+def _synchronous(found: Synchronous) -> Iterator[Part]:
+    """The torque of a synchronous motor by its load angle."""
+    field, reluctance = Quantity("T_p", found.field_torque, "N m"), Quantity("T_r", found.reluctance_torque, "N m")
+    pull_out_angle = Quantity("delta", found.pull_out_angle, "rad")
+    yield Step(
+        _("Greatest torque at which it keeps step, by its load angle"),
+        "T_po = T_p*sin(delta) + T_r*sin(2*delta)",
+        (field, reluctance, pull_out_angle),
+        Quantity("T_po", found.pull_out_torque, "N m"),
+    )
+    yield Note(_("The load angle turns on with the slip: along the motion dδ/dt = p (ω_s − ω) is solved with it."))
 
 
 def _dc(found: DC) -> Iterator[Part]:
@@ -256,6 +272,8 @@ def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
             Quantity("Q_c", energy.copper_heat, "W"),
             note=_verdict(energy.copper_heat_share),
         )
+    elif isinstance(found, Synchronous):
+        yield Note(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."), "left out")
     elif not isinstance(found, Engine):
         yield Note(_("Torque against speed alone does not tell what heats this motor."), "left out")
 

@@ -698,6 +698,7 @@ _MODELS: Mapping[str, Callable[[], str]] = {
     "losses": lambda: _("T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares."),
     "belt": lambda: _("T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
     "induction motor": lambda: _("Kloss: T = 2 Tₘ/(s/sₖ + sₖ/s), Tₘ the breakdown torque, sₖ its slip, s = 1 − ω/ω₀."),
+    "synchronous motor": lambda: _("T = Tₚ sin δ + Tᵣ sin 2δ + c (ω₀ − ω), dδ/dt = p (ω₀ − ω), δ the load angle."),
     "DC motor": lambda: _("T = k (U − k ω)/R − b ω, b its friction: a straight line that falls with speed."),
 }
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from flywheel.components.wheels import Wheel
     from flywheel.sizing.duty import Duty
     from flywheel.sizing.power_flow import PowerFlow
+    from flywheel.sizing.synchronism import Synchronism
 
 __all__ = [
     "Area",
@@ -356,6 +357,13 @@ class Sizing:
         return power_flow(self)
 
     @cached_property
+    def synchronism(self) -> Synchronism | None:
+        """How a synchronous motor keeps step: load angle, pull-out, natural frequency; None for other drives."""
+        from flywheel.sizing.synchronism import synchronism  # for who asks for it
+
+        return synchronism(self)
+
+    @cached_property
     def shafts(self) -> tuple[OnShaft, ...]:
         """The flywheel given or sized, and those that do the same on every other shaft, at the means of extremes.
 
@@ -444,6 +452,7 @@ class Sizing:
             "gd2": None if self.inertia is None else 4.0 * self.inertia,
             "shafts": [row.as_dict() for row in self.shafts],
             "power_flow": self.power_flow and self.power_flow.as_dict(),
+            "synchronism": self.synchronism and self.synchronism.as_dict(),
             "wheel": self.built and self.built.as_dict(),
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
             "certificate_torque": self.flywheel.torque_bracket and list(self.flywheel.torque_bracket),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from math import atan2, hypot, isnan
+from math import atan2, degrees, hypot, isnan
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +31,7 @@ from flywheel.tables.trade_units import SI, SYSTEMS, US, Shown, TradeUnits, few_
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
+    from flywheel.sizing.synchronism import Synchronism
 
 WIDTH = 80
 _LINES = 24
@@ -408,10 +409,24 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         overloaded = rated is not None and energy.mean_power > rated.power * (1 + _TIE)
         if overloaded:
             unknown += "; " + _("TOO MUCH: the mean power is more than the rated one")
-        if not isinstance(motor, Engine):
+        if sizing.synchronism is not None:
+            yield from _in_step(sizing.synchronism)
+        elif not isinstance(motor, Engine):
             yield Row(_("motor's heat"), unknown)
         return
     yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+
+
+def _in_step(found: Synchronism) -> Iterator[Row]:
+    """The load angle of a synchronous motor, and the natural frequency of its swing."""
+    mean, least, greatest, limit = (
+        few_digits(degrees(angle), 3)
+        for angle in (found.load_angle, found.load_angle_least, found.load_angle_greatest, found.pull_out_angle)
+    )
+    span = _("from {least} to {greatest}, pull-out at {limit}", least=least, greatest=greatest, limit=limit)
+    yield Row(_("load angle"), mean, "deg", span)
+    damping = _("damping ratio {ratio}", ratio=few_digits(found.damping_ratio, 3))
+    yield Row(_("frequency of its swing"), few_digits(found.natural_frequency, 4), "Hz", damping)
 
 
 def _duty(sizing: Sizing, units: TradeUnits) -> Block:
@@ -444,6 +459,7 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
 def _motor_name(motor: Motor) -> str:
     names = {
         "induction motor": _("induction motor"),
+        "synchronous motor": _("synchronous motor"),
         "DC motor": _("DC motor"),
         "governed engine": _("governed engine"),
         "constant torque": _("constant torque"),

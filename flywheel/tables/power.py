@@ -20,6 +20,7 @@ from flywheel.tables.trade_units import TradeUnits, few_digits
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
     from flywheel.sizing.duty import Duty
+    from flywheel.sizing.synchronism import Synchronism
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -220,10 +221,30 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
             yield f"{heat}; what it may be is not known without a rated point."
         else:
             yield f"{heat}, {_verdict(energy, found)}"
+    elif sizing.synchronism is not None:
+        yield from _in_step(sizing.synchronism)
     elif not isinstance(motor, Engine):
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
             yield "The mean power is more than the rated one."
+
+
+def _in_step(found: Synchronism) -> Iterator[str]:
+    """Load angle and swing of a synchronous motor."""
+    mean, greatest, least, limit = (
+        figure(math.degrees(value), 0.0, 5)
+        for value in (found.load_angle, found.load_angle_greatest, found.load_angle_least, found.pull_out_angle)
+    )
+    share = figure(100 * found.pull_out_share, 0.0, 4)
+    yield f"It keeps step: load angle {mean} deg on the mean over time, {least} to {greatest} deg, pull-out at {limit} deg;"
+    yield f"the greatest torque of that angle is {share} % of the pull-out torque."
+    swing = f"Natural frequency of its swing {figure(found.natural_frequency, 0.0, 5)} Hz, damping ratio "
+    yield f"{swing}{figure(found.damping_ratio, 0.0, 3)}; the load's harmonics"
+    rows = (
+        f"{one.order}: {figure(one.frequency, 0.0, 4)} Hz, {_number(one.moment)} N m, {figure(one.magnification, 0.0, 4)} times"
+        for one in found.counting
+    )
+    yield f"{'; '.join(rows)}."
 
 
 def _verdict(energy: Energy, heat: Heat) -> str:
@@ -261,6 +282,8 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
                 falls=falls,
                 governed=governed,
             )
+    elif sizing.synchronism is not None:
+        yield from _resonance(sizing.synchronism)
     elif breakdown is not None:
         induction = isinstance(motor, Induction)
         name = _("the breakdown torque") if induction else _("the greatest torque of its running branch")
@@ -283,6 +306,37 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
             known = _("but its data hold from {low} upwards", low=_rpm(low))
         runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
         yield _("{runs}, {known}: its torque beyond is a guess.", runs=runs, known=known)
+
+
+DAMPED = 0.5
+"""Damping ratio from which on no harmonic is magnified: 1/(2 zeta) at resonance is 1 or less."""
+
+
+def _resonance(found: Synchronism) -> Iterator[str]:
+    """Warnings of a synchronous motor near pull-out, and of a swing near a harmonic of its load."""
+    if found.pull_out_share > _NEAR:
+        yield _(
+            "The torque of its load angle comes to {share} of the pull-out torque.", share=_share(found.pull_out_share, 1.0)
+        )
+    if not found.damping_ratio < DAMPED:
+        return
+    natural, near = f"{figure(found.natural_frequency, 0.0, 4)} Hz", found.near_resonance
+    if near is not None:
+        told = {"natural": natural, "k": near.order, "harmonic": f"{figure(near.frequency, 0.0, 4)} Hz"}
+        times = figure(near.magnification, 0.0, 3)
+        yield _(
+            "Its swing, of natural frequency {natural}, is near harmonic {k} of the load, {harmonic}: {times} times larger.",
+            **told,
+            times=times,
+        )
+    above = found.heavier_is_nearer
+    if above is not None:
+        told = {"natural": natural, "k": above.order, "harmonic": f"{figure(above.frequency, 0.0, 4)} Hz"}
+        yield _(
+            "Its swing, of natural frequency {natural}, lies above harmonic {k} of the load, {harmonic}: "
+            "a heavier flywheel brings it nearer to resonance.",
+            **told,
+        )
 
 
 # -- a duty ----------------------------------------------------------------------------------------------------------
