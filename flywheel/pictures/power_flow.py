@@ -219,7 +219,7 @@ def _between(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> bool:
 def _leaf(flow: PowerFlow, entry: Entry) -> _Leaf:
     """A stream beside the trunk, positive where it takes power."""
     stream = entry.stream
-    inwards = stream.target.removeprefix("shafts.") in flow.scene.shafts or stream.kind == "input"
+    inwards = stream.target in {f"shafts.{name}" for name in flow.scene.shafts} or stream.kind == "input"
     return _Leaf(entry, -entry.power if inwards else entry.power, stream.lost)
 
 
