@@ -11,7 +11,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.units import figure
 from flywheel.scene.linkage import Linkage, offered
-from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table
+from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table, Transmission
 from flywheel.tables.rows import DEGREES, wrapped
 from flywheel.tables.trade_units import SI, TradeUnits
 
@@ -73,6 +73,8 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
         value = _mass(i.value, _turns(i.on, scene), units)
         yield Part("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=i.on))
     for load in scene.loads:
+        if load.drag and load.on in scene.transmissions:
+            continue  # told with its shaft
         yield Part("load", _("load"), _on(load.on), _load(load, scene, units))
     for s in scene.springs:
         kind = "angular_stiffness" if _turns(s.on, scene) else "stiffness"
@@ -138,9 +140,19 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
 
 
 def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
-    words = [_("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))]
-    if name in scene.efficiencies:
-        words.append(_("efficiency {n} %", n=number(figure(100 * scene.efficiencies[name], most=_DIGITS))))
+    """What a shaft turns with, and what its mesh or belt loses."""
+    turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
+    mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
+    apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
+    near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=mesh.on)
+    apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
+    words = [f"{near} ({turns})" if apart else turns]
+    if mesh.slip:
+        words.append(_("slip {n} %", n=number(figure(100 * mesh.slip, most=_DIGITS))))
+    if mesh.efficiency != 1.0:
+        words.append(_("efficiency {n} %", n=number(figure(100 * mesh.efficiency, most=_DIGITS))))
+    if mesh.drag:
+        words.append(_("drag {value}", value=units.read(mesh.drag, "torque")))
     if name in scene.compliances:
         words.append(_("stiffness {value}", value=units.read(scene.compliances[name].stiffness, "angular_stiffness")))
     return ", ".join(words)

@@ -95,7 +95,7 @@ def _machine(rng: np.random.Generator) -> dict[str, Any]:
         "com": _round(r / 5),
     }
     start = float(rng.integers(0, 300))
-    force = {"from": f"{start} deg", "to": f"{start + float(rng.integers(20, 80))} deg"}
+    force = {"from": f"{start} deg", "to": f"{min(start + float(rng.integers(20, 80)), 359.0)} deg"}
     size = _round(rng.uniform(2e3, 2e4))
     slide: dict[str, Any] = {"mass": _round(rng.uniform(2, 40))}
     if rng.random() < 0.6:
