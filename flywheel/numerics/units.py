@@ -118,6 +118,8 @@ DIMENSIONS = {
         Dimension("pressure", (-1, 1, -2), (0,), "Pa", "6 bar"),
         Dimension("density", (-3, 1, 0), (0,), "kg/m^3", "7200 kg/m^3"),
         Dimension("area", (2, 0, 0), (0,), "m^2", "50 mm^2"),
+        Dimension("volume", (3, 0, 0), (0,), "m^3", "160 cm^3"),
+        Dimension("volume flow", (3, 0, -1), (0,), "m^3/s", "60 l/min"),
         Dimension("stiffness", (0, 1, -2), (0,), "N/m", "2 kN/m"),
         Dimension("angular stiffness", (2, 1, -2), (0, -1), "N m/rad", "30 N m/rad"),
         Dimension("damping", (0, 1, -1), (0,), "N s/m", "5 N s/m"),
@@ -157,6 +159,7 @@ def _named_units() -> dict[str, Unit]:
     units = {prefix + name: scale * unit for name, unit in multiples.items() for prefix, scale in _PREFIXES.items()}
     units |= {"Nmm": Unit(1, 1000) * joule, "Ncm": Unit(1, 100) * joule}
     units |= {"%": Unit(1, 100), "t": Unit(1000, mass=1), "min": minute, "h": Unit(3600, time=1)}
+    units |= dict.fromkeys(("l", "L"), Unit(1, 1000) * metre**3) | {"ml": Unit(1, 10**6) * metre**3}
     units |= {"in": inch, "ft": Unit(12) * inch, "lb": pound, "lbm": pound, "lbf": pound * weight}
     units |= {"kgf": Unit(mass=1) * weight, "slug": pound * weight * second**2 * (Unit(12) * inch) ** -1}
     units |= {"psi": pound * weight * inch**-2, "hp": Unit(6600) * inch * pound * weight * second**-1}

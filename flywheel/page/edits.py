@@ -211,6 +211,13 @@ _MOTORS: dict[str, dict[str, Any]] = {
     "dc": {"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"},
     "induction": {"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5},
     "engine": {"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"},
+    "hydraulic": {
+        "displacement": "160 cm^3",
+        "flow": "240 l/min",
+        "pressure": "140 bar",
+        "volumetric_efficiency": 0.92,
+        "mechanical_efficiency": 0.93,
+    },
 }
 _MODELS: dict[str, dict[str, Any]] = {
     "constant": {"EFFORT": None},

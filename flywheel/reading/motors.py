@@ -16,6 +16,7 @@ from flywheel.components.motors import (
     Constant,
     Curve,
     Engine,
+    Hydraulic,
     Induction,
     Line,
     Motor,
@@ -312,6 +313,7 @@ def _dc(item: Item, _: Path | None) -> Motor | None:
 
 
 _BREAKDOWN = Range(1.0, 100.0, True)
+_OVERRIDE = Range(0.0, 10.0)
 _SHARE = Range(0.0, 1.0, True)
 _STATOR = "of the rated losses outside the rotor that arises in the stator's copper"
 _INDUCTION = (
@@ -414,6 +416,21 @@ def _engine(item: Item, folder: Path | None) -> Motor | None:
     return None if full_load is None else Engine(full_load=full_load, **{name: item.fields[name] for name in names})
 
 
+_HYDRAULIC = (
+    Key("displacement", "volume", "that passes through it in a turn", None, POSITIVE, True),
+    Key("flow", "volume flow", "of the pump", None, POSITIVE, True),
+    Key("pressure", "pressure", "over the motor, at which the relief valve opens", None, POSITIVE, True),
+    Key("volumetric_efficiency", "number", "at that pressure", None, Range(0.0, 1.0, True, True), True, example="92 %"),
+    Key("mechanical_efficiency", "number", "hydraulic and mechanical", None, _SHARE, True, example="93 %"),
+    Key("override", "number", "rise of the valve's pressure when all of the flow goes through it", 0.0, _OVERRIDE),
+)
+
+
+def _hydraulic(item: Item, _: Path | None) -> Motor:
+    """A hydraulic motor behind a pump and a relief valve."""
+    return Hydraulic(**{key.name: item.fields[key.name] for key in (*_HYDRAULIC, _INERTIA)})
+
+
 CURVE = Section(
     "table", "torque against speed as rows of numbers", _ROWS, either=(("file",), ("speed", "torque")), reader=_table
 )
@@ -425,6 +442,7 @@ _ALL = (
     Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc),
     Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction),
     Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous),
+    Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic),
     Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),), reader=_engine),
 )
 MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _ALL))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flywheel.components.motors import DC, Constant, Curve, Engine, Induction, Line, Motor, Synchronous
+from flywheel.components.motors import DC, Constant, Curve, Engine, Hydraulic, Induction, Line, Motor, Synchronous
 from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
@@ -44,6 +44,8 @@ def motor(known: Known) -> Section | None:
             parts += _synchronous(found)
         case Engine():
             parts += _engine_curve(found)
+        case Hydraulic():
+            parts += _hydraulic(found)
         case Constant():
             parts.append(Note(_("Its torque is the same at every speed.")))
     if (breakdown := found.breakdown) is not None and not isinstance(found, Induction | Synchronous):
@@ -65,8 +67,29 @@ def _kind(found: Motor) -> str:
         "governed engine": _("governed engine"),
         "induction motor": _("induction motor"),
         "synchronous motor": _("synchronous motor"),
+        "hydraulic motor": _("hydraulic motor"),
     }
     return names.get(found.title, found.title)
+
+
+def _hydraulic(found: Hydraulic) -> Iterator[Part]:
+    """Torque of a hydraulic motor from displacement, flow and pressure."""
+    volume, flow = Quantity("V", found.displacement, "m^3"), Quantity("Q", found.flow, "m^3/s")
+    pressure, share = Quantity("p_r", found.pressure, "Pa"), Quantity("eta_v", found.volumetric_efficiency)
+    efficiency, idle = Quantity("eta_hm", found.mechanical_efficiency), Quantity("omega_0", found.no_load_speed, "rad/s")
+    yield Step(_("Speed without load"), "omega_0 = 2*pi*Q/V", (flow, volume), idle)
+    yield Step(
+        _("Speed below which the relief valve is open"),
+        "omega_r = eta_v*omega_0",
+        (share, idle),
+        Quantity("omega_r", found.rated.speed, "rad/s"),
+    )
+    yield Step(
+        _("Torque there"),
+        "T_r = eta_hm*p_r*V/(2*pi)",
+        (efficiency, pressure, volume),
+        Quantity("T_r", found.rated.torque, "N m"),
+    )
 
 
 def _rated(found: Motor) -> Iterator[Part]:
