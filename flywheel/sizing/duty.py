@@ -410,7 +410,13 @@ def _start(phase: Phase, inertia: float) -> _Start:
     half, heat = 0.5 * (t[:, -1] - t[:, 0]), run.energy.copper
     square = float(half @ (torque[:, 1:-1] ** 2 @ weights))
     if isinstance(scene.motor, Induction) and scene.drive is not None:
-        heat = float(half @ (_heat(scene.motor, scene.shafts[scene.drive.on] * omega[:, 1:-1]) @ weights))
+        speed, begun = scene.shafts[scene.drive.on] * omega[:, 1:-1], run.start_heat
+        if scene.motor.start is None or begun is None:
+            heat = float(half @ (_heat(scene.motor, speed) @ weights))
+        else:  # by its connections up to the rated speed in the last of them, then as it runs
+            later = scene.motor.stator_heat(speed)
+            later = np.zeros_like(speed) if later is None else np.where(t[:, 1:-1] > begun.time, later, 0.0)
+            heat = (run.energy.rotor_heat or 0.0) + (begun.stator or 0.0) + float(half @ (later @ weights))
     return _Start(run.time, run.energy.drive, heat, square, 2 * run.error)
 
 
