@@ -41,6 +41,7 @@ _AFTER = (
         "tradeoff",
         "sweep",
         "designs",
+        "catalogue",
         "joints",
         "freedoms",
         "bond-graphs",
