@@ -343,7 +343,8 @@ def _figures(row: CatalogueMotor, found: Sizing) -> MotorChoice:
         heat_share=loads.get("motor_heat"),
         rms_torque_share=loads.get("motor_rms"),
         load_share=None if power is None or rated is None else power / rated.power,
-        binding=found.binding,
+        binding=found.binding
+        or ("irregularity" if found.scene.irregularity is not None and found.flywheel.needed else None),
     )
 
 

@@ -9,8 +9,8 @@ the cooling. What passes between the regimes of two phases is left out; `settlin
 counted by their own heat and torque, from rest until the regime is reached.
 
 Valid for a duty that is short beside the minutes in which windings warm up: 10 minutes unless another time is agreed on,
-as IEC 60034-1 has it for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten);
-Pillai, A First Course on Electrical Drives, and Dubey, Fundamentals of Electrical Drives (ratings by the root mean square).
+as IEC 60034-1 has it for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten); Dubey,
+Fundamentals of Electrical Drives, chapter 4 (ratings by the root mean square).
 """
 
 from __future__ import annotations
@@ -84,7 +84,8 @@ def root_mean_square(stretches: Iterable[Stretch]) -> float:
         SceneError: as in `mean`.
 
     Valid where losses grow with the square of the torque, next to the rated point at a constant flux.
-    Source: Dubey, Fundamentals of Electrical Drives, chapter 4; Pillai, A First Course on Electrical Drives, chapter 5.
+    Source: Dubey, Fundamentals of Electrical Drives, chapter 4 (selection of motor power rating); Theraja and Theraja, A
+    Textbook of Electrical Technology, vol. III, chapter 44 (rating and service capacity).
 
     >>> round(root_mean_square([Stretch(10.0, 40.0), Stretch(20.0, 10.0), Stretch(30.0, 0.0)]), 6)
     17.320508

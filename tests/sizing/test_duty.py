@@ -222,10 +222,24 @@ def test_laws_times_a_factor():
 
 @pytest.mark.parametrize(
     ("stretches", "printed"),
-    [([(10.0, 40.0), (20.0, 10.0), (30.0, 0.0)], 17.320508)],
+    [
+        # Theraja, Electrical Technology, vol. III, chapter 44: 100 hp for 10 min, none for 5, 50 hp for 8, none for 4: 66.67 hp
+        ([(10.0, 100.0), (5.0, 0.0), (8.0, 50.0), (4.0, 0.0)], 66.67),
+        # a question of Indian engineering services: 200 kW for 10 min, half of it for 20 min, again and again: 100 sqrt(2) kW
+        ([(10.0, 200.0), (20.0, 100.0)], 100 * np.sqrt(2)),
+    ],
 )
-def test_root_mean_square_of_handbooks(stretches, printed):
-    assert root_mean_square([Stretch(*each) for each in stretches]) == pytest.approx(printed, rel=1e-6)
+def test_root_mean_square_as_printed(stretches, printed):
+    assert root_mean_square([Stretch(*each) for each in stretches]) == pytest.approx(printed, rel=1e-4)
+
+
+def test_a_printed_duty_as_a_scene():
+    phases = [{"duration": f"{time} min", "loads": load} for time, load in ((10, 1.0), (5, 0.0), (8, 0.5), (4, 0.0))]
+    drive = {"drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": 500.0}}
+    load = [{"on": "crank", "torque": "-100 N m"}]
+    assert flywheel.size(scene(*phases, load=load, **drive), simulate=False).duty.rms_torque == pytest.approx(
+        66.67, rel=1e-4
+    )
 
 
 def test_means_refuse_what_makes_no_sense():
