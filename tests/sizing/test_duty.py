@@ -223,9 +223,9 @@ def test_laws_times_a_factor():
 @pytest.mark.parametrize(
     ("stretches", "printed"),
     [
-        # Theraja, Electrical Technology, vol. III, chapter 44: 100 hp for 10 min, none for 5, 50 hp for 8, none for 4: 66.67 hp
+        # Theraja, Electrical Technology, vol. III, chapter 44: 100 hp for 10 min, 0 for 5, 50 for 8, 0 for 4: 66.67 hp
         ([(10.0, 100.0), (5.0, 0.0), (8.0, 50.0), (4.0, 0.0)], 66.67),
-        # a question of Indian engineering services: 200 kW for 10 min, half of it for 20 min, again and again: 100 sqrt(2) kW
+        # an examination of Indian engineering services: 200 kW for 10 min, half of it for 20 min: 100 sqrt(2) kW
         ([(10.0, 200.0), (20.0, 100.0)], 100 * np.sqrt(2)),
     ],
 )
