@@ -241,7 +241,31 @@ _GOOD = {
     "line": {"no_load_speed": 100.0, "speed": 90.0, "power": 10.0},
     "table": {"speed": [0, 1], "torque": [3, 2], "speed_unit": "rpm", "torque_unit": "N m", "interpolation": "pchip"},
     "dc": {"voltage": 220.0, "power": 1500.0, "speed": 100.0, "efficiency": 0.8, "armature_share": 0.5, "inductance": 0.01},
-    "induction": {"power": 7500.0, "speed": 150.0, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5},
+    "induction": {
+        "power": 7500.0,
+        "speed": 150.0,
+        "poles": 4,
+        "frequency": 50.0,
+        "breakdown_ratio": 2.5,
+        "voltage": 400.0,
+        "current": 15.0,
+        "power_factor": 0.83,
+        "efficiency": 0.87,
+        "no_load_current": 6.5,
+        "starting_current": 6.5,
+        "starting_torque": 2.0,
+        "stator_share": 0.5,
+        "locked_rotor_time": 9.0,
+        "start": {"type": "soft", "ramp": 2.0},
+    },
+    "hydraulic": {
+        "displacement": 1e-4,
+        "flow": 1e-3,
+        "pressure": 1e7,
+        "volumetric_efficiency": 0.9,
+        "mechanical_efficiency": 0.9,
+        "override": 0.1,
+    },
     "engine": {"speed": 150.0, "full_load": {"speed": [0, 160], "torque": [3, 2]}, "droop": 0.1, "braking_torque": 1.0},
 }
 _ODD = [True, None, "x", "", "5 m", -1, 0, 1e-300, 1e300, math.nan, math.inf, 10**400, [], [1], {}, {"a": 1}, [[1], [2]]]
@@ -263,3 +287,32 @@ def test_whatever_a_key_holds_is_a_motor_or_a_clear_refusal(kind):
                 refused.append(error.faults)
     assert all(fault.path.startswith("drive.motor") for faults in refused for fault in faults)
     assert len(refused) > 8 * len(good)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"type": "star-delta", "until": "3 s"},
+        {"type": "transformer", "voltage": 0.5, "until": "900 rpm"},
+        {"type": "soft", "voltage": 0.4, "ramp": 3.0, "torque_limit": 1.5, "current_limit": 3.0, "until": "9 s"},
+        {"type": "resistance", "added": [3, 1], "until": ["500 rpm", "9 s"]},
+    ],
+    ids=lambda start: start["type"],
+)
+def test_whatever_a_start_holds_is_one_or_a_clear_refusal(start):
+    motor = {"type": "induction", "power": 7500.0, "speed": 150.0, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
+
+    def read(given: object) -> object:
+        scene = {"drive": {"motor": motor | {"start": given}}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}}
+        return load(scene).motor.start
+
+    assert read(start).connections
+    refused = []
+    for key in start:
+        for odd in _ODD:
+            try:
+                read(start | {key: odd})
+            except SceneError as error:
+                refused.append(error.faults)
+    assert all(fault.path.startswith("drive.motor.start") for faults in refused for fault in faults)
+    assert len(refused) > 8 * len(start)
