@@ -490,14 +490,8 @@ class Machine:
         scene, graph = self.scene, self.graph
         lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
         mine: dict[str, set[str]] = {shaft: set() for shaft in ("crank", *lossy)}
-        shafts = {mechanism.name: mechanism.shaft for mechanism in scene.mechanisms}
-        for name, element in graph.elements.items() if lossy else ():
-            if element.kind not in ("0", "1", "TF", "GY"):
-                bond = graph.bond_of(name)
-                junction = bond.tail if bond.head == name else bond.head
-                owner = junction.partition(".")[0]
-                shaft = junction if junction in scene.shafts else shafts.get(owner, owner)
-                mine[self.stage_of(shaft)].add(name)
+        for shaft, names in self.one_ports.items() if lossy else ():
+            mine[self.stage_of(shaft)] |= names
         flywheel = self.stage_of(scene.flywheel_on)
         drive = self.stage_of(scene.drive.on) if scene.drive is not None else "crank"
         whole, order = self.reduction, ["crank", *lossy]

@@ -44,7 +44,7 @@ from flywheel.pictures.figures import (
     save,
     svg,
 )
-from flywheel.sizing.power_flow import PowerFlow, near_of
+from flywheel.sizing.power_flow import PowerFlow
 from flywheel.tables.power_flow import Entry, entries, given, gives, place
 from flywheel.tables.rows import DEGREES, printable
 from flywheel.tables.trade_units import SI, five_digits
@@ -53,11 +53,12 @@ Array = NDArray[np.float64]
 
 _HEIGHT = 1.5  # inches: width of the widest stream
 _RADIUS, _DROP = 0.1, 0.42  # inches: of the inside of a bend, and of what is straight after it
-_GAP, _MARGIN = 0.22, 0.35  # inches: between two bends, around the picture
+_APART, _MARGIN = 0.1, 0.35  # inches: between two bends or names, around the picture
 _HEAD = 0.09  # inches: how far an arrow's head stands out
 _LEAST = 0.018  # inches: width of the thinnest stream that is drawn
 _LETTER, _LINE = 0.075, 0.165  # inches: of a letter and of a line of text
 _WORDS, _LONGEST = 15, 24  # letters in a line of a name, and of one whose words are long
+_LONGEST_TITLE = 90
 _SEGMENT = 1.05  # inches: a stretch of the trunk that bears a name
 _NONE = 1e-9  # of the widest: a stream that is none
 _WIDEST = 15.0  # inches: beyond it names stand on two levels
@@ -123,7 +124,8 @@ def _title(flow: PowerFlow, at: float | None) -> str:
         told = _("Power flow, mean over a cycle of {period} s", period=number(digits(flow.period, 0.0, 4)))
     else:
         told = _("Power flow at a crank angle of {angle}°", angle=number(digits(at * DEGREES, 0.0, 5)))
-    return f"{words[:89]}\n{told}" if words else told
+    words = words if len(words) <= _LONGEST_TITLE else words[: _LONGEST_TITLE - 1] + "…"
+    return f"{words}\n{told}" if words else told
 
 
 # -- which stream goes where ---------------------------------------------------------------------------------------------
@@ -185,10 +187,7 @@ def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
 
 def _near(flow: PowerFlow, shaft: str) -> list[str]:
     """A shaft, and those it hangs on up to the crank."""
-    found = [shaft]
-    while found[-1] != "crank":
-        found.append(near_of(flow.scene, found[-1]))
-    return found
+    return list(flow.scene.inwards(shaft))
 
 
 def _way(flow: PowerFlow, first: str, last: str) -> list[str]:
@@ -208,7 +207,7 @@ def _on_trunk(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> str:
 
 def _pair(flow: PowerFlow, entry: Entry) -> set[str]:
     """The two shafts of a mesh's stream."""
-    return {entry.stream.on, near_of(flow.scene, entry.stream.on)} if entry.stream.on != "crank" else {"crank"}
+    return {entry.stream.on, flow.scene.near(entry.stream.on)} if entry.stream.on != "crank" else {"crank"}
 
 
 def _between(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> bool:
@@ -256,6 +255,8 @@ class _Drawing:
         self.steps = [_Step(leaf, before, after, one, other, k) for (k, leaf), before, after, one, other in rows]
         self.begins, self.ends = (powers[0], edges[0]), (powers[-1], edges[-1])
         self.reach = (min(low for low, _high in edges), max(high for _low, high in edges))
+        lines = [(leaf.down, 1 + self._told(leaf.entry, leaf.power).count("\n")) for _k, leaf in leaves]
+        self.lines = {side: max((n for down, n in lines if down == side), default=0) for side in (True, False)}
 
     def width(self, power: float) -> float:
         """Width (inches) of a power; 0 of one that is none beside the widest."""
@@ -270,43 +271,45 @@ class _Drawing:
 
     def _sheet(self, levels: int) -> _Sheet:
         """Patches and texts, with the names of what is bent on so many levels."""
-        sheet, x = _Sheet(), 0.0
+        sheet, x, sides = _Sheet(), 0.0, {True: _Side(levels), False: _Side(levels)}
         bands: list[tuple[float, float, float, float, float]] = []  # of the trunk: x, x, lower and upper edge, power
         power, edges = self.begins
-        steps, taken = list(self.steps), {True: [-np.inf] * levels, False: [-np.inf] * levels}
-        counts = {True: 0, False: 0}
         for k, station in enumerate(self.trunk.stations):
-            if station.name:
-                words = f"{station.name}\n{_power(abs(power))}"
-                long = max(_SEGMENT, _LETTER * max(map(len, words.split("\n"))) + 0.3)
-                self._name(sheet, words, x + 0.5 * long, edges)
-                bands.append((x, x + long, *edges, power))
+            steps = [step for step in self.steps if step.station == k]
+            words = f"{station.name}\n{_power(abs(power))}"
+            long = max(_SEGMENT, _LETTER * max(map(len, words.split("\n"))) + 0.3) if station.name else 0.0
+            common = [edges, *(step.next_edges for step in steps)]
+            low, high = max(one[0] for one in common), min(one[1] for one in common)
+            inside = high - low >= 2.4 * _LINE
+            begin, x = x, x + (0.0 if k else _APART)
+            if station.name and not inside:  # the name stands above, before anything turns off
+                sheet.text(x + 0.5 * long, edges[1] + 0.05, words, ha="center", va="bottom", fontsize=9.5)
+                bands.append((begin, x + long, *edges, power))
                 x += long
-            while steps and steps[0].station == k:
-                step = steps.pop(0)
+            else:
+                bands.append((begin, x, *edges, power))
+            for step in steps:
                 down = step.leaf.down
-                level = counts[down] % levels
-                counts[down] += 1
                 told = self._told(step.leaf.entry, step.leaf.power)
-                half = 0.5 * _LETTER * max(map(len, told.split("\n")))
                 left, right, through = self._shares(step)
                 wide = max(left + right, _LEAST)
-                half = max(half, 0.5 * wide + _HEAD)
-                before = _RADIUS if left or not right else 0.0
-                middle = max(x + before + 0.5 * wide, taken[down][level] + half + 0.5 * _GAP)
-                if levels > 1:
-                    middle = max(middle, taken[down][1 - level] + 0.5 * wide + 0.4 * _GAP)
+                half = max(0.5 * _LETTER * max(map(len, told.split("\n"))), 0.5 * wide + _HEAD)
+                before, behind = (_RADIUS if left or not right else 0.0), (_RADIUS if right else 0.0)
+                level, middle = sides[down].taken(x + before + 0.5 * wide, half, wide)
                 corner = middle - 0.5 * wide
                 bands.append((x, corner - before, *edges, power))
                 if through:
-                    low, high = edges
-                    band = (high - through, high) if down else (low, low + through)
-                    bands.append((corner - before, corner + wide + (_RADIUS if right else 0.0), *band, step.before))
+                    band = (edges[1] - through, edges[1]) if down else (edges[0], edges[0] + through)
+                    bands.append((corner - before, corner + wide + behind, *band, step.before))
                 self._leaf(sheet, step, corner, left, right, level)
                 self._write(sheet, step, middle, told, level)
-                taken[down][level] = middle + half
-                x = corner + wide + (_RADIUS if right else 0.0)
+                x = corner + wide + behind
                 power, edges = step.after, step.next_edges
+            if station.name and inside:
+                end = max(x, begin + long)
+                sheet.text(0.5 * (begin + end), 0.5 * (low + high), words, ha="center", va="center", fontsize=9.5)
+                bands.append((x, end, *edges, power))
+                x = end
         if self.width(power):
             bands.append((x, x + 0.3, *edges, power))
             x += 0.3
@@ -340,7 +343,7 @@ class _Drawing:
 
     def _end(self, down: bool, level: int) -> float:
         """Where the straight part of a stream ends."""
-        drop = _RADIUS + _DROP + level * 4.3 * _LINE
+        drop = _RADIUS + _DROP + level * (self.lines[down] + 0.6) * _LINE
         return self.reach[0] - drop if down else self.reach[1] + drop
 
     def _colour(self, leaf: _Leaf) -> str:
@@ -351,8 +354,10 @@ class _Drawing:
 
     def _told(self, entry: Entry, power: float) -> str:
         """Name, power and share of a stream."""
-        longest = max(map(len, entry.label.split()), default=0)
-        lines = wrap(entry.label, min(max(_WORDS, longest), _LONGEST)) or [""]
+        words = entry.label.replace("–", "– ")  # where a line may end
+        longest = max(map(len, words.split()), default=0)
+        lines = wrap(words, min(max(_WORDS, longest), _LONGEST), break_on_hyphens=False) or [""]
+        lines = [line.replace("– ", "–") for line in lines]
         share = 100.0 * abs(power) / self.whole
         return "\n".join([*lines, _power(abs(power)), f"{number(digits(share, 0.0, 3))} %"])
 
@@ -363,14 +368,6 @@ class _Drawing:
         away = 0.06 + (0.3 * wide + _HEAD if step.leaf.power > 0.0 else _notch(wide))
         y = self._end(down, level) + (-away if down else away)
         sheet.text(middle, y, told, ha="center", va="top" if down else "bottom", fontsize=9)
-
-    def _name(self, sheet: _Sheet, words: str, x: float, edges: tuple[float, float]) -> None:
-        """The name of a station within the trunk, or above it where that is thin."""
-        low, high = edges
-        if high - low >= 2.4 * _LINE:
-            sheet.text(x, 0.5 * (low + high), words, ha="center", va="center", fontsize=9.5)
-        else:
-            sheet.text(x, high + 0.05, words, ha="center", va="bottom", fontsize=9.5)
 
     def _trunk(self, sheet: _Sheet, bands: Sequence[tuple[float, float, float, float, float]]) -> None:
         """Stretches of the trunk that go one way, each as one outline."""
@@ -398,11 +395,35 @@ class _Drawing:
             sheet.text(-away, 0.5 * (low + high), told, ha="right", va="center", fontsize=9.5)
         if trunk.end is not None:
             low, high = edges
-            told = self._told(trunk.end, power)
+            told = self._told(trunk.end, trunk.end.power)
             colour = VERMILLION if trunk.end.stream.lost else GREEN
             if self.width(power):
                 sheet.end(x, low, high, 1.0, power > 0.0, colour if power > 0.0 else PURPLE)
             sheet.text(x + _head(high - low) + 0.12, 0.5 * (low + high), told, ha="left", va="center", fontsize=9.5)
+
+
+class _Side:
+    """What is taken on one side of the trunk: where columns end, and the names behind them on each level (inches)."""
+
+    def __init__(self, levels: int) -> None:
+        self.column = self.long = -np.inf
+        self.names = [-np.inf] * levels
+
+    def taken(self, least: float, half: float, wide: float) -> tuple[int, float]:
+        """The level and the middle of the next column, so wide, at `least` or behind it; its name is twice `half` wide.
+
+        Columns to the second level pass between the names on the first.
+        """
+        found = []
+        for level, end in enumerate(self.names):
+            middle = max(least, end + half + _APART, self.column + 0.5 * wide + _APART)
+            other = self.names[0] + 0.5 * wide + _APART if level else self.long + half + _APART
+            found.append((max(middle, other), level))
+        middle, level = min(found)
+        self.column, self.names[level] = middle + 0.5 * wide, middle + half
+        if level:
+            self.long = self.column
+        return level, middle
 
 
 def _ordered(leaves: Sequence[_Leaf], power: float) -> list[_Leaf]:

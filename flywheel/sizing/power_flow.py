@@ -18,7 +18,7 @@ flow management, Journal of Industrial Ecology 12 (2008), for its picture.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -250,8 +250,7 @@ class _Train:
         self.sizing, self.machine, self.scene = sizing, machine, scene
         self.unknown = sizing.cycle.balance or 0.0 if sizing.cycle is not None else 0.0
         on_shafts = machine.one_ports
-        self.near = {name: near_of(scene, name) for name in scene.shafts if name != "crank"}
-        self.outwards = _outwards(self.near)
+        self.outwards = [name for name in scene.shafts if name != "crank"]  # nearer ones first
         self.reductions = {
             name: Reduction(machine.graph, scene.reduction_element, only=on_shafts[name])
             if len(on_shafts) > 1
@@ -282,7 +281,7 @@ class _Train:
 
     def flows(self, mesh: Cells, faster: float = 1.0) -> _Flows:
         """All powers at the nodes, with the crank `faster` than it is by a factor close to 1."""
-        omega, alpha = self.motion(mesh)
+        scene, (omega, alpha) = self.scene, self.motion(mesh)
         omega = omega * faster
         shape, none = omega.shape, np.zeros(omega.shape)
         parts: list[_Part] = []
@@ -295,8 +294,8 @@ class _Train:
                 own = own + part.moment * ((part.source == place) - float(part.target == place))
                 if part.kind != "stored" and place in (part.source, part.target):
                     exchanged = exchanged + np.abs(part.moment)
-            for other, near in self.near.items():
-                if near == name:
+            for other in self.outwards:
+                if scene.near(other) == name:
                     own = own + self._meshed(other, entering[other]) * entering[other]
             entering[name] = own
             missing = own
@@ -380,13 +379,14 @@ class _Train:
 
     def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
         """What a shaft's mesh passes, from the shaft that gives on the mean to the one that takes, and what it loses."""
-        scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.near[name]}"
+        scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
         given = self._meshed(name, entering) * entering
         lost = given - entering
         inwards = float(cells.integral(given + entering, mesh.half).sum()) < 0.0
         source, target, arriving = (here, there, -given) if inwards else (there, here, entering)
         yield _Part(source, target, "shaft", here, name, arriving)
-        efficiency, slip = scene.efficiencies.get(name, 1.0), slip_of(scene, name)
+        slip = scene.transmissions[name].slip if name in scene.transmissions else 0.0
+        efficiency = scene.efficiencies.get(name, 1.0)
         by_slip = slip / (1.0 - efficiency) if slip else 0.0  # of what is lost: slip of what enters
         if slip:
             yield _Part(source, "heat", "slip", here, name, by_slip * lost)
@@ -399,28 +399,6 @@ def can_lose(scene: Scene) -> bool:
     motor = scene.motor is not None and scene.motor.title in ("DC motor", "induction motor")
     drags = any(load.model.startswith(_RESISTANCES) or load.path.endswith(".drag") for load in scene.loads)
     return motor or drags or scene.rubs or bool(scene.dampers) or any(eta < 1.0 for eta in scene.efficiencies.values())
-
-
-def near_of(scene: Scene, name: str) -> str:
-    """The shaft that a shaft meshes with."""
-    transmissions: Mapping[str, Any] = getattr(scene, "transmissions", {})
-    return str(transmissions[name].on) if name in transmissions else "crank"
-
-
-def slip_of(scene: Scene, name: str) -> float:
-    """Slip of the belt that a shaft is driven by, or drives."""
-    transmissions: Mapping[str, Any] = getattr(scene, "transmissions", {})
-    return float(transmissions[name].slip) if name in transmissions else 0.0
-
-
-def _outwards(near: Mapping[str, str]) -> list[str]:
-    """All shafts but the crank, nearer ones first."""
-    found: list[str] = []
-    ring = ["crank"]
-    while ring:
-        ring = [name for name, other in near.items() if other in ring]
-        found += ring
-    return found
 
 
 def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
@@ -529,7 +507,7 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
         if name == "crank":
             yield ShaftFlow(name, None, None, ratio, *speeds)
             continue
-        near, moment = train.near[name], found.passed[name]
+        near, moment = scene.near(name), found.passed[name]
         inwards = float(cells.integral((train._meshed(name, moment) + 1.0) * moment, half).sum()) < 0.0
         moment = -moment if inwards else moment
         torque, power = moment / ratio, moment * omega

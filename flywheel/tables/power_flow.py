@@ -27,9 +27,11 @@ class Entry(NamedTuple):
 
 def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
     """Every stream with its name in the language in use, and its power (W) on the mean or at a crank angle (rad)."""
-    powers = [stream.mean for stream in flow.streams] if at is None else flow.at(at)
-    rows = zip(flow.streams, powers, strict=True)
-    return tuple(Entry(stream, stream_name(stream, flow), power) for stream, power in rows)
+    found = []
+    for stream, power in zip(flow.streams, [s.mean for s in flow.streams] if at is None else flow.at(at), strict=True):
+        tiny = flow.error * max(abs(stream.greatest), abs(stream.least), flow.scale)
+        found.append(Entry(stream, stream_name(stream, flow), power if abs(power) > tiny else 0.0))
+    return tuple(found)
 
 
 def places(flow: PowerFlow) -> dict[str, str]:
@@ -136,12 +138,8 @@ def gives(flow: PowerFlow, entry: Entry) -> bool:
         return power < 0.0
     if kind == "drive" and any(stream.kind == "input" for stream in flow.streams):
         return False
-    outside = entry.stream.source in ("mains", "drive") or (kind == "load" and not _on_shaft(entry.stream.source))
+    outside = entry.stream.source in ("mains", "drive") or (kind == "load" and entry.stream.source == entry.stream.name)
     return kind in ("input", "drive", "load") and (power > 0.0 if outside else power < 0.0)
-
-
-def _on_shaft(source: str) -> bool:
-    return source.startswith("shafts.")
 
 
 # -- the table -----------------------------------------------------------------------------------------------------------
