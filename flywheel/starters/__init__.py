@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flywheel.mechanisms import KINDS
 
-_MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "shaper", "pump", "compressor", "engine")
+_MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "press-drive", "shaper", "pump", "compressor", "engine")
 
 
 def kinds() -> list[str]:
