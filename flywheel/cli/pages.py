@@ -64,6 +64,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
 )
 @click.option("--language", type=click.Choice(["en", "es"]), default="en", help="English (default) or Spanish.")
 @click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
+@click.option("--page", type=click.Choice(["all", "summary"]), default="all", help="summary: the first page alone, to sign.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
 @click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as of size.")
 @click.option(
@@ -73,10 +74,18 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     help="A file with a printed solution, JSON or TOML, which is set beside ours (topic report).",
 )
 def report(
-    scene: Path, output: Path, language: str, units: str, rtol: float | None, accuracy: str | None, printed: Path | None
+    scene: Path,
+    output: Path,
+    language: str,
+    units: str,
+    page: str,
+    rtol: float | None,
+    accuracy: str | None,
+    printed: Path | None,
 ) -> None:
     """Write the worked report of SCENE, a TOML file: every step as formula, substitution with numbers, and result.
 
+    Its first page says what a designer signs: machine, motor, train, flywheel, what binds, speeds, remarks.
     One file without anything from the network, to be printed on A4 and handed out. A scene without a flywheel gives the
     steps that it has.
     """
@@ -100,7 +109,7 @@ def report(
             with written(output):
                 try:
                     read = [*input_files(scene), *([] if printed is None else [printed])]
-                    files.write(found, output, units=units, printed=beside, inputs=read)
+                    files.write(found, output, units=units, printed=beside, page=page, inputs=read)
                 except files.PrintError as error:
                     click.echo(f"{output}: {error}", err=True)
                     sys.exit(1)

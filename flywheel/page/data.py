@@ -28,7 +28,6 @@ from flywheel.pictures.samples import Samples
 from flywheel.regime import turning_moment
 from flywheel.scene.linkage import FRAME, PIN, SLIDE
 from flywheel.scene.scene import Scene
-from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables import answers
@@ -544,7 +543,7 @@ def _power_flow(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """Every stream of power with its mean and its course over the cycle, in W."""
     if part.scene.areas is not None:
         return _("A diagram of areas tells nothing of where power goes.")
-    flow = None if part.sizing is None else power_flow(part.sizing)
+    flow = None if part.sizing is None else part.sizing.power_flow
     if flow is None:
         return _no_cycle(part)
     powers = flow.along(np.clip(part.axis.taken, 0.0, part.scene.cycle))

@@ -12,7 +12,7 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.report import document as documents
-from flywheel.report import drive, regime, solutions, wheel
+from flywheel.report import drive, regime, sheet, solutions, train, wheel
 from flywheel.report.document import Cell, Document, Listing, Note, Part, Section, Table
 from flywheel.report.regime import Known
 from flywheel.report.solutions import Solution
@@ -24,10 +24,20 @@ from flywheel.tables.sizing import remarks
 Given = Sizing | Machine | Scene
 """What a report is of."""
 
+PAGES = ("all", "summary")
+"""How much of a report there is: all of it, or its first page."""
+
 _MOST_ROWS = 400  # of a scene's table
 
 
-def html(given: Given, *, language: str | None = None, units: str = "si", printed: Solution | None = None) -> str:
+def html(
+    given: Given,
+    *,
+    language: str | None = None,
+    units: str = "si",
+    printed: Solution | None = None,
+    page: str = PAGES[0],
+) -> str:
     """The report of a sizing, or of a scene, which is then sized, as one HTML file.
 
     Args:
@@ -35,26 +45,31 @@ def html(given: Given, *, language: str | None = None, units: str = "si", printe
         language: "en" or "es"; the language in use if None.
         units: "si", or "us": results in US customary units beside.
         printed: a printed solution to be set beside ours, as `flywheel.report.solutions.solution` reads it.
+        page: "all", or "summary" for the first page alone, which a designer signs.
 
     Raises:
         SceneError: if the machine cannot run as its scene says.
-        ValueError: for another language, or other units.
+        ValueError: for another language, other units, another page.
 
     """
+    if page not in PAGES:
+        raise ValueError(f"found the page {page!r}, expected all or summary")
     if units not in ("si", "us"):
         raise ValueError(f"found the units {units!r}, expected si or us")
     with nullcontext() if language is None else languages.use(language):
-        return documents.html(worked(given, customary=units == "us", printed=printed))
+        return documents.html(worked(given, customary=units == "us", printed=printed, page=page))
 
 
-def worked(given: Given, *, customary: bool = False, printed: Solution | None = None) -> Document:
-    """The report as a document, in the language in use."""
+def worked(given: Given, *, customary: bool = False, printed: Solution | None = None, page: str = PAGES[0]) -> Document:
+    """The report as a document, in the language in use; a machine without a flywheel has no summary."""
     scene = given if isinstance(given, Scene) else given.scene
     found = given if isinstance(given, Sizing) else sized(given)
     sizing = found if isinstance(found, Sizing) else None
-    parts = list(_parts(scene, sizing, given, printed))
+    alone = page == "summary" and sizing is not None
+    parts = () if alone else tuple(_parts(scene, sizing, given, printed))
     title = " ".join((scene.title or _("Machine")).split())
-    return Document(title, _subtitle(scene, sizing), tuple(parts), customary)
+    first = "" if sizing is None else sheet.sheet(sizing, customary)
+    return Document(title, _subtitle(scene, sizing), parts, customary, first, sheet.STYLE if first else "")
 
 
 def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
@@ -82,6 +97,10 @@ def _subtitle(scene: Scene, sizing: Sizing | None) -> str:
     if scene.inertia is not None:
         given = regime.quantity(scene.inertia, "kg m²", 5)
         return _("Worked report: the given flywheel of {given} on {on}, crank at {speed}", given=given, on=on, speed=speed)
+    if sizing.limits:
+        exact = regime.quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
+        told = _("Worked report: the smallest flywheel that keeps its limits, {exact} on {on}", exact=exact, on=on)
+        return told + _(", crank at {speed}", speed=speed)
     eps = regime.number(scene.irregularity or 0.0)
     if sizing.flywheel.needed is False:
         return _("Worked report: no flywheel is needed for irregularity {eps}, crank at {speed}", eps=eps, speed=speed)
@@ -115,9 +134,11 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
         regime.approximate,
         regime.inertia_torque,
         regime.exact,
+        drive.limits,
         wheel.every_shaft,
         regime.speeds,
         drive.power,
+        train.train,
         drive.duty,
         regime.holding,
         wheel.wheel,

@@ -116,12 +116,17 @@ Part = Step | Table | Figure | Note | Listing | Items | Section
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report. `subtitle` is a line under the title; `customary` has results in US units beside the SI ones."""
+    """A whole report. `subtitle` is a line under the title; `customary` has results in US units beside the SI ones.
+
+    `sheet` is a first page as HTML, before the contents, with the `style` that it needs.
+    """
 
     title: str
     subtitle: str
     parts: tuple[Part, ...]
     customary: bool = False
+    sheet: str = ""
+    style: str = ""
 
 
 # -- numbers ----------------------------------------------------------------------------------------------------------
@@ -468,8 +473,8 @@ def html(document: Document) -> str:
         f'{FIRST_LINE}\n<html lang="{language.current()}">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(document.title)}</title>\n'
-        f"<style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
-        f"{contents}\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+        f"<style>{STYLE}{document.style}</style>\n</head>\n<body>\n<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
+        f"<main>\n{document.sheet}\n{contents}\n{body}\n</main>\n</body>\n</html>\n"
     )
 
 

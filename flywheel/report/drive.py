@@ -10,6 +10,7 @@ from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, T
 from flywheel.report.formulas import Quantity
 from flywheel.report.regime import Known, quantity
 from flywheel.sizing.duty import PhaseLoad
+from flywheel.tables.flywheels import limit_names
 from flywheel.tables.power import with_and_without
 
 _MOST_POINTS = 30  # of a curve that a table shows
@@ -308,6 +309,43 @@ def _verdict(share: float | None) -> str:
     if share > 1.0 + 1e-9:
         return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=shown)
     return _("That is {share} of the heat at the rated point, which it is rated for.", share=shown)
+
+
+# -- limits -----------------------------------------------------------------------------------------------------------
+
+_LIMITS = {  # what each is, as a formula
+    "irregularity": "epsilon = (omega_max - omega_min)/omega",
+    "motor_torque": "u_max = greatest(abs(T), t)/T_n",
+    "motor_rms": "u_T = sqrt(integral(T**2, t, 0, tau)/tau)/T_n",
+    "motor_heat": "u_Q = integral(Q, t, 0, tau)/(tau*Q_n)",
+    "current_pulsation": "u_i = (greatest(i, t) - least(i, t))/i_n",
+}
+
+
+def limits(known: Known) -> Section | None:
+    """What was asked of the flywheel together, what is reached, what each alone would need, and which binds."""
+    sizing = known.sizing
+    if not sizing.limits:
+        return None
+    rows, emphasis = [], []
+    names = limit_names()
+    for k, (name, limit) in enumerate(sizing.limits.items()):
+        unit = "" if name == "irregularity" else "%"
+        alone = Quantity("", limit.alone, "kg m²")
+        shares = Quantity("", limit.asked, unit), Quantity("", limit.reached, unit)
+        rows.append((names[name], Formula(_LIMITS[name]), *shares, alone))
+        if name == sizing.binding:
+            emphasis.append(k)
+    head = (_("limit"), _("what it is"), _("asked"), _("reached"), _("flywheel that it alone needs"))
+    told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=sizing.flywheel.on)
+    parts: list[Part] = [Table(told, head, tuple(rows), emphasis=frozenset(emphasis))]
+    if sizing.binding is None:
+        parts.append(Note(_("The machine keeps all of them without a flywheel: none binds.")))
+    else:
+        exact = quantity(sizing.flywheel.exact or 0.0, "kg m²")
+        told = _("{limit} binds: the smallest flywheel that keeps all is {exact}.", limit=names[sizing.binding], exact=exact)
+        parts.append(Note(told, "remark"))
+    return Section(_("What binds"), tuple(parts))
 
 
 # -- a duty -----------------------------------------------------------------------------------------------------------

@@ -119,6 +119,7 @@ def write(
     language: str | None = None,
     units: str = "si",
     printed: Solution | None = None,
+    page: str = "all",
     inputs: Iterable[str | Path] = (),
 ) -> None:
     """Write a report into a file, HTML or PDF as its ending says, whole or not at all.
@@ -129,6 +130,7 @@ def write(
         language: "en" or "es"; the language in use if None.
         units: "si" or "us".
         printed: a printed solution to be set beside.
+        page: "all", or "summary" for the first page alone.
         inputs: files that were read, which are never replaced.
 
     Raises:
@@ -141,9 +143,9 @@ def write(
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .html, .htm or .pdf")
-    page = html(given, language=language, units=units, printed=printed)
+    written = html(given, language=language, units=units, printed=printed, page=page)
     if kind != ".pdf":
-        write_text(path, page, inputs)
+        write_text(path, written, inputs)
         return
     with replacement(path, "pdf", inputs) as fresh:
-        fresh.write_bytes(pdf(page))
+        fresh.write_bytes(pdf(written))

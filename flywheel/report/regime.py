@@ -597,6 +597,8 @@ def exact(known: Known) -> Section | None:
     fast, slow = known.at(float(extremes.angle_greatest[1])), known.at(float(extremes.angle_least[2]))
     own = figures.total - cycle.inertia_at_start
     on_crank = wheel.exact * known.ratio**2
+    if sizing.limits and sizing.binding != "irregularity":
+        return None  # it is another limit that decides
     if on_crank > 0.0 and abs(own - on_crank) > 1e-6 * on_crank:
         return Section(_("Exact flywheel"), (_by_motion(known, on_crank), *on_own_shaft(known, "J", on_crank, wheel.exact)))
     high, low = sizing.speed * (1 + eps / 2), sizing.speed * (1 - eps / 2)

@@ -307,24 +307,27 @@ class Sizing:
         """
         return dict(_flat("", {key: value for key, value in self.as_dict().items() if key not in ("cost", "explanation")}))
 
-    def report(self, path: str | Path | None = None, *, language: str | None = None, units: str = "si") -> HtmlPage | None:
+    def report(
+        self, path: str | Path | None = None, *, language: str | None = None, units: str = "si", page: str = "all"
+    ) -> HtmlPage | None:
         """The worked report: written into a file, HTML or PDF as its ending says, or else as a page that a notebook shows.
 
         Args:
             path: ends in .html or .pdf; None to have the page itself.
             language: "en" or "es"; the language in use if None.
             units: "si" or "us".
+            page: "all", or "summary" for the first page alone, which a designer signs.
 
         Raises:
-            ValueError: for another ending.
+            ValueError: for another ending, or another page.
             OSError: if the file cannot be written.
 
         """
         import flywheel
 
         if path is None:
-            return HtmlPage(flywheel.report.html(self, language=language, units=units))
-        flywheel.report.write(self, path, language=language, units=units)
+            return HtmlPage(flywheel.report.html(self, language=language, units=units, page=page))
+        flywheel.report.write(self, path, language=language, units=units, page=page)
         return None
 
     def plot(self, path: str | Path | None = None) -> Figure | None:

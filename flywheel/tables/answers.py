@@ -23,7 +23,7 @@ from flywheel.numerics.units import columns, figure
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
 from flywheel.tables import power, power_flow
-from flywheel.tables.flywheels import Candidate, candidates, work_error
+from flywheel.tables.flywheels import Candidate, candidates, limit_names, work_error
 from flywheel.tables.rows import DEGREES, NOTHING, printable
 from flywheel.tables.scene import Part, parts, running
 from flywheel.tables.sizing import CONCLUSIVE, remarks, settles, speed_band
@@ -168,10 +168,36 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
             *([] if us else [_inertia(gd2(one.inertia), 4 * one.error, units)]),
         ]
         table.append((_name(one), *figures, off, gives))
+    title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
+    told = tuple(_shortcuts(sizing, found))
+    if sizing.limits:
+        title = _("Flywheel on {shaft}: the smallest that keeps its limits", shaft=of["shaft"])
+        if sizing.binding != "irregularity":  # which alone the approximate ones are for
+            table, told = table[:1], ()
     if not any(cells[-2] for cells in table):
         header, table = _without(header, -2), [_without(cells, -2) for cells in table]
-    title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
-    return Block("flywheel", title, header=header, table=tuple(table), sentences=tuple(_shortcuts(sizing, found)))
+    return Block("flywheel", title, header=header, table=tuple(table), sentences=told)
+
+
+def _limits(sizing: Sizing, units: TradeUnits) -> Block:
+    """Limits that the flywheel keeps together: asked, reached, and the flywheel that each alone would need."""
+    if not sizing.limits:
+        return Block("limits")
+    names, table = limit_names(), []
+    for name, limit in sizing.limits.items():
+        error = limit.reached_error * limit.reached
+        if name == "irregularity":
+            asked, reached = number(figure(limit.asked, most=6)), five_digits(limit.reached, error)
+        else:
+            asked, reached = f"{few_digits(100 * limit.asked, 4)} %", f"{five_digits(100 * limit.reached, 100 * error)} %"
+        table.append(
+            (names[name], asked, reached, str(units.shown(limit.alone, "inertia", limit.alone_error * limit.alone)))
+        )
+    header = (_("limit"), _("asked"), _("reached"), _("alone it needs"))
+    told = _("None binds: the machine's own inertia keeps them.")
+    if sizing.binding is not None:
+        told = _("What binds: {limit}.", limit=names[sizing.binding])
+    return Block("limits", header=header, table=tuple(table), sentences=(told,))
 
 
 def _without(cells: tuple[str, ...], place: int) -> tuple[str, ...]:
@@ -570,6 +596,7 @@ BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
     _title,
     _machine,
     _flywheel,
+    _limits,
     _wheel,
     _drive,
     _duty,

@@ -11,6 +11,7 @@ from math import nan, pi
 from bondgraph.records import NamedTuple
 from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
+from flywheel.language import text as _
 from flywheel.numerics.units import columns, figure
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import NoMotionError, Run
@@ -96,7 +97,7 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
         wanted = (sizing.scene.irregularity or 0.0, 0.0)
         return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, wanted, None)]
     found = []
-    for key, (name, _) in _CANDIDATES.items():
+    for key, (name, _label) in _CANDIDATES.items():
         inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
         off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
         off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
@@ -356,3 +357,14 @@ def shafts_table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
         cells.append([row.shaft, *("" if value is None else figure(value, 0.0, digits) for value in values)])
     header = ("shaft", "speed, rpm", "inertia, kg m²", "GD², kg m²")
     return columns(cells, (*header, "radius, m", "mass, kg", "rim speed, m/s") if rims else header)
+
+
+def limit_names() -> dict[str, str]:
+    """What a flywheel may be sized for together, by its names in `[flywheel.limits]`."""
+    return {
+        "irregularity": _("irregularity"),
+        "motor_torque": _("greatest torque of the motor"),
+        "motor_rms": _("rms torque of the motor"),
+        "motor_heat": _("heat of the motor"),
+        "current_pulsation": _("pulsation of the motor's current"),
+    }
