@@ -40,7 +40,7 @@ STYLE = """
   .sheet { break-after: page; font-size: 8.2pt; line-height: 1.22; margin: 0; }
   .sheet h2 { margin: .7em 0 .1em; }
   .sheet section, .sheet .signed { break-inside: avoid; }
-  .sheet figure svg { max-height: 5.2cm; }
+  .sheet figure svg { max-height: 6.4cm; }
   .sheet table { font-size: 1em; }
 }
 """
@@ -71,7 +71,7 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
 
 def _block(block: Block, head: str) -> str:
     """A block of the page of answers: its rows, its table, its sentences."""
-    wide = ' class="wide"' if block.table or block.name in ("machine", "notes") else ""
+    wide = ' class="wide"' if block.name in ("machine", "flywheel", "notes") else ""
     parts = [f"<section{wide}>", f"<h2>{escape(head or block.title or block.name)}</h2>"]
     if block.table:
         parts.append(_table(block.header, block.table))

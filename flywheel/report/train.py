@@ -40,7 +40,7 @@ def train(known: Known) -> Section | None:
 def _pictures(flow: PowerFlow) -> Iterator[Part]:
     """The Sankey diagram of the mean, and of the angle at which the loads take most."""
     at = _hardest(flow)
-    titles = {None: _("Power flow from the motor to the tool, mean over the cycle")}
+    titles: dict[float | None, str] = {None: _("Power flow from the motor to the tool, mean over the cycle")}
     titles[at] = _("Power flow at {phi}, where the loads take most", phi=quantity(at, "deg", 4))
     for angle, title in titles.items():
 
@@ -159,14 +159,13 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
     if flow.efficiency is not None and flow.output > 0.0:
         told = _("Efficiency of the whole train")
         yield Step(told, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
-    told = sentence(flow)
-    if told is not None:
-        yield Note(f"{told}.")
+    if (summary := sentence(flow)) is not None:
+        yield Note(f"{summary}.")
 
 
 def _symbols(flow: PowerFlow) -> dict[tuple[str, str], str]:
     """The symbols of what meshes lose, by kind and name of the stream, as the steps have them."""
-    found = {}
+    found: dict[tuple[str, str], str] = {}
     for k, shaft in enumerate(_lossy(flow), 1):
         found |= {("slip", f"shafts.{shaft}"): f"P_s{k}", ("mesh", f"shafts.{shaft}"): f"P_v{k}"}
     return found
