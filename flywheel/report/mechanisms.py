@@ -29,7 +29,7 @@ from flywheel.report.reduction import (
     unit_head,
     where_text,
 )
-from flywheel.scene.scene import Mechanism, Scene
+from flywheel.scene.scene import Mechanism, Scene, Transmission
 from flywheel.sizing.results import Sizing
 
 
@@ -65,19 +65,34 @@ def _mechanism(at: Steps) -> Section:
         parts += _pictures(at)
     for group in at.groups:
         parts += list(_given(at, group))
-    shafts = [name for name in at.scene.shafts if name != at.scene.reduction_element]
-    if shafts:
-        rows = tuple(
-            (name, Quantity(f"i_{index(name)}", at.scene.shafts[name]), Quantity("", at.scene.efficiencies.get(name, 1.0)))
-            for name in shafts
-        )
-        parts.append(Table(_("Shafts, which mesh with the crank"), (_("shaft"), _("speed ratio i"), _("efficiency")), rows))
+    if len(at.scene.shafts) > 1:
+        parts.append(_shafts(at.scene))
     if at.scene.parameters or at.scene.unknown not in (None, "drive"):
         parts.append(_parameters(at))
     if at.scene.gravity is not None:
         parts.append(_gravity(at))
     parts.append(Step(_where(at), result=Quantity(at.symbol, at.phi, "m" if at.sliding else "°"), note=_prime(at)))
     return Section(_("The mechanism"), tuple(parts))
+
+
+def _shafts(scene: Scene) -> Table:
+    """Every shaft but the crank: what it meshes with and how, what is lost there, and its speed over the crank's."""
+    meshes = {name: scene.transmissions.get(name, Transmission(ratio=i)) for name, i in scene.shafts.items()}
+    meshes.pop(scene.reduction_element)
+    columns: dict[str, list[Cell]] = {_("shaft"): list(meshes)}
+    if any(mesh.on != scene.reduction_element or mesh.slip for mesh in meshes.values()):
+        columns[_("meshes with")] = [mesh.on for mesh in meshes.values()]
+        columns[_("ratio to it")] = [Quantity("", mesh.ratio) for mesh in meshes.values()]
+    columns[_("speed ratio i")] = [Quantity(f"i_{index(name)}", scene.shafts[name]) for name in meshes]
+    columns[_("efficiency")] = [Quantity("", mesh.efficiency) for mesh in meshes.values()]
+    if any(mesh.slip for mesh in meshes.values()):
+        columns[_("slip")] = [Quantity("", 100 * mesh.slip, "%") for mesh in meshes.values()]
+    if any(mesh.drag for mesh in meshes.values()):
+        columns[_("drag")] = [Quantity("", mesh.drag, "N m") for mesh in meshes.values()]
+    rows = tuple(zip(*columns.values(), strict=True))
+    if len(columns) == 3:
+        return Table(_("Shafts, which mesh with the crank"), tuple(columns), rows)
+    return Table(_("Shafts, with speed ratios i to the crank"), tuple(columns), rows)
 
 
 def _where(at: Steps) -> str:

@@ -488,7 +488,7 @@ def _conditions(at: Steps) -> Iterator[Part]:
 
 def _number(scene: Scene, part: str) -> int:
     """The number of a load, spring or damper in the scene, from 1, counted through."""
-    items: list[Any] = [*scene.loads, *scene.springs, *scene.dampers]
+    items: list[Any] = [*(load for load in scene.loads if not load.drag), *scene.springs, *scene.dampers]
     return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
 
 
@@ -498,6 +498,9 @@ def label(scene: Scene, part: str) -> str:
         return _("weight of {body}", body=part.removeprefix("weight of "))
     if part.startswith("inertia on "):
         return _("inertia on {place}", place=part.removeprefix("inertia on "))
+    drag = next((load.on for load in scene.loads if load.drag and load.path == part), None)
+    if drag is not None:
+        return _("drag on {place}", place=drag)
     n = _number(scene, part)
     if n:
         kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
@@ -509,6 +512,9 @@ def _name_of(at: Steps, part: str, n: int) -> str:
     """The index of a source: G and the body of a weight, d of the drive, its number of another one."""
     if part == "drive":
         return "d"
+    drag = next((load.on for load in at.scene.loads if load.drag and load.path == part), None)
+    if drag is not None:
+        return f"f_{index(drag)}"
     if part.startswith("weight of "):
         return f"G_{_short(at, part.removeprefix('weight of '))}"
     return "f" if part == FRICTION else str(n)

@@ -13,7 +13,7 @@ from flywheel.machine.machine import Machine, moving_switches
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.accuracy import CONFIRM
-from flywheel.scene.scene import Mechanism, Scene
+from flywheel.scene.scene import Mechanism, Scene, Transmission
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.rows import DEGREES, page, sentences, wrapped
@@ -139,7 +139,9 @@ def _because(sizing: Sizing) -> Iterator[str]:
     moving = [*(name for name, effort in named if effort.uses_speed), *(damper.path for damper in scene.dampers)]
     still = [name for name, effort in named if not effort.uses_speed]
     still += [spring.path for spring in scene.springs] + (["gravity"] if _weights(machine) else [])
-    lossy = [f"shafts.{stage.shaft}.efficiency" for stage in machine.stages if stage.efficiency < 1.0]
+    meshes = [(stage.shaft, scene.transmissions.get(stage.shaft, Transmission())) for stage in machine.stages]
+    lossy = [f"shafts.{name}.efficiency" for name, mesh in meshes if mesh.efficiency < 1.0]
+    lossy += [f"shafts.{name}.slip" for name, mesh in meshes if mesh.slip > 0.0]
     if moving:
         yield f"on speed: {', '.join(moving)}"
     if still:
