@@ -29,7 +29,8 @@ class Energy(NamedTuple):
 
     What heats a motor, on the mean over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
     square and by the value that is greatest in size, and the copper heat R i² (W); of an induction motor the heat of its
-    rotor (W), torque times slip speed; each as a share of that at the rated point, too. None where they do not apply.
+    rotor (W), torque times slip speed, and by its name plate the line current (A) and the copper heat of its stator (W);
+    each as a share of that at the rated point, too. None where they do not apply.
     `errors` are estimated relative errors of these.
     """
 
@@ -46,6 +47,8 @@ class Energy(NamedTuple):
     copper_heat_share: float | None = None
     rotor_heat: float | None = None
     rotor_heat_share: float | None = None
+    stator_heat: float | None = None
+    stator_heat_share: float | None = None
     errors: Mapping[str, float] = {}
 
     @property

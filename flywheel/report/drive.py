@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from flywheel.components.energy import Energy
 from flywheel.components.motors import DC, Constant, Curve, Engine, Hydraulic, Induction, Line, Motor, Synchronous
 from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
@@ -281,6 +282,7 @@ def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
             Quantity("Q_r", energy.rotor_heat, "W"),
             note=_verdict(energy.rotor_heat_share),
         )
+        yield from _line_current(found, energy)
     elif isinstance(found, DC) and energy.copper_heat is not None and energy.current_rms is not None:
         current = Quantity("i_rms", energy.current_rms, "A")
         yield Step(
@@ -300,6 +302,28 @@ def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
         yield Note(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."), "left out")
     elif not isinstance(found, Engine):
         yield Note(_("Torque against speed alone does not tell what heats this motor."), "left out")
+
+
+def _line_current(found: Induction, energy: Energy) -> Iterator[Part]:
+    """Line current and heat of an induction motor's stator, by what its name plate says."""
+    share = energy.stator_heat_share
+    if share is None:
+        return
+    yield Step(
+        _("Heat of the stator's copper over that at the rated point, by the line current"),
+        "u_s = integral((I/I_n)**2, t, 0, tau)/tau",
+        (),
+        Quantity("u_s", share),
+        note=_verdict(share),
+    )
+    if found.rated_current is not None and energy.current_rms is not None:
+        rated = Quantity("I_n", found.rated_current, "A")
+        yield Step(
+            _("Root of the mean square of the line current over time"),
+            "I_rms = I_n*sqrt(u_s)",
+            (rated, Quantity("u_s", share)),
+            Quantity("I_rms", energy.current_rms, "A"),
+        )
 
 
 def _verdict(share: float | None) -> str:

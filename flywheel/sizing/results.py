@@ -6,6 +6,7 @@ and are worked out for JSON alone, as are the drive's energy, the engine and the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -63,7 +64,10 @@ _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
 _MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
 _LOSSES = "losses"  # how the model of a load begins that nothing is gained by
 _APART = 1e-6  # share by which a speed is changed to see what depends on it
-_HEATING = ("current_rms", "current_peak", "copper_heat", "copper_heat_share", "rotor_heat", "rotor_heat_share")
+_HEATING = (
+    *("current_rms", "current_peak", "copper_heat", "copper_heat_share"),
+    *("rotor_heat", "rotor_heat_share", "stator_heat", "stator_heat_share"),
+)
 
 
 class Balance(NamedTuple):
@@ -770,7 +774,7 @@ def motor_heat(motor: Motor, omega: Array, current: Array | None = None) -> Arra
 
 
 def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:
-    """Heat of an induction motor's rotor: the mean of T (omega_s - omega)."""
+    """Heat of an induction motor's rotor, the mean of T (omega_s - omega); current and heat of its stator by the plate."""
 
     def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         speed = shaft.ratio * omega
@@ -781,7 +785,30 @@ def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:
     found, relative = _figure_and_error(mean, error, float(motor.rotor_heat(0.0)))
     rated = float(motor.rotor_heat(motor.speed))
     errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / motor.rated_slip}
-    return {"rotor_heat": found, "rotor_heat_share": found / rated, "errors": errors}
+    figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
+    if motor.line_current.complete:
+        of_stator, of_errors = _stator_heat(motor, shaft)
+        figures, errors = figures | of_stator, errors | of_errors
+    return {**figures, "errors": errors}
+
+
+def _stator_heat(motor: Induction, shaft: MotorShaft) -> tuple[dict[str, float], dict[str, float]]:
+    """Line current of an induction motor and copper heat of its stator, the mean of (I/I_n)², with relative errors."""
+
+    def square(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        share, slope = shaft.current_law(mesh, omega)
+        return share * share, 2 * share * slope
+
+    mean, error, _ = shaft.mean_over_time(square)
+    _, peak, off = shaft.extremes(shaft.current_law)
+    relative = error / mean
+    figures, errors = {"stator_heat_share": mean}, {"stator_heat_share": relative}
+    if (rated_heat := motor.rated_stator_heat) is not None:
+        figures["stator_heat"], errors["stator_heat"] = mean * rated_heat, relative
+    if (rated := motor.rated_current) is not None:
+        figures |= {"current_rms": rated * math.sqrt(mean), "current_peak": rated * peak}
+        errors |= {"current_rms": relative, "current_peak": off / peak}
+    return figures, errors
 
 
 def _copper_heat(motor: DC, shaft: MotorShaft) -> dict[str, Any]:

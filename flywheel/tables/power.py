@@ -18,7 +18,7 @@ from flywheel.tables.rows import RPM, Row, block, sentences
 from flywheel.tables.trade_units import TradeUnits, few_digits
 
 if TYPE_CHECKING:
-    from flywheel.components.motors import Motor
+    from flywheel.components.motors import Induction, Motor
     from flywheel.sizing.duty import Duty
     from flywheel.sizing.synchronism import Synchronism
 
@@ -211,6 +211,8 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     if isinstance(motor, Induction) and found is not None:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
         yield f"{heat}, {_verdict(energy, found)}"
+        if energy.stator_heat_share is not None:
+            yield from _stator(motor, energy, energy.stator_heat_share)
     elif isinstance(motor, DC) and found is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
@@ -227,6 +229,17 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
             yield "The mean power is more than the rated one."
+
+
+def _stator(motor: Induction, energy: Energy, share: float) -> Iterator[str]:
+    """Line current and heat of an induction motor's stator, by its name plate."""
+    told = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
+    of_rated = f"{figure(100 * share, 0.0, 5)} % of that at the rated point"
+    yield f"Copper heat of its stator on the mean over time{told}, {of_rated}{', too hot' if share > 1 + _TIE else ''}."
+    if energy.current_rms is not None and energy.current_peak is not None and motor.rated_current is not None:
+        rms, peak, rated = energy.current_rms, energy.current_peak, motor.rated_current
+        means = f"root of its mean square over time {_number(rms)} A, {_share(rms, rated)} of the rated one"
+        yield f"Line current: {means}; greatest {_number(peak)} A, {_share(peak, rated)} of it."
 
 
 def _in_step(found: Synchronism) -> Iterator[str]:

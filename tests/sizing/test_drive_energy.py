@@ -6,6 +6,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, root
 
 import flywheel
+from flywheel.motions.transients import speed_at
 from flywheel.regime import turning_moment
 from tests import regimes, scenes
 from tests.limits import sample
@@ -215,3 +216,25 @@ def test_errors_of_heats_cover_what_a_coarse_motion_misses():
     for key, error in coarse.errors.items():
         true = getattr(fine, key)
         assert abs(getattr(coarse, key) - true) <= (error + fine.errors[key]) * abs(true)
+
+
+def test_heat_of_a_stator_is_the_integral_of_the_line_current():
+    plate = {"voltage": 400.0, "current": 15.0, "power_factor": 0.83, "no_load_current": 7.0}
+    motor = {"type": "induction", "power": 7500.0, "speed": 151.8, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
+    load = {"on": "crank", "torque": -150.0, "from": 0, "to": 2.0}
+    found = flywheel.size(
+        flywheel.load({"load": [load], "drive": {"motor": motor | plate}, "flywheel": {"inertia": 0.8}}), simulate=False
+    )
+    points, weights = np.polynomial.legendre.leggauss(40)
+    edges = np.array([0.0, 2.0, 4.0, 2 * np.pi])
+    half = 0.5 * np.diff(edges)[:, None]
+    omega = speed_at(found, (edges[:-1, None] + half * (1 + points)).ravel())
+    lasting = (half * weights).ravel() / omega
+    share = found.scene.motor.current_share(omega)
+    energy = found.energy
+    assert energy.stator_heat_share == pytest.approx(lasting @ share**2 / lasting.sum(), rel=1e-10)
+    assert energy.stator_heat == pytest.approx(energy.stator_heat_share * found.scene.motor.rated_stator_heat, rel=1e-14)
+    assert energy.current_rms == pytest.approx(15.0 * energy.stator_heat_share**0.5, rel=1e-14)
+    edge = found.scene.motor.current(speed_at(found, [0.0, 2.0]))
+    assert energy.current_peak == pytest.approx(float(edge.max()), rel=1e-10)
+    assert 0 < energy.errors["stator_heat_share"] < 1e-9
