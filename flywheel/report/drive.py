@@ -366,10 +366,26 @@ def limits(known: Known) -> Section | None:
     if sizing.binding is None:
         parts.append(Note(_("The machine keeps all of them without a flywheel: none binds.")))
     else:
-        exact = quantity(sizing.flywheel.exact or 0.0, "kg m²")
-        told = _("{limit} binds: the smallest flywheel that keeps all is {exact}.", limit=names[sizing.binding], exact=exact)
+        exact = sizing.flywheel.exact or 0.0
+        shown = quantity(exact, "kg m²")
+        told = _("{limit} binds: the smallest flywheel that keeps all is {exact}.", limit=names[sizing.binding], exact=shown)
         parts.append(Note(told, "remark"))
+        if known.otherwise:
+            parts += _on_crank(known, exact)
     return Section(_("What binds"), tuple(parts))
+
+
+def _on_crank(known: Known, exact: float) -> Iterator[Part]:
+    """The flywheel that another limit than the irregularity decides, as one on the crank with the same energy."""
+    told = _("The smallest flywheel that keeps every limit")
+    how = _("by Newton's method: flywheel, energy level and balance are found together")
+    if known.ratio == 1.0:
+        yield Step(told, "u_k(J) = u_k0", (), Quantity("J", exact, "kg m²"), how=how)
+        return
+    own = Quantity("J_f", exact, "kg m²")
+    yield Step(told, "u_k(J_f) = u_k0", (), own, how=how)
+    same = Quantity("J", exact * known.ratio**2, "kg m²")
+    yield Step(_("As one on the crank, with the same energy"), "J = J_f*i_f**2", (own, known.at_flywheel), same)
 
 
 # -- a duty -----------------------------------------------------------------------------------------------------------

@@ -70,6 +70,11 @@ class Known:
         even = sizing.cyclic and sizing.cyclic.constant_speed
         self.area_speed = self.speed if even is None else Quantity("omega_c", even, "rad/s")
 
+    @property
+    def otherwise(self) -> bool:
+        """Whether it is another limit than the irregularity that decides the flywheel."""
+        return self.sizing.binding not in (None, "irregularity")
+
     def at(self, phi: float, cycle: Cycle | None = None) -> Point:
         """W and I* at a crank angle, from the cycle itself."""
         cycle = cycle or self.cycle
@@ -597,8 +602,8 @@ def exact(known: Known) -> Section | None:
     fast, slow = known.at(float(extremes.angle_greatest[1])), known.at(float(extremes.angle_least[2]))
     own = figures.total - cycle.inertia_at_start
     on_crank = wheel.exact * known.ratio**2
-    if sizing.limits and sizing.binding != "irregularity":
-        return None  # it is another limit that decides
+    if known.otherwise:
+        return None
     if on_crank > 0.0 and abs(own - on_crank) > 1e-6 * on_crank:
         return Section(_("Exact flywheel"), (_by_motion(known, on_crank), *on_own_shaft(known, "J", on_crank, wheel.exact)))
     high, low = sizing.speed * (1 + eps / 2), sizing.speed * (1 - eps / 2)
@@ -739,7 +744,7 @@ def speeds(known: Known) -> Section | None:
         told = _("The given flywheel as one on the crank, with the same energy")
         given = Quantity("J", sizing.scene.inertia or 0.0, "kg m²")
         parts.append(Step(told, "J_c = J*i_f**2", (given, known.at_flywheel), flywheel))
-    if sizing.scene.irregularity is None or sizing.flywheel.needed is False:
+    if sizing.scene.irregularity is None or known.otherwise or sizing.flywheel.needed is False:
         parts.append(
             Step(
                 _(

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 
 import flywheel
-from flywheel.report import drive, regime, solutions, wheel
+from flywheel.report import drive, regime, solutions, train, wheel
 from flywheel.report.document import Document, Section
 from flywheel.sizing.results import Sizing
 
@@ -18,8 +18,8 @@ def extremes(known: regime.Known) -> Section:
 
 SECTIONS = (
     *(regime.asked, drive.motor, regime.balance, drive.engine, extremes, regime.areas, regime.approximate),
-    *(regime.inertia_torque, regime.exact, wheel.every_shaft, regime.speeds, drive.power, regime.holding, wheel.wheel),
-    regime.check,
+    *(regime.inertia_torque, regime.exact, drive.limits, wheel.every_shaft, regime.speeds, drive.power, train.train),
+    *(regime.holding, wheel.wheel, regime.check),
 )
 
 

@@ -1,11 +1,15 @@
 """The steps of the regime: every number comes from an earlier one, and every substitution gives the result shown."""
 
 from dataclasses import replace
+from html import escape
 
 import pytest
 
-from flywheel.report import regime
+import flywheel
+from flywheel import report
+from flywheel.report import drive, regime, sheet
 from flywheel.report.document import Note, steps, unreproduced, untraced
+from flywheel.tables.answers import answers
 from tests.report.scenes import printed, sized, steps_of
 
 SCENES = (
@@ -34,6 +38,61 @@ def test_the_results_are_those_of_the_sizing():
     assert found["M_d"] == sizing.balance.value
     assert found["DeltaW"] == sizing.energy_fluctuation
     assert found["MN"] / (0.15 * sizing.speed**2) == pytest.approx(sizing.flywheel.exact, rel=1e-12)
+
+
+SERIES = {
+    "shafts": {
+        "flywheel": {"ratio": 6, "efficiency": "97 %", "drag": "4 N m"},
+        "motor": {"on": "flywheel", "ratio": 4, "efficiency": "96 %", "slip": "2 %"},
+    },
+    "inertia": [{"on": "crank", "value": "4 kg m^2"}],
+    "load": [{"on": "crank", "torque": "-900 N m", "from": "90 deg", "to": "180 deg"}],
+    "drive": {"on": "motor", "motor": {"type": "line", "power": "2 kW", "speed": "1430 rpm", "no_load_speed": "1500 rpm"}},
+    "flywheel": {"on": "flywheel", "irregularity": "10 %"},
+}
+LIMITED = SERIES | {"flywheel": {"on": "flywheel", "limits": {"irregularity": "10 %", "motor_torque": "150 %"}}}
+
+
+def test_the_losses_of_a_train_and_what_it_puts_out_sum_to_what_comes_in():
+    sizing = flywheel.size(flywheel.load(SERIES), accuracy="normal")
+    document = steps_of(sizing)
+    found = results(document)
+    assert untraced(document) == []
+    assert unreproduced(document) == []
+    lost = (
+        found["P_s1"] + found["P_v1"] + found["P_v2"] + next(s.mean for s in sizing.power_flow.streams if s.kind == "drag")
+    )
+    assert found["P_v"] == pytest.approx(lost, rel=1e-12)
+    assert found["P_e"] * (1 - found["eta"]) == pytest.approx(found["P_v"], rel=1e-9)
+    assert found["P_s1"] / found["P_v1"] == pytest.approx(0.02 / (0.98 * 0.04), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
+    sizing = flywheel.size(flywheel.load(LIMITED), accuracy="normal")
+    document = steps_of(sizing)
+    assert untraced(document) == []
+    assert unreproduced(document) == []
+    table, note, *_steps = drive.limits(regime.Known(sizing)).parts
+    assert [row[4].value for row in table.rows] == [limit.alone for limit in sizing.limits.values()]
+    assert table.emphasis == {list(sizing.limits).index(sizing.binding)}
+    assert note.kind == "remark"
+    assert results(document)["J_f"] == sizing.flywheel.exact
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", [SERIES, LIMITED])
+def test_the_page_to_be_signed_has_the_figures_of_the_page_of_answers_and_escapes_them(scene):
+    sizing = flywheel.size(flywheel.load(scene | {"title": "<b>A press</b>"}), accuracy="normal")
+    told = sheet.sheet(sizing)
+    page = report.html(sizing, page="summary", language="es")
+    assert "Proyectado por" in page
+    assert ("<h2>Qué decide</h2>" in page) == bool(sizing.limits)
+    assert "&lt;b&gt;A press" in page
+    assert "<b>" not in told + page
+    for block in answers(sizing):
+        for cells in block.table:
+            assert all(escape(cell) in told for cell in cells)
 
 
 def test_a_flywheel_on_another_shaft_stands_there_too():
