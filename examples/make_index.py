@@ -32,6 +32,7 @@ FOLDERS = {
     "dynamics": "Direct dynamics by several routes",
     "bond_graphs": "Bond graphs",
     "robot": "Several degrees of freedom",
+    "drive_lines": "Drive lines: shafts in series, what binds the flywheel, the choice of a motor",
     "designs": "The best of many designs",
     "root_finding": "Positions",
 }
