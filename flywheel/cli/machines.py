@@ -251,8 +251,7 @@ def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot
 
         found = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
         if found is None:
-            expected = "a machine: a diagram of areas does not tell where power goes"
-            raise SceneError([Fault("areas", "a diagram of areas", expected)])
+            raise SceneError([Fault("areas", "a diagram of areas", "a machine", "areas do not tell where power goes")])
         from flywheel.tables import power_flow as page
 
         with use(language or "en"):
