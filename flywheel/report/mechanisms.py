@@ -86,7 +86,7 @@ def _shafts(scene: Scene) -> Table:
     columns[_("speed ratio i")] = [Quantity(f"i_{index(name)}", scene.shafts[name]) for name in meshes]
     columns[_("efficiency")] = [Quantity("", mesh.efficiency) for mesh in meshes.values()]
     if any(mesh.slip for mesh in meshes.values()):
-        columns[_("slip")] = [Quantity("", 100 * mesh.slip, "%") for mesh in meshes.values()]
+        columns[_("slip")] = [Quantity("", mesh.slip, "%") for mesh in meshes.values()]
     if any(mesh.drag for mesh in meshes.values()):
         columns[_("drag")] = [Quantity("", mesh.drag, "N m") for mesh in meshes.values()]
     rows = tuple(zip(*columns.values(), strict=True))
