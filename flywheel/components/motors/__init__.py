@@ -3,6 +3,7 @@
 from flywheel.components.motors.curve import Curve
 from flywheel.components.motors.direct_current import DC, dc_from_plate
 from flywheel.components.motors.engine import Engine
+from flywheel.components.motors.equivalent_circuit import EquivalentCircuit
 from flywheel.components.motors.hydraulic import Hydraulic
 from flywheel.components.motors.induction import Induction, Plate
 from flywheel.components.motors.motor import Constant, Line, Motor, Point, line_from_no_load, line_through
@@ -25,6 +26,7 @@ __all__ = [
     "Constant",
     "Curve",
     "Engine",
+    "EquivalentCircuit",
     "Hydraulic",
     "Induction",
     "Line",
