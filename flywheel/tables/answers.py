@@ -440,7 +440,20 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         elif not isinstance(motor, Engine):
             yield Row(_("motor's heat"), unknown)
         return
-    yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+    if energy.stator_heat is None or energy.stator_heat_share is None:
+        yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+    else:
+        yield Row(_("rotor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+        stands = _("within") if energy.stator_heat_share <= 1.0 + _TIE else _("TOO HOT")
+        beside = _("{share} % of that at its rating", share=few_digits(100 * energy.stator_heat_share, 3))
+        yield Row(_("stator's heat"), *_watts(energy.stator_heat), f"{beside}, {stands}")
+    if energy.current_rms is not None and energy.current_peak is not None:
+        limit, note = motor.rated_current, ""
+        if limit is not None:
+            rms, peak = (few_digits(100 * abs(one) / limit, 3) for one in (energy.current_rms, energy.current_peak))
+            rated_current = few_digits(limit, 4)
+            note = _("{rms} % of the rated {rated} A, peak {peak} %", rms=rms, rated=rated_current, peak=peak)
+        yield Row(_("motor's current"), few_digits(energy.current_rms, 4), "A", note)
 
 
 def _in_step(found: Synchronism) -> Iterator[Row]:
