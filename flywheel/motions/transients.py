@@ -460,7 +460,7 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
     moment, scale = _moment_at_rest(dynamics, locked)
     if moment > _BALANCED * scale:
         unfed = moment if circuit is None else _moment_at_rest(dynamics, begin)[0]
-        return begin if unfed > 0.0 else _carrying(dynamics, begin, locked, unfed / (unfed - moment))
+        return begin if unfed > 0.0 else _carrying(begin, locked, unfed / (unfed - moment))
     balanced = abs(moment) <= _BALANCED * scale
     if machine.depends_on_time and balanced:
         return begin
@@ -488,12 +488,12 @@ def _own_states(setting: Setting, phi: float, omega: float, of_regime: bool) -> 
     return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
 
 
-def _carrying(dynamics: Dynamics, begin: Start, locked: Start, share: float) -> Start:
+def _carrying(begin: Start, locked: Start, share: float) -> Start:
     """The start with a little more of the states of a locked motor than carries the load at rest.
 
     share: of those states which does so where torque grows with them evenly; with another torque, all of them.
     """
-    if dynamics.circuit is not None and len(begin.states) > 1:
+    if len(begin.states) > 1 and share:
         return locked
     return begin._replace(states=tuple((1 + _MORE) * share * state or _MORE * state for state in locked.states))
 

@@ -7,6 +7,7 @@ motor is started; `TABLES` are such tables within a motor's own.
 from __future__ import annotations
 
 import math
+from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from flywheel.components.motors import (
     transformer,
 )
 from flywheel.components.motors.synchronous import damper_slope, saliency_of
+from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
 from flywheel.numerics.faults import Fault, SceneError, show
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
 from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, items, read_item, read_typed, read_unit
@@ -330,17 +332,49 @@ _INDUCTION = (
     Key("starting_current", "number", "of the locked rotor, over the rated one", None, _BREAKDOWN, example="6.5"),
     Key("starting_torque", "number", "of the locked rotor, over the rated one", None, POSITIVE, example="2.2"),
     Key("stator_share", "number", _STATOR, 0.5, _SHARE, example="0.5"),
+    Key("electrical", "choice", "its fluxes follow the speed, or are states", "static", choices=("static", "two-axis")),
+    *(
+        Key(name, "resistance", f"of its equivalent circuit, a phase in star; {what}", None, POSITIVE)
+        for name, what in (
+            ("stator_resistance", "of the stator"),
+            ("stator_reactance", "leakage of the stator"),
+            ("magnetizing_reactance", "shared by both"),
+            ("rotor_resistance", "of the rotor, seen from the stator"),
+            ("rotor_reactance", "leakage of the rotor, seen from the stator"),
+        )
+    ),
     Key("locked_rotor_time", "time", "for which the warm motor bears its starting current", None, POSITIVE),
     Key("locked_rotor_time_cold", "time", "the same of the cold motor", None, POSITIVE),
 )
 
 
-def _induction(item: Item, _: Path | None) -> Motor:
+def _two_axis(item: Item, static: Induction) -> Motor | None:
+    """An induction motor with its fluxes as states; its circuit follows from the name plate where it is not given."""
+    given = item.given(*Impedances._fields)
+    if given and len(given) < len(Impedances._fields):
+        missing = ", ".join(name for name in Impedances._fields if name not in given)
+        item.faults.add(
+            item.path, f"{', '.join(given)} without {missing}", "all five, or none where the name plate tells them"
+        )
+        return None
+    if "start" in item.raw:
+        item.add("start", "a start beside two axes", "electrical static: a start changes the torque, not the fluxes")
+        return None
+    item.needs("voltage")
+    if not item.clean:
+        return None
+    circuit = Impedances(*(item.fields[name] for name in Impedances._fields)) if given else impedances_of(static)
+    own = {one.name: getattr(static, one.name) for one in dataclass_fields(static)}
+    return TwoAxisInduction(**own, voltage=item.fields["voltage"], impedances=circuit)
+
+
+def _induction(item: Item, _: Path | None) -> Motor | None:
     """An induction motor; of a bare speed the fault tells that it is in rad/s, although name plates have rpm."""
     names, bare = ("power", "speed", "frequency", "breakdown_ratio", "inertia"), item.raw["speed"]
     plate = Plate(**{name: item.fields[name] for name in Plate._fields})
     try:
-        return Induction(poles=int(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
+        static = Induction(poles=int(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
+        return static if item.fields["electrical"] == "static" else _two_axis(item, static)
     except SceneError as error:
         if isinstance(bare, str):
             raise

@@ -11,7 +11,7 @@ from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
-from flywheel.numerics.units import columns, figure
+from flywheel.numerics.units import columns, figure, short
 from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.flywheels import work_error
 from flywheel.tables.rows import RPM, Row, block, sentences
@@ -254,7 +254,7 @@ def _in_step(found: Synchronism) -> Iterator[str]:
     swing = f"Natural frequency of its swing {figure(found.natural_frequency, 0.0, 5)} Hz, damping ratio "
     yield f"{swing}{figure(found.damping_ratio, 0.0, 3)}; the load's harmonics"
     rows = (
-        f"{one.order}: {figure(one.frequency, 0.0, 4)} Hz, {_number(one.moment)} N m, {figure(one.magnification, 0.0, 4)} times"
+        f"{one.order}: {figure(one.frequency, 0.0, 4)} Hz, {_number(one.moment)} N m, times {short(one.magnification)}"
         for one in found.counting
     )
     yield f"{'; '.join(rows)}."

@@ -258,6 +258,17 @@ _GOOD = {
         "locked_rotor_time": 9.0,
         "start": {"type": "soft", "ramp": 2.0},
     },
+    "synchronous": {
+        "power": 15000.0,
+        "poles": 4,
+        "frequency": 50.0,
+        "pull_out_ratio": 2.0,
+        "load_angle": 0.5,
+        "asynchronous_slip": 0.04,
+        "asynchronous_ratio": 1.5,
+        "field_at": 140.0,
+        "field_time": 0.3,
+    },
     "hydraulic": {
         "displacement": 1e-4,
         "flow": 1e-3,

@@ -19,6 +19,7 @@ from flywheel.components.motors.starting import (
     transformer,
 )
 from flywheel.components.motors.synchronous import Synchronous
+from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction
 
 __all__ = [
     "DC",
@@ -28,6 +29,7 @@ __all__ = [
     "Engine",
     "EquivalentCircuit",
     "Hydraulic",
+    "Impedances",
     "Induction",
     "Line",
     "Motor",
@@ -37,6 +39,7 @@ __all__ = [
     "Started",
     "Switch",
     "Synchronous",
+    "TwoAxisInduction",
     "dc_from_plate",
     "field_steps",
     "line_from_no_load",

@@ -1,0 +1,300 @@
+"""Induction motors with their electrical transients: four fluxes in the frame that turns with the field (two-axis model).
+
+`Impedances` are those of the equivalent circuit of a phase, `TwoAxisInduction` is the motor, `Fluxes` its states.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bondgraph.records import NamedTuple
+from flywheel.components.motors.circuit import Circuit, Slopes, StateName, States
+from flywheel.components.motors.induction import Induction
+from flywheel.components.motors.motor import Array, Motor
+from flywheel.numerics.arguments import number_faults, refuse
+from flywheel.numerics.expressions import Expression, expression_of, parse
+from flywheel.numerics.faults import Fault, SceneError
+
+ALIKE = 0.2
+"""By which share the circuit's torques may miss those of the name plate."""
+
+
+class Impedances(NamedTuple):
+    """The equivalent circuit of a phase in star, ohm: resistances, and reactances at the frequency of the mains.
+
+    Those of the rotor are referred to the stator.
+    """
+
+    stator_resistance: float
+    stator_reactance: float
+    magnetizing_reactance: float
+    rotor_resistance: float
+    rotor_reactance: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoAxisInduction(Induction):
+    """An induction motor whose fluxes are states of their own; where they follow the speed, torque is the circuit's.
+
+    T(s) = (3 V²/omega_s) r s/((R s + r)² + X² s²), with V, R + j X_1 the circuit of Thévenin of stator and magnetizing
+    reactance at a phase, X = X_1 + x_r, r the rotor's resistance.
+
+    Args:
+        voltage: U between the lines, V.
+        impedances: of the equivalent circuit.
+
+    Raises:
+        SceneError: for values out of range, and for a circuit whose torque at rated speed, or whose breakdown torque, is not
+            that of the name plate.
+
+    Valid for symmetric windings without saturation, skin effect and iron losses, on a stiff mains. Source: Krause,
+    Wasynczuk and Sudhoff, Analysis of Electric Machinery and Drive Systems, 2nd ed., chapter 4 (eqs. 4.5-13 ff., 4.9-14);
+    Fitzgerald et al., Electric Machinery, 6th ed., chapter 6 (circuit, Thévenin).
+
+    >>> motor = TwoAxisInduction(power=2238.0, speed=1710 * math.pi / 30, poles=4, frequency=60.0, breakdown_ratio=4.5,
+    ...                          voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754), inertia=0.089)
+    >>> round(float(motor.torque(motor.speed)), 2), round(motor.breakdown_slip, 4)
+    (14.03, 0.5268)
+
+    """
+
+    voltage: float
+    impedances: Impedances
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range, and a circuit that is not that of the plate."""
+        super().__post_init__()
+        faults = number_faults("voltage", self.voltage)
+        faults += [f for name, value in self.impedances._asdict().items() for f in number_faults(name, value)]
+        refuse(faults)
+        torque, greatest = float(self.torque(self.speed)), self.breakdown_torque
+        rated = self.power / self.speed
+        if abs(torque / rated - 1.0) > ALIKE:
+            found = f"{torque:.5g} N m of the circuit at rated speed"
+            expected = f"about {rated:.5g} N m, rated power over speed"
+            faults.append(Fault("rotor_resistance", found, expected, "give those of a phase in star, in ohm"))
+        elif abs(greatest / (self.breakdown_ratio * rated) - 1.0) > ALIKE:
+            found = f"{self.breakdown_ratio:g}, beside a breakdown torque of {greatest:.5g} N m of the circuit"
+            faults.append(Fault("breakdown_ratio", found, f"about {greatest / rated:.4g}"))
+        refuse(faults)
+
+    @cached_property
+    def _thevenin(self) -> tuple[float, complex]:
+        """Voltage (V, root mean square of a phase) and impedance (ohm) behind the magnetizing reactance."""
+        z = self.impedances
+        stator, magnetizing = complex(z.stator_resistance, z.stator_reactance), 1j * z.magnetizing_reactance
+        seen = stator * magnetizing / (stator + magnetizing)
+        return self.voltage / math.sqrt(3.0) * abs(magnetizing / (stator + magnetizing)), seen
+
+    @property
+    def breakdown_slip(self) -> float:
+        """Slip r/sqrt(R² + X²) at which torque is greatest."""
+        _, seen = self._thevenin
+        return self.impedances.rotor_resistance / math.hypot(seen.real, seen.imag + self.impedances.rotor_reactance)
+
+    @property
+    def breakdown_torque(self) -> float:
+        """The greatest torque as a motor, N m."""
+        return float(self.torque(self.synchronous_speed * (1.0 - self.breakdown_slip)))
+
+    def law(self) -> Expression:
+        """The torque on the shaft where the fluxes follow the speed, N m."""
+        voltage, seen = self._thevenin
+        r, x = self.impedances.rotor_resistance, seen.imag + self.impedances.rotor_reactance
+        field = self.synchronous_speed
+        u = f"({expression_of(field)} - omega)"
+        factor = 3.0 * voltage**2 * r  # in u = s omega_s
+        base = f"({expression_of(seen.real)}*{u} + {expression_of(r * field)})**2"
+        return parse(f"{expression_of(factor)}*{u}/({base} + {expression_of(x * x)}*{u}**2)")
+
+    def speed_at(self, torque: float) -> float | None:
+        """Speed (rad/s) on the running branch at which it gives a torque (N m); None above the breakdown torque."""
+        return Motor.speed_at(self, torque)
+
+    @cached_property
+    def circuit(self) -> Fluxes:
+        """The fluxes of stator and rotor."""
+        return Fluxes(self)
+
+    @property
+    def time_constants(self) -> tuple[float, float]:
+        """Times (s) in which a flux of the stator dies away with the rotor's held, and the other way: sigma L/R."""
+        c = self.circuit
+        return 1.0 / c.a, 1.0 / c.d
+
+    def graph(self) -> Any:
+        """None: fluxes that two axes share are no one-ports."""
+        raise NotImplementedError
+
+
+class Fluxes(Circuit):
+    """Flux linkages (V s) of stator and rotor on two axes that turn with the field; the voltage lies on the axis q.
+
+    With the complex flux l = l_q - j l_d of each winding: dl_s/dt = V - (a + j omega_e) l_s + b l_r,
+    dl_r/dt = c l_s - (d + j (omega_e - p omega)) l_r; T = 3/2 p (L_m/D)(l_sq l_rd - l_sd l_rq); D = L_s L_r - L_m², a = r_s
+    L_r/D, b = r_s L_m/D, c = r_r L_m/D, d = r_r L_s/D. Source: as `TwoAxisInduction`.
+    """
+
+    names = (
+        StateName("stator_flux_q", "V s"),
+        StateName("stator_flux_d", "V s"),
+        StateName("rotor_flux_q", "V s"),
+        StateName("rotor_flux_d", "V s"),
+    )
+
+    def __init__(self, motor: TwoAxisInduction) -> None:
+        z, self.mains = motor.impedances, 2.0 * math.pi * motor.frequency
+        self.pairs, self.voltage = motor.poles / 2, motor.voltage * math.sqrt(2.0 / 3.0)
+        stator, rotor = z.stator_reactance + z.magnetizing_reactance, z.rotor_reactance + z.magnetizing_reactance
+        shared = stator * rotor - z.magnetizing_reactance**2  # omega_e² D
+        self.a, self.b = (z.stator_resistance * self.mains * x / shared for x in (rotor, z.magnetizing_reactance))
+        self.c, self.d = (z.rotor_resistance * self.mains * x / shared for x in (z.magnetizing_reactance, stator))
+        self.of_rotor, self.of_shared = (self.mains * x / shared for x in (stator, z.magnetizing_reactance))
+        self.of_stator = self.mains * rotor / shared
+        self.rotor_resistance, self.stator_resistance = z.rotor_resistance, z.stator_resistance
+        self.factor = 1.5 * self.pairs * self.of_shared
+        self.scales = (self.voltage / self.mains,) * 4
+
+    def torque(self, omega: Any, states: States) -> Any:
+        """Torque on the shaft 3/2 p (L_m/D)(l_sq l_rd - l_sd l_rq), N m."""
+        sq, sd, rq, rd = states
+        return self.factor * (sq * rd - sd * rq)
+
+    def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
+        """Rates of the fluxes, V."""
+        sq, sd, rq, rd = states
+        slip = self.mains - self.pairs * omega
+        return (
+            self.voltage - self.a * sq - self.mains * sd + self.b * rq,
+            -self.a * sd + self.mains * sq + self.b * rd,
+            self.c * sq - self.d * rq - slip * rd,
+            self.c * sd - self.d * rd + slip * rq,
+        )
+
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives of torque and rates."""
+        sq, sd, rq, rd = states
+        slip, k = self.mains - self.pairs * omega, self.factor
+        return Slopes(
+            0.0,
+            (k * rd, -k * rq, -k * sd, k * sq),
+            (0.0, 0.0, self.pairs * rd, -self.pairs * rq),
+            (
+                (-self.a, -self.mains, self.b, 0.0),
+                (self.mains, -self.a, 0.0, self.b),
+                (self.c, 0.0, -self.d, -slip),
+                (0.0, self.c, slip, -self.d),
+            ),
+        )
+
+    def _settled(self, omega: Any) -> tuple[Any, Any]:
+        """The complex fluxes that stand still at constant speeds."""
+        turned = 1j * (self.mains - self.pairs * omega) + self.d
+        share = self.voltage / ((1j * self.mains + self.a) * turned - self.b * self.c)
+        return share * turned, share * self.c
+
+    def steady(self, omega: Any) -> tuple[Any, ...]:
+        """The fluxes that stand still at constant speeds."""
+        stator, rotor = self._settled(omega)
+        return stator.real, -stator.imag, rotor.real, -rotor.imag
+
+    def standing(self, states: States, time: Any) -> tuple[Any, ...]:
+        """The fluxes of a locked rotor: linear, by the eigenvalues of their equations."""
+        matrix = np.array([[-(self.a + 1j * self.mains), self.b], [self.c, -(self.d + 1j * self.mains)]])
+        settled = np.array(self._settled(0.0))
+        sq, sd, rq, rd = states
+        values, vectors = np.linalg.eig(matrix)
+        shares = np.linalg.solve(vectors, np.array([sq - 1j * sd, rq - 1j * rd]) - settled)
+        t = np.asarray(time, dtype=float)
+        stator, rotor = (
+            settled[k] + sum(vectors[k, j] * shares[j] * np.exp(values[j] * t) for j in range(2)) for k in range(2)
+        )
+        return stator.real, -stator.imag, rotor.real, -rotor.imag
+
+    def current(self, omega: Any, states: States) -> Any:
+        """Current of a line, A: the root mean square that it would have if it went on so."""
+        sq, sd, rq, rd = states
+        q, d = (self.of_stator * s - self.of_shared * r for s, r in ((sq, rq), (sd, rd)))
+        return np.sqrt(0.5 * (q * q + d * d))
+
+    def rotor_heat(self, states: States) -> Any:
+        """Heat in the rotor 3/2 r (i_q² + i_d²), W."""
+        sq, sd, rq, rd = states
+        q, d = (self.of_rotor * r - self.of_shared * s for s, r in ((sq, rq), (sd, rd)))
+        return 1.5 * self.rotor_resistance * (q * q + d * d)
+
+    def stator_heat(self, states: States) -> Any:
+        """Copper heat in the stator 3/2 R (i_q² + i_d²), W."""
+        return 3.0 * self.stator_resistance * self.current(0.0, states) ** 2
+
+
+def impedances_of(motor: Induction) -> Impedances:
+    """The equivalent circuit of a name plate: it has the rated torque, the breakdown torque and the rated line current.
+
+    The stator's resistance follows from its share of the rated losses, R = Q/(3 I²); leakage is divided evenly. The other
+    three are solved for, from those of Kloss's formula on.
+
+    Raises:
+        SceneError: where the plate has no voltage, current and power factor (or efficiency), and where no circuit fits.
+
+    Source: Fitzgerald et al., Electric Machinery, 6th ed., chapter 6 (circuit); IEC 60034-28 (what the parts of it are).
+
+    >>> from flywheel.components.motors import Plate
+    >>> plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
+    >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5, plate=plate)
+    >>> [round(value, 4) for value in impedances_of(motor)]
+    [0.6422, 1.5713, 28.5043, 0.5593, 1.5713]
+
+    """
+    from scipy.optimize import root
+
+    plate, current, heat = motor.plate, motor.rated_current, motor.rated_stator_heat
+    if plate.voltage is None or current is None or heat is None:
+        found = "a name plate without voltage, current and power factor"
+        expected = "all three (of the last two and efficiency any two), or the resistances and reactances of its circuit"
+        raise SceneError([Fault("electrical", found, expected)])
+    phase, resistance = plate.voltage / math.sqrt(3.0), heat / (3.0 * current**2)
+    leakage = 3.0 * phase**2 / (2.0 * motor.synchronous_speed * motor.breakdown_torque)
+    slip, rated, greatest = motor.rated_slip, motor.rated.torque, motor.breakdown_torque
+
+    def made(x: Any) -> Impedances:
+        half, magnetizing, rotor = (leakage * math.exp(min(max(one, -20.0), 20.0)) for one in x)
+        return Impedances(resistance, half, magnetizing, rotor, half)
+
+    def lacking(x: Any) -> list[float]:
+        z = made(x)
+        stator, shunt = complex(z.stator_resistance, z.stator_reactance), 1j * z.magnetizing_reactance
+        branch = complex(z.rotor_resistance / slip, z.rotor_reactance)
+        taken = phase / (stator + shunt * branch / (shunt + branch))
+        seen = stator * shunt / (stator + shunt)
+        open_voltage = phase * abs(shunt / (stator + shunt))
+        torque = 3.0 * open_voltage**2 * branch.real / abs(seen + branch) ** 2 / motor.synchronous_speed
+        reach = math.hypot(seen.real, seen.imag + z.rotor_reactance)
+        most = 1.5 * open_voltage**2 / (seen.real + reach) / motor.synchronous_speed
+        return [math.log(torque / rated), math.log(most / greatest), math.log(abs(taken) / current)]
+
+    start = [math.log(0.5), math.log(phase / (0.5 * current * leakage)), math.log(motor.breakdown_slip)]
+    solution: Any = root(lacking, start, method="hybr", options={"xtol": 1e-14})
+    if not np.abs(solution.fun).max() <= 1e-9:
+        found = "a name plate that no equivalent circuit has"
+        advice = "check current and power factor, or give the resistances and reactances"
+        raise SceneError([Fault("electrical", found, "torques and current that go together", advice)])
+    return made(solution.x)
+
+
+def static_rotor_heat(motor: TwoAxisInduction, omega: ArrayLike) -> Array:
+    """Heat in the rotor, W, where the fluxes follow the speed (rad/s), by the currents: it is torque times slip speed.
+
+    >>> motor = TwoAxisInduction(power=2238.0, speed=1710 * math.pi / 30, poles=4, frequency=60.0, breakdown_ratio=4.5,
+    ...                          voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754))
+    >>> states = motor.circuit.steady(motor.speed)
+    >>> round(motor.circuit.rotor_heat(states), 6) == round(float(motor.rotor_heat(motor.speed)), 6)
+    True
+    """
+    return np.asarray(motor.circuit.rotor_heat(motor.circuit.steady(np.asarray(omega, dtype=float))))
