@@ -44,7 +44,7 @@ _WORDS = {
 
 
 class MotorChoice(NamedTuple):
-    """A motor of the table in the machine: whether it does, or else the `reason` why not.
+    """A motor of the table in the machine: whether it does, or else the `reason` why not; None where that was not found out.
 
     `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None
     where none was found; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated
@@ -52,7 +52,7 @@ class MotorChoice(NamedTuple):
     """
 
     motor: CatalogueMotor
-    suits: bool
+    suits: bool | None
     reason: str = ""
     ratio: float | None = None
     flywheel: float | None = None
@@ -84,7 +84,8 @@ class SuitableMotors:
     """The motors of a table for a machine: those that do, cheapest first, then the others in the order of the table.
 
     `on` is the flywheel's shaft; `ratio` "adjusted" where that of the motor's shaft was chosen for each, so that the crank
-    turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". `missing` counts the motors that an interruption
+    turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". Those of `refused` whose `suits` is None are left
+    open: no steady motion was found with them. `missing` counts the motors that an interruption
     left out, `skipped` are the faults of rows that were left out.
     """
 
@@ -261,7 +262,11 @@ def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, at: float, r
             return MotorChoice(row, False, reason, _ratio(driven))
         found = _sized(driven, rtol)
     except SceneError as error:
-        return MotorChoice(row, False, "; ".join(_told(fault) for fault in error.faults[:2]))
+        told = [_told(fault) for fault in error.faults]
+        decided = [reason for reason, known in told if known]
+        if decided:
+            return MotorChoice(row, False, "; ".join(decided[:2]))
+        return MotorChoice(row, None, told[0][0])
     choice = _figures(row, found)
     if scene.inertia is not None:  # a given flywheel: it is looked at alone
         over = [name for name, share in _loads(found).items() if share > RATED[name] + _TIE]
@@ -311,7 +316,10 @@ def _sized(scene: Scene, rtol: float | None) -> Sizing:
     limits = RATED | dict(scene.limits)
     if scene.irregularity is not None:
         limits["irregularity"] = scene.irregularity
-    return size(replace(scene, limits=limits), rtol, simulate=False)
+    duty = tuple(
+        phase if phase.scene is None else phase._replace(scene=replace(phase.scene, limits=limits)) for phase in scene.duty
+    )
+    return size(replace(scene, limits=limits, duty=duty), rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:
@@ -348,11 +356,11 @@ def _figures(row: CatalogueMotor, found: Sizing) -> MotorChoice:
     )
 
 
-def _told(fault: Fault) -> str:
-    """Why a motor does not do, from a fault of the machine with it."""
+def _told(fault: Fault) -> tuple[str, bool]:
+    """Why a motor does not do, from a fault of the machine with it; and whether that is known, or could not be computed."""
     name = fault.path.removeprefix("flywheel.limits.")
     if name in _WORDS and (best := _BEST.search(fault.found)):
-        return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}"
+        return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}", True
     if "stalls" in fault.advice:
-        return f"stalls: {fault.found}"
-    return f"{fault.path}: {fault.found}, expected {fault.expected}"
+        return f"stalls: {fault.found}", True
+    return f"{fault.path}: {fault.found}, expected {fault.expected}", fault.path == "flywheel.limits"

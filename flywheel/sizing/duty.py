@@ -38,6 +38,8 @@ _TOO_LONG = 0.05  # of a phase: what settling may take of it
 _MORE = 1e-6  # share by which a phase may exceed a limit
 _SEARCHED = 1e-10  # relative error of a flywheel that a limit over the duty decides
 _STEP, _STEPS = 1.5, 20  # of inertias that are tried
+_FIRST, _BEYOND = 6, 4.0  # steps after which a figure that falls like 1/J is held against what is left of it: 2 of its falls
+_HEAVY = 1e3  # times the last of these: as good as a constant speed
 _HALVES = 12  # of a bracket at whose end a phase has no regime
 _LIGHT = 0.01  # of the machine's own inertia: the lightest of these
 
@@ -257,7 +259,11 @@ class _Search:
                 tried[after] = self.off(name, after)
                 if tried[after] <= 0.0:
                     return self._crossing(name, before, after)
+                falls = tried[before] - tried[after]
+                if k >= _FIRST and tried[after] > _BEYOND * falls:
+                    break
                 before = after
+            tried[_HEAVY * after] = self.off(name, _HEAVY * after)
             raise SceneError([self._unreached(name, min(tried, key=lambda each: tried[each]))])
         while after > least:
             before = after / _STEP

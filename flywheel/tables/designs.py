@@ -301,10 +301,17 @@ def motors_text(found: SuitableMotors, rows: int = 20) -> str:
         if len(found.suitable) > rows:
             lines.append(f"  and {len(found.suitable) - rows} more (--rows)")
         lines += wrap(f"The flywheel is on {found.on}; {_bound(found)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
-    others = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in found.refused]
-    refused = [line for told in others for line in wrap(told, WIDTH, initial_indent="  ", subsequent_indent="    ")]
+    refused = _reasons("Motors that do not", [choice for choice in found.refused if choice.suits is False])
+    left = _reasons("Left open: no steady motion was found", [choice for choice in found.refused if choice.suits is None])
     notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
-    return page([lines, ["Motors that do not", *refused] if refused else [], notes])
+    return page([lines, refused, left, notes])
+
+
+def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
+    """Motors with the reason why they do not do, under a title."""
+    told = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in choices]
+    lines = [line for each in told for line in wrap(each, WIDTH, initial_indent="  ", subsequent_indent="    ")]
+    return [title, *lines] if lines else []
 
 
 def _bound(found: SuitableMotors) -> str:
