@@ -365,7 +365,7 @@ class _Train:
         for kind, power in found.items():
             heat = power / omega
             taken = taken + heat
-            target = "heat" if kind in HEATS else "drive.inductance"
+            target = "heat" if kind in HEATS else f"drive.{kind}"
             yield _Part("drive", target, kind if kind in HEATS else "stored", f"drive.{kind}", scene.drive.on, heat)
         if found:
             yield _Part("mains", "drive", "input", "drive", scene.drive.on, taken)
@@ -396,9 +396,13 @@ class _Train:
 
 def can_lose(scene: Scene) -> bool:
     """Whether anything in a scene may lose power: meshes, dampers, joints, models of losses, a motor that tells its heat."""
-    motor = scene.motor is not None and scene.motor.title in ("DC motor", "induction motor")
     drags = any(load.model.startswith(_RESISTANCES) or load.path.endswith(".drag") for load in scene.loads)
-    return motor or drags or scene.rubs or bool(scene.dampers) or any(eta < 1.0 for eta in scene.efficiencies.values())
+    meshes = any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
+    if drags or meshes or scene.rubs or scene.dampers or scene.motor is None:
+        return drags or meshes or scene.rubs or bool(scene.dampers)
+    from flywheel.components.motors import DC, Induction, Synchronous  # only machines with a motor pay for it
+
+    return isinstance(scene.motor, DC | Induction | Synchronous)
 
 
 def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
@@ -406,11 +410,12 @@ def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
 
     Of a DC motor R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"); of an induction motor
     T (omega_s - omega) ("rotor"), and with an efficiency on its plate the copper of its stator ("stator") and its constant
-    losses ("iron"). Empty for motors whose kind tells nothing of that.
+    losses ("iron"); of a synchronous one the heat of its damper winding ("rotor"), and what is left of T (omega_s - omega),
+    which its field stores as the load angle grows ("field"). Empty for motors whose kind tells nothing of that.
     """
     if scene.motor is None:
         return {}
-    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+    from flywheel.components.motors import DC, Induction, Synchronous  # only machines with a motor pay for it
 
     motor, found = scene.motor, dict[str, Array]()
     if isinstance(motor, DC):
@@ -424,7 +429,10 @@ def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
         stator, constant = motor.stator_heat(omega), motor.constant_losses
         if stator is not None and constant is not None:
             found |= {"stator": stator, "iron": np.full_like(omega, constant)}
-        found["rotor"] = motor.rotor_heat(omega)
+        found["rotor"] = torque * (motor.synchronous_speed - omega)
+    elif isinstance(motor, Synchronous):
+        found["rotor"] = motor.damper_heat(omega)
+        found["field"] = torque * (motor.synchronous_speed - omega) - found["rotor"]
     return found
 
 
@@ -543,6 +551,9 @@ def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, misse
     series = cells.fit(rows)
     sizes = np.maximum(np.abs(rows).max(axis=(1, 2)), exchanged / sizing.scene.cycle * sizing.speed)
     between = float((cells.tails(series).max(axis=-1) / np.maximum(sizes, 1e-300)).max(initial=0.0))
+    meshes = [k for k, part in enumerate(found.parts) if part.kind in ("mesh", "slip")]
+    for k in meshes:  # what a mesh seems to gain beside the angle at which its power changes its sense
+        between += 2.0 * max(0.0, -float(cells.extents(series[k])[0].min())) / max(float(sizes[k]), 1e-300)
     of_speed = speed_error_over_cycle(sizing)
     error = missed + off / exchanged + between + 24 * ROUNDING + 3 * of_speed
     if machine.depends_on_speed:

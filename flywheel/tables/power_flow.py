@@ -120,6 +120,7 @@ def _stored(stream: Stream, on: str) -> str:
         "flywheel": _("flywheel"),
         "gravity": _("weights on {place}", place=on),
         "inductance": _("inductance of the motor"),
+        "field": _("field of the motor"),
         "inertia": _("inertia on {shaft}", shaft=on),
         "masses": _("masses on {shaft}", shaft=on),
     }
