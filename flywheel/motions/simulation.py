@@ -44,6 +44,7 @@ _COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared,
 _WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
 _SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
+_STANDING = 1e-9  # of the greatest speed: slower than this a shaft does not turn back
 SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
 
 
@@ -330,6 +331,11 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     from bondgraph.motion.simulation import simulate as simulate_graph
 
     scene = machine.scene
+    lossy = [name for name, share in scene.efficiencies.items() if share < 1.0]
+    if lossy:
+        found, expected = "losses in a mesh of a machine with a shaft that twists", "one or the other"
+        advice = "leave efficiency and slip out to follow the twist, or stiffness to follow the machine with losses"
+        raise SceneError([Fault(f"shafts.{name}", found, expected, advice) for name in lossy])
     graph = compliant_graph(machine, balance, inertia)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
@@ -348,10 +354,23 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     if machine.depends_on_time:
         breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)
     try:
-        return simulate_graph(graph, until, initial=initial, rtol=rtol, breaks=breaks)
+        run = simulate_graph(graph, until, initial=initial, rtol=rtol, breaks=breaks)
     except GraphError as error:
         expected, advice = "a motion that can be followed", "check inertias and stiffness"
         raise SceneError([Fault("simulation", str(error), expected, advice)]) from error
+    for load in scene.loads:
+        if load.drag and (faulty := _turns_back(run, load.on)) is not None:
+            found = f"a motion in which {load.on} turns back by {faulty:.6g} s, with drag on it in a machine that twists"
+            advice = "a shorter time, or leave stiffness out: a rigid machine comes to rest by its drag"
+            raise SceneError([Fault(load.path, found, "one that goes forwards", advice)])
+    return run
+
+
+def _turns_back(run: Run, shaft: str) -> float | None:
+    """The time (s) by which a shaft turns backwards, where its drag would drive it; None where it does not."""
+    speeds = run.flow(shaft, run.t)
+    back = speeds < -_STANDING * float(np.abs(speeds).max())
+    return float(run.t[back.argmax()]) if back.any() else None
 
 
 @dataclass(frozen=True, eq=False)
