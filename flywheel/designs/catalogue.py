@@ -271,8 +271,8 @@ def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, at: float, r
     if scene.inertia is not None:  # a given flywheel: it is looked at alone
         over = [name for name, share in _loads(found).items() if share > RATED[name] + _TIE]
         if over:
-            told = "; ".join(f"{_WORDS[name]}: {figure(100 * _loads(found)[name], most=4)} % of its rating" for name in over)
-            return choice._replace(suits=False, reason=told)
+            why = "; ".join(f"{_WORDS[name]}: {figure(100 * _loads(found)[name], most=4)} % of its rating" for name in over)
+            return choice._replace(suits=False, reason=why)
     return choice
 
 
