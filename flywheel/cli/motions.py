@@ -322,8 +322,6 @@ def motion(
         raise click.UsageError("A motion in time starts at one place: give --at once.")
     spare(scene, output, plot)
     with reported(scene), watched(end) as watching:
-        from dataclasses import replace
-
         from flywheel.motions import driver, kinematics
         from flywheel.tables import kinematics as page
 
@@ -332,7 +330,7 @@ def motion(
         remarked(scene, machine.remarks if law is not None else ())
         watching.sliding = sliding = slides(machine)
         if wheel is not None and regime:
-            machine = replace(machine, inertia=wheel, irregularity=None)
+            machine = machine.with_flywheel(wheel)
         found = kinematics.motion(
             machine,
             of=[name.strip() for names in of for name in names.split(",")],

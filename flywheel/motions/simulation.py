@@ -178,7 +178,7 @@ def simulate(
         if rigid.depends_on_speed or (scene.rubs and scene.speed is not None):
             from flywheel.sizing.sizing import size  # only such scenes need a regime first
 
-            found = size(replace(rigid.scene, inertia=own, irregularity=None), simulate=False).balance
+            found = size(rigid.scene.with_flywheel(own), simulate=False).balance
             balance = 0.0 if found is None else found.value
         else:
             balance = turning_moment.balance_value(rigid)

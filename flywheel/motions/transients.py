@@ -361,14 +361,17 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
     """
     scene = machine.scene
     inertia_error = balance_error = 0.0
-    if inertia is None and scene.irregularity is None:
+    if inertia is None and scene.irregularity is None and not scene.limits:
         inertia = scene.inertia or 0.0
     elif inertia is None:
         try:
             sizing = size(scene, simulate=False)
             inertia, inertia_error = sizing.flywheel.exact or 0.0, sizing.error.exact or 0.0
         except SceneError as error:
-            found = f"an irregularity, to which no flywheel can be sized ({'; '.join(map(str, error.faults))})"
+            why = "; ".join(map(str, error.faults))
+            found = f"an irregularity, to which no flywheel can be sized ({why})"
+            if scene.limits:
+                found = f"limits, for which no flywheel can be sized ({why})"
             advice = 'give its inertia: --flywheel "0.3 kg m^2" (in Python inertia=0.3)'
             raise SceneError([Fault("flywheel", found, "a flywheel to follow the machine with", advice)]) from error
     regime, no_regime = None, ""
@@ -1209,8 +1212,8 @@ def regime_of(machine: Machine, inertia: float) -> Regime:
     Raises SceneError where there is none.
     """
     scene = machine.scene
-    same = scene.inertia == inertia and scene.irregularity is None and machine.friction is None
-    sizing = size(machine if same else replace(scene, inertia=inertia, irregularity=None), simulate=False)
+    same = scene.inertia == inertia and machine.friction is None
+    sizing = size(machine if same else scene.with_flywheel(inertia), simulate=False)
     found = sizing.simulation
     if found is None or found.period is None or found.speed_time_mean is None:
         raise SceneError([Fault("regime", "a machine whose steady motion has no period", "one that has inertia")])

@@ -486,7 +486,7 @@ def _speed(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     found: dict[str, Any] = {
         "mean": mean,
         "band": None if eps is None else [mean * (1 - eps / 2), mean * (1 + eps / 2)],
-        "asked": eps,
+        "asked": eps if sizing.approximated else None,
         "on": sizing.scene.flywheel_on,
         "confirmed": _confirmed(sizing),
     }

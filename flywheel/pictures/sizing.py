@@ -31,7 +31,7 @@ from flywheel.pictures.samples import Loop, Samples, bodies, crossing_speeds, lo
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.sizing.results import Sizing, drive_moment
-from flywheel.tables.flywheels import candidates, inertia_errors, work_error
+from flywheel.tables.flywheels import candidates, inertia_errors, limit_names, work_error
 from flywheel.tables.power import balance_error
 from flywheel.tables.rows import RPM, WIDTH, irregularity, printable
 
@@ -109,6 +109,16 @@ def headline(sizing: Sizing) -> str:
             shaft=on,
             speed=speed,
             eps=eps,
+        )
+    elif scene.limits and wheel.needed is False:
+        what = _("no flywheel needed for its limits, crank at {speed} rpm", speed=speed)
+    elif scene.limits and sizing.binding is not None:
+        what = _(
+            "flywheel {inertia} kg m² on {shaft}, which {limit} decides, crank at {speed} rpm",
+            inertia=told(wheel.exact or 0.0, 6, inertia_errors(sizing).exact),
+            shaft=on,
+            limit=limit_names()[sizing.binding],
+            speed=speed,
         )
     elif wheel.needed is False:
         what = _("no flywheel needed for irregularity {eps}, crank at {speed} rpm", eps=asked, speed=speed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copyreg
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -396,6 +396,10 @@ class Scene(Frozen):
     def has_flywheel(self) -> bool:
         """Whether a flywheel is given, or to be sized."""
         return self.irregularity is not None or self.inertia is not None or bool(self.limits)
+
+    def with_flywheel(self, inertia: float) -> Scene:
+        """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
+        return replace(self, irregularity=None, limits={}, inertia=inertia)
 
     @property
     def depends_on_speed(self) -> bool:

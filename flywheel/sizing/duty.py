@@ -156,7 +156,7 @@ def _without(scene: Scene, names: Mapping[str, float]) -> Scene:
 
 def analysed(scene: Scene, inertia: float) -> Scene:
     """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
-    return scene if scene.inertia == inertia else replace(scene, irregularity=None, limits={}, inertia=inertia)
+    return scene if scene.inertia == inertia else scene.with_flywheel(inertia)
 
 
 def _inertia(runs: Mapping[str, Sizing]) -> float:

@@ -405,6 +405,11 @@ class Sizing:
         return self.flywheel.exact if self.scene.inertia is None else self.scene.inertia
 
     @property
+    def approximated(self) -> bool:
+        """Whether the approximate flywheels are for what decides the exact one: an irregularity, and no other limit."""
+        return not self.scene.limits or (self.scene.irregularity is not None and self.binding == "irregularity")
+
+    @property
     def constant_speed(self) -> float | None:
         """The speed (rad/s) that areas and approximate figures take torques at that depend on it; None where none does."""
         return None if self.cyclic is None else self.cyclic.constant_speed

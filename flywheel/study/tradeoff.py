@@ -475,6 +475,9 @@ def tradeoff(
     if scene.areas is not None:
         advice = "use flywheel size"
         faults.append(Fault("areas", "areas of a diagram, which one closed form answers", "a scene with a machine", advice))
+    if of_motor := [name for name in scene.limits if name != "irregularity"]:
+        expected, advice = "an irregularity, or an inertia", "use flywheel size"
+        faults.append(Fault(f"flywheel.limits.{of_motor[0]}", "a limit of the motor", expected, advice))
     if not budget > 0.0:
         faults.append(Fault("budget", f"{budget}", "a number of seconds above 0"))
     if faults:

@@ -97,7 +97,7 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
         wanted = (sizing.scene.irregularity or 0.0, 0.0)
         return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, wanted, None)]
     found = []
-    for key, (name, _label) in _CANDIDATES.items():
+    for key, (name, _label) in _CANDIDATES.items() if sizing.approximated else (("exact", _CANDIDATES["exact"]),):
         inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
         off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
         off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
@@ -158,7 +158,10 @@ def flywheel(sizing: Sizing) -> list[str]:
             Row("GD² of the flywheel", figure(gd2(scene.inertia)), "kg m²"),
         ]
         return lines + columns(rows)
-    head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
+    if scene.limits:
+        head = wrapped(f"Flywheel on {shaft} for the limits below, {at}", "")
+    else:
+        head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
     header = ("", "inertia, kg m²", "off by", "irregularity it gives", "as ± %", "steadiness")
     found = candidates(sizing)
     cells = [_cells(candidate) for candidate in found]
@@ -166,6 +169,27 @@ def flywheel(sizing: Sizing) -> list[str]:
     if max(map(len, table)) > WIDTH:
         table = columns(cells, header, gap=" ", indent=" ")
     return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, found), *_verdicts(sizing)])
+
+
+def limits(sizing: Sizing) -> list[str]:
+    """The limits that the flywheel was sized for: how much of each is used, and which one decides."""
+    if not sizing.limits:
+        return []
+    header, names = ("", "asked", "with it", "of the limit", "alone it needs, kg m²", ""), limit_names()
+    rows = []
+    for name, limit in sizing.limits.items():
+        error = 100 * limit.reached_error * limit.reached
+        used = figure(100 * limit.reached / limit.asked, error / limit.asked, 5)
+        shares = (figure(100 * limit.asked, most=6), figure(100 * limit.reached, error, _DIGITS), used)
+        alone = figure(limit.alone, limit.alone_error * limit.alone, _DIGITS) if limit.alone > 0.0 else "none"
+        binds = "binds" if name == sizing.binding else ""
+        rows.append((names[name], *(f"{share} %" for share in shares), alone, binds))
+    told = []
+    if sizing.binding is None:
+        told.append("The machine's own inertia keeps all of them: none binds.")
+    if sizing.scene.irregularity is not None and not sizing.approximated:
+        told.append("Approximate flywheels know of the irregularity alone, and are left out.")
+    return ["Limits", *columns(rows, header), *sentences(told)]
 
 
 def _cells(candidate: Candidate) -> tuple[str, ...]:
@@ -219,6 +243,8 @@ def _verdicts(sizing: Sizing) -> Iterator[str]:
             yield f"{none}: the machine has no inertia, and its torques alone hold its speed as evenly as asked."
         else:
             yield f"{none}: nothing acts on the machine that could change its speed."
+        return
+    if not sizing.approximated:
         return
     exact, approximate = wheel.exact or 0.0, wheel.approximate or 0.0
     if sizing.cyclic is not None:

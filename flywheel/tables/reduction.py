@@ -281,12 +281,13 @@ def _stroke_columns(
 def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
     """The graph of a machine with its flywheel, which is a parameter where it is to be sized; and what it leaves out."""
     loaded = machine.scene
-    sized, heavy = loaded.irregularity is not None, [e for e in machine.graph.elements.values() if e.kind == "I"]
+    sized = loaded.irregularity is not None or bool(loaded.limits)
+    heavy = [e for e in machine.graph.elements.values() if e.kind == "I"]
     moved = not loaded.has_flywheel and all(element.law == 0.0 for element in heavy)
     graph = machine.graph
     if loaded.stroke is None or moved:  # a flywheel that sizing finds is a parameter without a value
         graph = machine.with_values(0.0, 1.0 if sized else loaded.inertia or 0.0, moved=moved)
-        if loaded.irregularity is not None:
+        if sized:
             name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
             wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
             graph = replace(graph, elements={**graph.elements, name: wheel}, parameters={"J_flywheel": None})

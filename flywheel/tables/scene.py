@@ -207,7 +207,9 @@ def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
 
 def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:
     """What is asked of the flywheel, or the one that is given."""
-    if scene.stroke is None and scene.irregularity is not None:
+    if scene.stroke is None and scene.limits:
+        yield _("flywheel on {place} for its limits", place=scene.flywheel_on)
+    elif scene.stroke is None and scene.irregularity is not None:
         eps = number(figure(scene.irregularity, most=_DIGITS))
         yield _("flywheel on {place} for irregularity {eps}", place=scene.flywheel_on, eps=eps)
     if scene.stroke is None and scene.inertia is not None:

@@ -18,7 +18,7 @@ from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Cyclic, Sizing
 from flywheel.tables import flywheels, power, power_flow
-from flywheel.tables.flywheels import inertia_errors, work_error
+from flywheel.tables.flywheels import inertia_errors, limit_names, work_error
 from flywheel.tables.rows import (
     DEGREES,
     RPM,
@@ -67,6 +67,8 @@ def headline(sizing: Sizing) -> str:
     scene, wheel = sizing.scene, sizing.flywheel
     speed = f"crank at {figure(sizing.speed * RPM, 0.0, 6)} rpm"
     asked = f"irregularity {figure(scene.irregularity or 0.0)}"
+    if scene.limits:
+        asked = "its limits" if sizing.binding is None else f"its limits, {limit_names()[sizing.binding]} binding"
     if scene.inertia is not None:
         eps = sizing.simulation and figure(sizing.simulation.irregularity, 0.0, 5)
         what = f"given flywheel {figure(scene.inertia, 0.0, 6)} kg m² on {wheel.on}, {speed}: irregularity {eps}"
@@ -326,6 +328,7 @@ BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _title,
     _scene,
     flywheels.flywheel,
+    flywheels.limits,
     flywheels.wheel,
     flywheels.every_shaft,
     power.torque_and_work,
