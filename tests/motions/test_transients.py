@@ -68,6 +68,17 @@ def test_an_induction_motor_from_rest():
 
 
 @pytest.mark.slow
+def test_the_flywheel_of_limits_is_followed_as_a_given_one_is():
+    motor = {"type": "dc", "voltage": 220, "power": 1500, "speed": "1000 rpm", "efficiency": 0.82, "inertia": 0.05}
+    load = [{"on": "crank", "torque": -25, "from": 0, "to": "120 deg"}]
+    scene = {"load": load, "drive": {"motor": motor}, "flywheel": {"limits": {"irregularity": 0.05, "motor_rms": 2}}}
+    wheel = flywheel.size(flywheel.load(scene), simulate=False).flywheel.exact
+    found = run_up(flywheel.load(scene), "95 %")
+    given = run_up(flywheel.load(scene | {"flywheel": {"inertia": wheel}}), "95 %")
+    assert found.time == pytest.approx(given.time, rel=1e-8)
+
+
+@pytest.mark.slow
 def test_a_dc_motor_with_inductance_switched_on_at_rest():
     """J omega' = k i - b omega, L i' = U - R i - k omega: two exponentials."""
     voltage, resistance, constant, inductance, friction, inertia = 48.0, 0.4, 0.25, 0.02, 0.002, 0.01
