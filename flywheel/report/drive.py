@@ -407,8 +407,8 @@ def duty(known: Known) -> Section | None:
     parts: list[Part] = [Table(caption, head, tuple(rows))]
     cooled = Quantity("t_c", found.cooled, "s")
     if found.running != found.period:
-        told = _("Time that cools: running, and the share of standstill that counts")
-        parts.append(Step(told, "t_c = total(t_k, k)+total(c_k*t_k, k)", (), cooled))
+        told = _("Time that cools: c_k is 1 while the motor runs, and at rest the share that counts")
+        parts.append(Step(told, "t_c = total(c_k*t_k, k)", (), cooled))
     if found.rms_torque is not None:
         told = _("Root of the mean square of the drive's torque over the duty, starts included")
         result = Quantity("T_rms", found.rms_torque, "N m")

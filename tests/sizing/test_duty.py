@@ -124,6 +124,32 @@ def test_a_given_flywheel_and_a_balance_as_drive():
     assert duty.phases[0].irregularity > duty.phases[1].irregularity
 
 
+@pytest.mark.slow
+def test_what_passes_between_phases_is_as_small_as_settling_is_short():
+    phases = [{"name": "a", "cycles": 12}, {"name": "b", "cycles": 12, "loads": "10 %"}]
+    found = flywheel.size(scene(*phases), simulate=False)
+    motor = flywheel.motors.Induction(
+        power=1100.0, speed=1415 * np.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.4, inertia=0.003
+    )
+    whole = 2.0 + 0.003 * 6.5**2 + found.flywheel.exact
+
+    def rates(phi, state, load):
+        torque = float(motor.torque(6.5 * state[0]))
+        heat = torque * (motor.synchronous_speed - 6.5 * state[0])
+        return [(6.5 * torque - load) / (whole * state[0]), 1 / state[0], heat / state[0]]
+
+    edges, state = np.radians([0.0, 40.0, 100.0, 360.0]), np.array([24.0, 0.0, 0.0])
+    for _ in range(2):  # the second time round it repeats
+        state[1:] = 0.0
+        for pulse in [250.0] * 12 + [25.0] * 12:
+            for low, high, load in zip(edges[:-1], edges[1:], (0.0, pulse, 0.0), strict=True):
+                state = solve_ivp(rates, (low, high), state, "DOP853", rtol=1e-8, atol=1e-8, args=(load,)).y[:, -1]
+    share = max(row.settling / row.duration for row in found.duty.phases)
+    assert 0.05 < share < 0.2
+    assert 0.0 < found.duty.heat / (state[2] / state[1]) - 1.0 < 0.25 * share
+    assert sum("between phases the machine runs otherwise" in told for told in found.messages) == 2
+
+
 def test_types_and_duration_factor():
     drive = {"drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": 500.0}}
 
