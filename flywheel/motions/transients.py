@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.motion.stepping import instant
-from flywheel.components.motors import DC, Induction, Motor, Started
+from flywheel.components.motors import DC, Induction, Motor, Started, TwoAxisInduction
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.motions.simulation import Motion, actual, motion_from
@@ -909,6 +909,8 @@ def _heat(motor: Motor | None, ratio: float, here: _Here, current: Array | None)
         return motor.heat_at(ratio * here.omega, here.time, here.anchor.time)
     if isinstance(motor, DC) and current is not None:
         return np.asarray(motor.copper_heat(current))
+    if isinstance(motor, TwoAxisInduction) and motor.circuit is not None:
+        return np.asarray(motor.circuit.rotor_heat(here.states))
     return motor.rotor_heat(ratio * here.omega) if isinstance(motor, Induction) else None
 
 

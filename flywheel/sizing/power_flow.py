@@ -32,6 +32,7 @@ from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
+from flywheel.sizing.electrical_transients import states_on
 from flywheel.sizing.results import Sizing, speed_error_over_cycle
 
 if TYPE_CHECKING:
@@ -360,7 +361,8 @@ class _Train:
             cell, t = cells.located(run.cycle.mesh, mesh.phi.ravel())  # the current is a state of its own
             moment = cells.value(cells.fit(run.drive)[cell], t).reshape(omega.shape)
         yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
-        found = motor_powers(scene, ratio * omega, moment / ratio)
+        own = () if run is None else states_on(run, mesh)
+        found = motor_powers(scene, ratio * omega, moment / ratio, own)
         taken = moment
         for kind, power in found.items():
             heat = power / omega
@@ -405,17 +407,18 @@ def can_lose(scene: Scene) -> bool:
     return isinstance(scene.motor, DC | Induction | Synchronous)
 
 
-def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
-    """What a motor takes beside its shaft's power (W), by kind, at its speeds (rad/s) and torques (N m).
+def motor_powers(scene: Scene, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+    """What a motor takes beside its shaft's power (W), by kind, at its speeds (rad/s), torques (N m) and own states.
 
     Of a DC motor R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"); of an induction motor
     T (omega_s - omega) ("rotor"), and with an efficiency on its plate the copper of its stator ("stator") and its constant
     losses ("iron"); of a synchronous one the heat of its damper winding ("rotor"), and what is left of T (omega_s - omega),
-    which its field stores as the load angle grows ("field"). Empty for motors whose kind tells nothing of that.
+    which its field stores as the load angle grows ("field"); of an induction motor with two axes what its fluxes store
+    ("field"). Empty for motors whose kind tells nothing of that.
     """
     if scene.motor is None:
         return {}
-    from flywheel.components.motors import DC, Induction, Synchronous  # only machines with a motor pay for it
+    from flywheel.components.motors import DC, Induction, Synchronous, TwoAxisInduction  # only with a motor
 
     motor, found = scene.motor, dict[str, Array]()
     if isinstance(motor, DC):
@@ -425,6 +428,10 @@ def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
             found["windage"] = motor.friction * omega * omega
         if motor.inductance:
             found["inductance"] = motor.inductance * current * motor.current_rate(omega, current)
+    elif isinstance(motor, TwoAxisInduction) and motor.circuit is not None:
+        circuit = motor.circuit
+        found |= {"stator": circuit.stator_heat(states), "rotor": circuit.rotor_heat(states)}
+        found["field"] = circuit.power(states) - torque * omega - found["stator"] - found["rotor"]
     elif isinstance(motor, Induction):
         stator, constant = motor.stator_heat(omega), motor.constant_losses
         if stator is not None and constant is not None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from flywheel.components.motors import DC, Induction, Motor
     from flywheel.components.wheels import Wheel
     from flywheel.sizing.duty import Duty
+    from flywheel.sizing.electrical_transients import ElectricalTransients
     from flywheel.sizing.power_flow import PowerFlow
     from flywheel.sizing.synchronism import Synchronism
 
@@ -364,6 +365,13 @@ class Sizing:
         return power_flow(self)
 
     @cached_property
+    def electrical_transients(self) -> ElectricalTransients | None:
+        """What the fluxes of a two-axis induction motor change beside its static curve; None for other drives."""
+        from flywheel.sizing.electrical_transients import electrical_transients  # for who asks for it
+
+        return electrical_transients(self)
+
+    @cached_property
     def synchronism(self) -> Synchronism | None:
         """How a synchronous motor keeps step: load angle, pull-out, natural frequency; None for other drives."""
         from flywheel.sizing.synchronism import synchronism  # for who asks for it
@@ -465,6 +473,7 @@ class Sizing:
             "shafts": [row.as_dict() for row in self.shafts],
             "power_flow": self.power_flow and self.power_flow.as_dict(),
             "synchronism": self.synchronism and self.synchronism.as_dict(),
+            "electrical_transients": self.electrical_transients and self.electrical_transients.as_dict(),
             "wheel": self.built and self.built.as_dict(),
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
             "certificate_torque": self.flywheel.torque_bracket and list(self.flywheel.torque_bracket),
@@ -606,11 +615,15 @@ def energy(sizing: Sizing) -> Energy | None:
     )
     if scene.motor is None:
         return found
-    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+    from flywheel.components.motors import DC, Induction, TwoAxisInduction  # only machines with a motor pay for it
 
     shaft = MotorShaft(scene, cycle, run, speed, sizing.rtol)
     if isinstance(scene.motor, DC):
         return found._replace(**_copper_heat(scene.motor, shaft))
+    if isinstance(scene.motor, TwoAxisInduction) and run.states:
+        from flywheel.sizing.electrical_transients import heats_by_fluxes  # for who has them
+
+        return found._replace(**heats_by_fluxes(scene.motor, shaft))
     if isinstance(scene.motor, Induction):
         return found._replace(**_rotor_heat(scene.motor, shaft))
     return found

@@ -20,6 +20,7 @@ from flywheel.tables.trade_units import TradeUnits, few_digits
 if TYPE_CHECKING:
     from flywheel.components.motors import Induction, Motor
     from flywheel.sizing.duty import Duty
+    from flywheel.sizing.electrical_transients import ElectricalTransients
     from flywheel.sizing.synchronism import Synchronism
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
@@ -297,6 +298,8 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
             )
     elif sizing.synchronism is not None:
         yield from _resonance(sizing.synchronism)
+    elif (fluxes := sizing.electrical_transients) is not None:
+        yield _fluxes(fluxes)
     elif breakdown is not None:
         induction = isinstance(motor, Induction)
         name = _("the breakdown torque") if induction else _("the greatest torque of its running branch")
@@ -319,6 +322,22 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
             known = _("but its data hold from {low} upwards", low=_rpm(low))
         runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
         yield _("{runs}, {known}: its torque beyond is a guess.", runs=runs, known=known)
+
+
+def _fluxes(found: ElectricalTransients) -> str:
+    """What the fluxes of a two-axis motor change beside its static curve, as measured."""
+    shares = {name: f"{100 * one.difference:+.2g} %" for name, one in found._asdict().items()}
+    if found.matters:
+        return _(
+            "Its fluxes matter: beside the static curve irregularity {irregularity}, greatest torque {greatest_torque}, "
+            "heat of the rotor {rotor_heat}.",
+            **shares,
+        )
+    return _(
+        "Its fluxes hardly matter here: beside the static curve irregularity {irregularity}, greatest torque "
+        "{greatest_torque}, heat of the rotor {rotor_heat}.",
+        **shares,
+    )
 
 
 DAMPED = 0.5

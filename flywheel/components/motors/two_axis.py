@@ -6,17 +6,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from bondgraph.records import NamedTuple
 from flywheel.components.motors.circuit import Circuit, Slopes, StateName, States
 from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Array, Motor
+from flywheel.components.motors.motor import Motor
 from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
@@ -118,19 +117,24 @@ class TwoAxisInduction(Induction):
         return Motor.speed_at(self, torque)
 
     @cached_property
-    def circuit(self) -> Fluxes:
+    def circuit(self) -> Fluxes | None:
         """The fluxes of stator and rotor."""
         return Fluxes(self)
 
     @property
-    def time_constants(self) -> tuple[float, float]:
-        """Times (s) in which a flux of the stator dies away with the rotor's held, and the other way: sigma L/R."""
-        c = self.circuit
-        return 1.0 / c.a, 1.0 / c.d
+    def static(self) -> TwoAxisInduction:
+        """The same motor with fluxes that follow the speed at once."""
+        own = {one.name: getattr(self, one.name) for one in fields(self)}
+        return StaticCurve(**own)
 
-    def graph(self) -> Any:
-        """None: fluxes that two axes share are no one-ports."""
-        raise NotImplementedError
+
+@dataclass(frozen=True, kw_only=True)
+class StaticCurve(TwoAxisInduction):
+    """The motor of a circuit whose fluxes follow the speed at once."""
+
+    @cached_property
+    def circuit(self) -> None:
+        """None: it has no state of its own."""
 
 
 class Fluxes(Circuit):
@@ -223,6 +227,10 @@ class Fluxes(Circuit):
         q, d = (self.of_stator * s - self.of_shared * r for s, r in ((sq, rq), (sd, rd)))
         return np.sqrt(0.5 * (q * q + d * d))
 
+    def power(self, states: States) -> Any:
+        """Power from the mains 3/2 V i_q, W."""
+        return 1.5 * self.voltage * (self.of_stator * states[0] - self.of_shared * states[2])
+
     def rotor_heat(self, states: States) -> Any:
         """Heat in the rotor 3/2 r (i_q² + i_d²), W."""
         sq, sd, rq, rd = states
@@ -286,15 +294,3 @@ def impedances_of(motor: Induction) -> Impedances:
         advice = "check current and power factor, or give the resistances and reactances"
         raise SceneError([Fault("electrical", found, "torques and current that go together", advice)])
     return made(solution.x)
-
-
-def static_rotor_heat(motor: TwoAxisInduction, omega: ArrayLike) -> Array:
-    """Heat in the rotor, W, where the fluxes follow the speed (rad/s), by the currents: it is torque times slip speed.
-
-    >>> motor = TwoAxisInduction(power=2238.0, speed=1710 * math.pi / 30, poles=4, frequency=60.0, breakdown_ratio=4.5,
-    ...                          voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754))
-    >>> states = motor.circuit.steady(motor.speed)
-    >>> round(motor.circuit.rotor_heat(states), 6) == round(float(motor.rotor_heat(motor.speed)), 6)
-    True
-    """
-    return np.asarray(motor.circuit.rotor_heat(motor.circuit.steady(np.asarray(omega, dtype=float))))
