@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import flywheel
 from tests import regimes, scenes
 from tests.limits import sample
+from tests.motions.test_passive_resistances import press
 from tests.oracle.drive_lines import DriveLine
 from tests.oracle.test_drive_lines import PRESS
 
@@ -171,6 +172,20 @@ def test_in_is_out_and_losses_in_every_example(file):
         return  # a stroke, a mechanism alone
     if flow is not None:
         closes(flow)
+
+
+@pytest.mark.slow
+def test_friction_in_joints_is_lost():
+    """Beside a mesh: what the crank needs of the motor is what the ram takes, and friction along the motion."""
+    shafts = {"motor": {"ratio": 5, "efficiency": 0.93}}
+    load = [{"on": "ram", "force": "-300 N", "from": "200 deg", "to": "330 deg"}]
+    drive = {"on": "motor", "torque": "balance"}
+    flow = flow_of(press(shafts=shafts, load=load, drive=drive, regime={"speed": 12.0}, flywheel={"inertia": 6.0}))
+    found = by_name(flow)
+    friction = found["friction", "friction in joints"].mean
+    assert friction > 5.0
+    assert found["shaft", "shafts.motor"].mean == pytest.approx(found["load", "load[0]"].mean + friction, rel=1e-9)
+    closes(flow)
 
 
 @pytest.mark.slow
