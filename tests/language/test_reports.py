@@ -7,7 +7,11 @@ from flywheel import report, starters
 from tests.language import texts
 from tests.page.browsers import EXAMPLES
 
-SCENES = {"press": (EXAMPLES / "machines/press.toml").read_text("utf-8"), "motor-press": starters.starter("motor-press")}
+SCENES = {
+    "press": (EXAMPLES / "machines/press.toml").read_text("utf-8"),
+    "motor-press": starters.starter("motor-press"),
+    "geared-press": (EXAMPLES / "drive_lines/press.toml").read_text("utf-8"),
+}
 STAY = {"Se:slider.", "MSe:drive.torque"}  # names of bonds in their graph
 
 
