@@ -753,7 +753,8 @@ class Dynamics:
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
         if anchor.factors is not None or self.resistances is not None:
             now = self.along(phi, anchor, omega, time, states, watched=True)
-            rows += now.passed[1:]
+            level = _NO_FORCE * (np.abs(now.moment) + np.sum(np.abs(now.passed), axis=0))
+            rows += [np.where(np.abs(tau) > level, tau, 0.0) for tau in now.passed[1:]]
             if now.friction is not None:
                 rows += list(now.friction.decisive)
         return rows

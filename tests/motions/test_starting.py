@@ -191,3 +191,20 @@ def test_steps_leave_no_inductance():
     motor = {"type": "dc", "voltage": "250 V", "resistance": 0.05, "constant": 2.0, "inductance": "1 mH"}
     with pytest.raises(flywheel.SceneError, match="leave the inductance out"):
         scene(motor | {"start": {"type": "resistance", "added": [3], "until": "1 s"}})
+
+
+@pytest.mark.slow
+def test_a_press_train_is_brought_up_from_dead_centre():
+    """Two lossy meshes in series; at the dead centre what the outer one passes is next to nothing, and has no sign."""
+    train = {
+        "mechanism": {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.45}, "slider": {"mass": 40.0}},
+        "shafts": {"fly": {"ratio": 4, "efficiency": 0.96}, "motor": {"on": "fly", "ratio": 3, "efficiency": 0.95}},
+        "load": [{"on": "slider", "force": -8000.0, "from": "290 deg", "to": "350 deg"}],
+        "flywheel": {"on": "fly", "inertia": 2.0},
+        "drive": {"on": "motor", "motor": PLATE | {"start": {"type": "star-delta", "until": "1300 rpm"}}},
+    }
+    found = transient(flywheel.load(train), end="90 %")
+    assert found.reason == "share"
+    assert found.energy.residual < 1e-9
+    assert found.energy.meshes > 0
+    assert len(found.scene.motor.times) == 1
