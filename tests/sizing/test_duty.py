@@ -262,7 +262,7 @@ def test_root_mean_square_as_printed(stretches, printed):
 def test_a_printed_duty_as_a_scene():
     phases = [{"duration": f"{time} min", "loads": load} for time, load in ((10, 1.0), (5, 0.0), (8, 0.5), (4, 0.0))]
     drive = {"drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": 500.0}}
-    load = [{"on": "crank", "torque": "-100 N m"}]
+    load = [{"on": "crank", "torque": "-200 N m", "factor": 0.5}]  # its own share, and that of the phase
     assert flywheel.size(scene(*phases, load=load, **drive), simulate=False).duty.rms_torque == pytest.approx(
         66.67, rel=1e-4
     )
