@@ -336,6 +336,11 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
         found, expected = "losses in a mesh of a machine with a shaft that twists", "one or the other"
         advice = "leave efficiency and slip out to follow the twist, or stiffness to follow the machine with losses"
         raise SceneError([Fault(f"shafts.{name}", found, expected, advice) for name in lossy])
+    circuit = circuit_of(scene)
+    if circuit is not None and not circuit.in_graph:
+        found = f"a shaft that twists beside a motor's own {' and '.join(one.name for one in circuit.names)}"
+        advice = "leave stiffness out, or take the motor as static, its field always on"
+        raise SceneError([Fault("drive.motor", found, "a motor that a bond graph has as a part", advice)])
     graph = compliant_graph(machine, balance, inertia)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
@@ -347,7 +352,7 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
         )
     initial = {name: ratio * start.phi for name, ratio in angles}
     initial |= {name: scene.shafts[name] * start.omega for name in turning}
-    if (circuit := circuit_of(scene)) is not None:
+    if circuit is not None:
         given = zip(circuit.in_graph, start.states, strict=True)
         initial |= {f"drive.motor.{place.name}": value / place.factor for place, value in given}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}

@@ -129,6 +129,17 @@ def test_whether_the_fluxes_matter_is_measured():
     assert static.electrical_transients is None
 
 
+def test_no_shaft_twists_beside_it():
+    table = {
+        "shafts": {"motor": {"ratio": 1.0, "stiffness": 1e4}},
+        "drive": {"on": "motor", "motor": KRAUSE},
+        "inertia": [{"on": "crank", "value": 0.3}],
+        "flywheel": {"inertia": 0.1},
+    }
+    with pytest.raises(SceneError, match="shaft that twists"):
+        flywheel.simulate(flywheel.load(table), 0.0, 180.0, 0.01)
+
+
 def test_a_name_plate_has_a_circuit():
     plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
     given = {"power": 7500.0, "speed": 1450 * math.pi / 30, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
