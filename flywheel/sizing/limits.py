@@ -4,9 +4,10 @@ Each limit's figure is taken along the steady periodic motion with a flywheel, t
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
 not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
 motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
-of about 0.001 down to the machine's own inertia and none, a few a decade; beside each hump and hollow of a figure its
-extreme is looked for; and what lies beyond is told by the figure at infinite inertia, to which it goes like 1/J. Between
-inertias on either side of a limit the crossing is found by Brent's method, at the error asked for.
+of about 0.001 down to the machine's own inertia and none, or to where the motion is very uneven and all limits are exceeded
+ever more, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies beyond is told by
+the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the crossing is found by
+Brent's method, at the error asked for.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ _SECOND = 1e-2  # of what falls so: what may fall faster, at those inertias
 _LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where such a machine stalls
 _OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked for
 _BESIDE = 1e-3  # of an inertia: how far off a slope is taken
+_UNEVEN, _IN_TURN = 0.5, 3  # irregularity, and flywheels in turn, at which what is exceeded ever more is given up
 _FEW = 24  # halvings of a bracket, or widenings of it
 _EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the machine keeps turning
 
@@ -231,12 +233,23 @@ class _Search:
         for inertia in np.geomspace(self.heaviest, self.lightest, count + 1).tolist()[1:]:
             point = self._lighter(points[-1], inertia)
             points.append(point)
-            if point.motion is None:
+            if point.motion is None or self._far_gone(points[-_IN_TURN:]):
                 break
         last = points[-1]
-        if last.motion is not None and last.inertia > 0.0:
+        if last.motion is not None and not self._far_gone(points[-_IN_TURN:]):
             points.append(self._lighter(last, 0.0) if self.turns_alone else _Point(0.0))
         return points[::-1]
+
+    def _far_gone(self, points: Sequence[_Point]) -> bool:
+        """Whether a motion is very uneven and every limit exceeded, by ever more from each flywheel to the next lighter."""
+        last, limits = points[-1], self.machine.scene.limits
+        if len(points) < _IN_TURN or last.motion is None or last.motion.run.irregularity < _UNEVEN:
+            return False
+        return all(
+            last.shares[name].value > limits[name]
+            and all(after.shares[name].value > before.shares[name].value for before, after in pairwise(points))
+            for name in self.names
+        )
 
     def _lighter(self, heavier: _Point, inertia: float) -> _Point:
         """A lighter flywheel than one whose motion is known, if need be by way of one between."""
