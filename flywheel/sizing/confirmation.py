@@ -217,7 +217,7 @@ def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dic
         return np.asarray(circuit.current(turned, tuple(states))) / (motor.rated_current or 1.0)
 
     def heat(turned: Array, states: Array) -> Array:
-        return motor_heat(motor, turned, None if circuit is None else circuit.current(turned, tuple(states)))
+        return motor_heat(motor, turned, () if circuit is None else tuple(states))
 
     def along(step: Step, law: Callable[[Array, Array], Array], shares: Array) -> Array:
         states = step.dense(step.start + (step.end - step.start) * shares)

@@ -6,8 +6,8 @@ not all, and not always: a motor's current may swing with its rotor, and a load 
 motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
 of about 0.001 down to the machine's own inertia and none, or to where the motion is very uneven and all limits are exceeded
 ever more, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies beyond is told by
-the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the crossing is found by
-Brent's method, at the error asked for.
+the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the crossing is found
+by Brent's method, at the error asked for.
 """
 
 from __future__ import annotations

@@ -763,26 +763,37 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
 
     def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         here, beside = (motor_heat(motor, shaft.ratio * w) for w in (omega, omega * (1.0 + _APART)))
-        return here, np.abs(beside - here) / (_APART * omega)
+        slope, along, own = np.abs(beside - here) / (_APART * omega), shaft.run.along, shaft.cycle.mesh
+        if along is None:
+            return here, slope
+        cell, t = cells.located(own, mesh.phi.ravel())
+        series = cells.fit(motor_heat(motor, shaft.ratio * shaft.omega(own), tuple(along)))
+        return cells.value(series[cell], t).reshape(mesh.phi.shape), slope
 
     mean, error, _ = shaft.mean_over_time(law)
     even, rated = motor.no_load_speed or 0.0, 0.0 if motor.rated is None else motor.rated.speed
     return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
 
 
-def motor_heat(motor: Motor, omega: Array, current: Array | None = None) -> Array:
-    """Heat of a motor at speeds of its shaft (rad/s), over that at its rated point.
+def motor_heat(motor: Motor, omega: Array, states: tuple[Array, ...] = ()) -> Array:
+    """Heat of a motor at speeds of its shaft (rad/s), over that at its rated point; with its own states, where it has any.
 
-    Of a DC motor that of its armature, with the current that flows (A), the steady one if None; of an induction motor that
-    of rotor and stator copper, or of the rotor alone where its plate does not tell the stator's.
+    Of a DC motor that of its armature; of an induction motor that of rotor and stator copper, or of the rotor alone where
+    its plate does not tell the stator's.
     """
     from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+    from flywheel.components.motors.two_axis import TwoAxisInduction
 
     if isinstance(motor, DC):
         assert motor.rated_current is not None
-        flowing = motor.current(omega) if current is None else current
+        flowing = states[0] if states else motor.current(omega)
         return np.asarray((flowing / motor.rated_current) ** 2)
     assert isinstance(motor, Induction)
+    if isinstance(motor, TwoAxisInduction):
+        circuit = motor.circuit
+        here, rated = states or circuit.steady(omega), circuit.steady(np.array(motor.speed))
+        found, there = (circuit.rotor_heat(each) + circuit.stator_heat(each) for each in (here, rated))
+        return np.asarray(found / there)
 
     def heat(speed: Array) -> Array:
         stator = motor.stator_heat(speed)
