@@ -103,20 +103,22 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
   const bands = node("g");
   const words = node("g");
   group.append(title, bands, words);
-  const told = rows.map((row) => {
-    const lines = [0, 1].map(() => label(0, 0, "", { halo: false }));
-    words.append(...lines);
-    return { ...row, lines };
-  });
   const most = courses.map((values) => Math.max(...values.map(Math.abs)));
   const extent = extentOf(rows, streams, courses);
   const widest = (side) => Math.max(...rows.filter((row) => row.side === side).map((row) => wide(streams[row.k].label)), 60);
   const places = Math.max(...rows.filter((row) => row.place !== undefined).map((row) => wide(data.places[row.place] ?? row.place)));
-  const leftRoom = Math.max(rows.some((row) => row.side === "left") ? widest("left") + REACH + HEAD + TURN + 10 : 0, 1.1 * places + 14);
-  const across = Math.max(Math.min(0.3 * width, 100, width - leftRoom - widest("right") - REACH - HEAD - TURN - 18), 24);
+  const leftRoom = Math.min(0.46 * width, Math.max(rows.some((row) => row.side === "left") ? widest("left") + REACH + HEAD + TURN + 10 : 0, 1.1 * places + 14));
+  const across = Math.max(Math.min(0.3 * width, 100, width - leftRoom - Math.min(widest("right"), 0.36 * width) - REACH - HEAD - TURN - 18), 24);
+  const room = { left: leftRoom - REACH - HEAD - TURN - 10, right: width - leftRoom - across - REACH - HEAD - TURN - 8 };
+  const told = rows.map((row) => {
+    const names = row.place === undefined ? broken(streams[row.k].label, room[row.side]) : ["", ""];
+    const lines = [...names, ""].map(() => label(0, 0, ""));
+    words.append(...lines);
+    return { ...row, lines, names };
+  });
   const factor = across / Math.max(extent.left + extent.right, extent.most);
   const begin = left + leftRoom + extent.left * factor;
-  const heights = told.map((row) => (row.place === undefined ? Math.max(2 * LINE + 3, most[row.k] * factor + 2 * TURN + 4) : NAME));
+  const heights = told.map((row) => (row.place === undefined ? Math.max((row.names.length + 1) * LINE + 3, most[row.k] * factor + 2 * TURN + 4) : NAME + (row.from?.entry ? LINE : 0)));
   const height = 24 + heights.reduce((sum, one) => sum + one, 0) + 6;
   const thick = (value) => (Math.abs(value) <= NOTHING * extent.most ? 0 : Math.max(Math.abs(value) * factor, LEAST));
 
@@ -137,8 +139,9 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
         parts.push(node("line", { x1: round(x - 6), x2: round(x + Math.max(thick(p), 8) + 6), y1: round(y + h), y2: round(y + h), stroke: paint("ink"), "stroke-width": 2 }));
         place(row.lines, left + 2, y + h - 3, "start", [data.places[row.place] ?? row.place], true);
         const ends = !row.from || row.from.entry || row.from.broken || n === told.length - 1 || told[n + 1].from?.broken;
-        row.lines[1].textContent = "";
-        if (ends) place([row.lines[1]], x + thick(p) + 10, y + h - 5, "start", [row.from?.entry ? `${streams[row.from.k].label} ${say(p)}` : say(p)]);
+        row.lines[1].textContent = row.lines[2].textContent = "";
+        const entry = row.from?.entry ? [streams[row.from.k].label] : [];
+        if (ends) place(row.lines.slice(1), x + thick(p) + 10, y + h - 5 - entry.length * LINE, "start", [...entry, say(p)]);
         y += h;
         return;
       }
@@ -150,7 +153,8 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
       trunkParts.push(made.through);
       const end = row.side === "right" ? made.end + 4 : made.end - 4;
       const share = stream.lost && data.input > 0 && phi === null ? ` · ${tools.number(figure((100 * stream.mean) / data.input, 3))} %` : "";
-      place(row.lines, end, made.middle - 2, row.side === "right" ? "start" : "end", [stream.label, `${say(values[row.k])}${share}`]);
+      const above = made.middle - 2 - ((row.names.length - 1) * LINE) / 2;
+      place(row.lines, end, above, row.side === "right" ? "start" : "end", [...row.names, `${say(values[row.k])}${share}`]);
       x = made.x;
       p = q;
       y += h;
@@ -190,14 +194,25 @@ function extentOf(rows, streams, courses) {
   return found;
 }
 
+/** A label in lines that have room, broken between words. */
+function broken(words, room) {
+  const lines = [];
+  for (const word of words.split(" ")) {
+    const longer = lines.length ? `${lines[lines.length - 1]} ${word}` : word;
+    if (lines.length && wide(longer) <= room) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
+}
+
 /** Lines of a label, one under the other. */
 function place(lines, x, y, anchor, texts, bold = false) {
   texts.forEach((words, k) => {
     const line = lines[k];
     line.setAttribute("x", round(x));
-    line.setAttribute("y", round(y + (k ? LINE : 0)));
+    line.setAttribute("y", round(y + k * LINE));
     line.setAttribute("text-anchor", anchor);
-    if (bold || k) line.setAttribute("font-weight", "bold");
+    if (bold || (k && k === texts.length - 1)) line.setAttribute("font-weight", "bold");
     line.textContent = words;
   });
 }
