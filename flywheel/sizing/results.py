@@ -789,8 +789,7 @@ def motor_heat(motor: Motor, omega: Array, states: tuple[Array, ...] = ()) -> Ar
         flowing = states[0] if states else motor.current(omega)
         return np.asarray((flowing / motor.rated_current) ** 2)
     assert isinstance(motor, Induction)
-    if isinstance(motor, TwoAxisInduction):
-        circuit = motor.circuit
+    if isinstance(motor, TwoAxisInduction) and (circuit := motor.circuit) is not None:
         here, rated = states or circuit.steady(omega), circuit.steady(np.array(motor.speed))
         found, there = (circuit.rotor_heat(each) + circuit.stator_heat(each) for each in (here, rated))
         return np.asarray(found / there)
