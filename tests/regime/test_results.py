@@ -13,7 +13,7 @@ KEYS = {
     "angle_speed_min", "reduced_inertia", "flywheel", "simulation", "error",
 }  # fmt: skip
 FLYWHEEL = {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque",
-    "inertia_torque_flywheel", "needed"}  # fmt: skip
+    "inertia_torque_flywheel", "needed", "limits", "binding"}  # fmt: skip
 SIMULATION = {"irregularity", "irregularity_approximate", "speed_max", "speed_min", "speed_time_mean", "period"}
 
 
