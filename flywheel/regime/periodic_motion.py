@@ -713,8 +713,11 @@ class _Search(NamedTuple):
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
         # what resolved an uneven motion is needed again; the switches of an even one have moved on
-        base = other.solved.moments.mesh.edges if other.run.irregularity > _UNEVEN else self.machine.mesh
-        base, cuts = self.layers(base, _switching(other.solved), other.speed, other.inertia, other.solved.state.unknown)
+        cuts, base = _switching(other.solved), self.machine.mesh
+        if other.run.irregularity > _UNEVEN:
+            edges = other.solved.moments.mesh.edges
+            base = edges[(np.abs(edges[:, None] - cuts) > 1e-9 * base[-1]).all(axis=1)]
+        base, cuts = self.layers(base, cuts, other.speed, other.inertia, other.solved.state.unknown)
         start = carried(other.solved, moments := self.moments(base, cuts))
         if self.demand.inertia is not None:
             start = with_inertia(start, moments, other.solved.reference, self.demand.inertia)

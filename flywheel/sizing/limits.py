@@ -7,7 +7,10 @@ motion. No figure is taken to fall, therefore. All are looked at on a grid of in
 of about 0.001 down to the machine's own inertia and none, or to where the motion is very uneven and all limits are exceeded
 ever more, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies beyond is told by
 the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the crossing is found
-by Brent's method, at the error asked for.
+by inverse interpolation, at the error asked for.
+
+Source: R. P. Brent, Algorithms for Minimization without Derivatives, Prentice-Hall 1973, ch. 4 (inverse interpolation in a
+bracket) and 5 (parabolas and golden sections).
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from flywheel.sizing.results import Limit, MotorShaft, Regime, heat_share
 
 IRREGULARITY = "irregularity"
 
-_COARSE = 1e-5  # error of motions that are only looked at
+_COARSE = 1e-4  # error of motions that are only looked at
 _PER_DECADE = 4
 _LARGEST = 1e-3  # irregularity that the heaviest flywheel of the grid leaves, about
 _LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
@@ -43,6 +46,9 @@ _OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked f
 _BESIDE = 1e-3  # of an inertia: how far off a slope is taken
 _UNEVEN, _IN_TURN = 0.5, 3  # irregularity, and flywheels in turn, at which what is exceeded ever more is given up
 _FEW = 24  # halvings of a bracket, or widenings of it
+_MOST_STEPS, _THROUGH = 100, 4  # towards a crossing; flywheels that one is interpolated from
+_APART = 1e-6  # of an inertia: flywheels nearer than this tell no slope
+_GOLDEN = 0.381966011250105
 _EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the machine keeps turning
 
 
@@ -194,6 +200,7 @@ class _Search:
         self.lightest = max(_LIGHT * own, _LEAST * self.heaviest)
         self.turns_alone = extent.least > extent.error
         self.known: dict[float, _Point] = {}  # at the error asked for
+        self.extremes: list[_Point] = []
         self.grid = self._scanned()
 
     def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> _Point:
@@ -317,26 +324,76 @@ class _Search:
         return self._from(name, asked, last, heavier)
 
     def _crossing(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float]:
-        """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error."""
-        from scipy.optimize import brentq  # only scenes with limits pay for it
+        """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
-        def off(scaled: float) -> float:
-            point = self.closely(self._inertia(scaled))
-            return np.inf if point.motion is None else point.shares[name].value - asked
+        By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
+        halves where that leaves the bracket, or gains little.
+        """
+        low, high, rising = self._bracket(name, asked, before, after)
+        known = {point.inertia: point for point in (*self.grid, before, after)}
+        known |= {inertia: point for inertia, point in self.known.items() if point.motion is not None}
+        values = {
+            self._scaled(inertia): point.shares[name].value - asked
+            for inertia, point in known.items()
+            if point.motion is not None and abs(self._scaled(inertia) - 0.5 * (low + high)) <= 2.0 * (high - low)
+        }
+        sizes = [np.inf, np.inf]
+        for _ in range(_MOST_STEPS):
+            scaled = _interpolated(values)
+            if not low < scaled < high or sizes[-1] > 0.25 * sizes[-2]:
+                scaled, sizes = 0.5 * (low + high), [np.inf, np.inf]
+            inertia = self._inertia(scaled)
+            here = self.closely(inertia)
+            if here.motion is None:
+                off = np.inf
+            else:
+                off = values[scaled] = here.shares[name].value - asked
+            if off == 0.0 or high - low <= 4 * ROUNDING * max(abs(low), abs(high)):
+                break
+            low, high = (low, scaled) if (off > 0.0) == rising else (scaled, high)
+            within = here.motion is not None and abs(off) <= 0.3 * here.shares[name].error
+            if within or abs(_interpolated(values) - scaled) <= 0.02 * self.rtol:
+                break
+            sizes.append(abs(off))
+        missed = here.shares[name].error + abs(here.shares[name].value - asked)
+        return inertia, missed / max(self._slope(name, here), 1e-300) + 0.02 * self.rtol
 
-        low, high = self._scaled(before.inertia), self._scaled(after.inertia)
-        width, rising = high - low, before.beyond(name, asked) <= 0.0
-        for k in range(_FEW):  # what is looked at coarsely may lie on the other side by a little
-            good = [(off(low) < 0.0) == rising, (off(high) > 0.0) == rising]
+    def _bracket(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float, bool]:
+        """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
+
+        What is looked at coarsely may lie on the other side by a little: the bracket is widened then.
+        """
+        rising = before.beyond(name, asked) <= 0.0
+
+        def lies_beyond(point: _Point) -> bool:
+            if point.motion is not None and point.beyond(name, asked) == 0.0:
+                point = self.closely(point.inertia)
+            return point.motion is None or point.shares[name].value > asked
+
+        ends, width = [before, after], self._scaled(after.inertia) - self._scaled(before.inertia)
+        for k in range(_FEW):
+            good = [lies_beyond(ends[0]) != rising, lies_beyond(ends[1]) == rising]
             if all(good):
                 break
-            low -= 0.0 if good[0] else 0.01 * width * 2**k
-            high += 0.0 if good[1] else 0.01 * width * 2**k
-        inertia = self._inertia(float(brentq(off, low, high, xtol=0.02 * self.rtol, rtol=4 * ROUNDING)))
-        here, beside = self.closely(inertia), self.closely(inertia * (1.0 + _BESIDE))
-        slope = abs(beside.shares[name].value - here.shares[name].value) / _BESIDE
-        missed = here.shares[name].error + abs(here.shares[name].value - asked)
-        return inertia, missed / max(slope, 1e-300) + 0.02 * self.rtol
+            for end, sign in ((0, -1.0), (1, 1.0)):
+                if not good[end]:
+                    further = self._inertia(self._scaled(ends[end].inertia) + sign * 0.01 * width * 2**k)
+                    ends[end] = self.closely(further)
+        return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
+
+    def _slope(self, name: str, here: _Point) -> float:
+        """|d figure/d ln J| at a flywheel, from the nearest one that is known as closely, or from one beside it."""
+        value = here.shares[name].value
+        apart = {
+            abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
+            for point in self.known.values()
+            if point.motion is not None and point.inertia > 0.0
+        }
+        near = min((distance for distance in apart if distance > _APART), default=np.inf)
+        if near <= 5 * _BESIDE:
+            return abs(apart[near] - value) / near
+        beside = self.closely(here.inertia * (1.0 + _BESIDE))
+        return np.inf if beside.motion is None else abs(beside.shares[name].value - value) / _BESIDE
 
     def _edge(self, lost: _Point, found: _Point) -> Kept:
         """What is kept from the lightest flywheel with a steady motion on; its error tells how near the next one is."""
@@ -358,29 +415,63 @@ class _Search:
             sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
             depth = (sign * (values[[0, 2]] - values[1])).min()
             if sign and depth > 0.0 and np.abs(values[1]) <= np.abs(values[[0, 2]] - values[1]).max():
-                found.append(self._extreme(name, sign, low, middle, high))
+                found.append(self._extreme(name, asked, sign, (low, middle, high)))
         return sorted(found, key=lambda point: point.inertia)
 
-    def _extreme(self, name: str, sign: float, low: _Point, middle: _Point, high: _Point) -> _Point:
-        """The flywheel between two with which a figure is least (sign +1) or greatest."""
-        from scipy.optimize import minimize_scalar  # only scenes with limits pay for it
+    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[_Point]) -> _Point:
+        """The flywheel with which a figure is least (sign +1) or greatest, or one that lies beyond the limit already.
 
-        def at(scaled: float) -> _Point:
-            return self.at(self._inertia(scaled), _COARSE, middle.motion)
+        Args:
+            name: of the limit.
+            asked: the limit.
+            sign: +1 for a least figure, -1 for a greatest one.
+            points: three flywheels, the middle one with the least figure, or the greatest.
 
-        def value(scaled: float) -> float:
-            point = at(scaled)
-            return np.inf if point.motion is None else sign * point.shares[name].value
-
-        ends = self._scaled(low.inertia), self._scaled(high.inertia)
-        return at(float(minimize_scalar(value, bounds=ends, method="bounded", options={"xatol": _OF_EXTREME}).x))
+        """
+        by_scale = {self._scaled(point.inertia): point for point in points}
+        values = {scaled: sign * point.shares[name].value for scaled, point in by_scale.items()}
+        (low, best, high), middle = sorted(values), points[1]
+        for _ in range(_MOST_STEPS):
+            if high - low <= 2 * _OF_EXTREME or values[best] < sign * asked:
+                break
+            scaled = _vertex([(each, values[each]) for each in (low, best, high)])
+            if not low < scaled < high or abs(scaled - best) < 0.5 * _OF_EXTREME:  # into the wider part
+                scaled = best + _GOLDEN * (high - best if high - best > best - low else low - best)
+            here = by_scale[scaled] = self.at(self._inertia(scaled), _COARSE, middle.motion)
+            if here.motion is None:
+                return middle
+            values[scaled] = sign * here.shares[name].value
+            inside = sorted((low, best, scaled, high))
+            place = 1 if values[inside[1]] <= values[inside[2]] else 2
+            low, best, high = inside[place - 1 : place + 2]
+        self.extremes.append(by_scale[best])
+        return by_scale[best]
 
     def best(self, name: str) -> tuple[float, float, float]:
         """The least figure that any flywheel gives, its error, and that flywheel's inertia (kg m² on the crank)."""
-        found = [(*point.shares[name], point.inertia) for point in self.grid if point.motion is not None]
+        found = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motion]
         if name in self.ultimate:
             found.append((*self.ultimate[name], np.inf))
         return min(found)
+
+
+def _interpolated(values: Mapping[float, float]) -> float:
+    """Where a function is zero, by the polynomial of the abscissa through those of its values that are nearest to zero."""
+    nearest = sorted(values, key=lambda each: abs(values[each]))[:_THROUGH]
+    total = 0.0
+    for each in nearest:
+        for other in nearest:
+            if other != each and values[other] == values[each]:
+                return np.nan
+        total += each * float(np.prod([values[k] / (values[k] - values[each]) for k in nearest if k != each]))
+    return total
+
+
+def _vertex(points: Sequence[tuple[float, float]]) -> float:
+    """The abscissa of the vertex of the parabola through three points, the middle one of which is the least."""
+    (a, at_a), (b, at_b), (c, at_c) = points
+    left, right = (b - a) * (at_b - at_c), (b - c) * (at_b - at_a)
+    return b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else np.nan
 
 
 def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by_irregularity: OwnMotion | None) -> Smallest:
