@@ -132,7 +132,7 @@ def _machine(scene: Scene, item: Item) -> Scene:
     raw = found.document.tables.get("load", ())
     factors = {}
     for load in found.loads:
-        if load.model.startswith(_LOSSES):
+        if load.model.startswith(_LOSSES) or not load.path.startswith("load["):  # a shaft's drag is one of its bearings
             continue
         index = int(load.path.removeprefix("load[").removesuffix("]"))
         try:

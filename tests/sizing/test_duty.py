@@ -216,6 +216,12 @@ def test_all_phases_that_cannot_run_are_told_at_once():
     assert [fault.path for fault in caught.value.faults] == ["duty[1] (phase 2): drive", "duty[2] (phase 3): drive"]
 
 
+def test_the_drag_of_a_shaft_goes_on_where_the_machine_idles():
+    dragged = {"motor": {"ratio": 6.5, "drag": "0.2 N m"}}
+    found = scene({"duration": 60}, {"duration": 40, "loads": 0}, shafts=dragged)
+    assert [load.path for load in found.duty[1].scene.loads] == ["load[0]", "shafts.motor.drag"]
+
+
 def test_json_and_pages(punch):
     found = punch.as_dict()
     assert found["duty"]["phases"][1]["name"] == "thin sheet"
