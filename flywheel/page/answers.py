@@ -86,8 +86,9 @@ def report(request: Mapping[str, Any]) -> bytes:
     text = plain_lines(request["text"])
     with language.use(spoken(request)):
         try:
-            page = html(scene_of(text, request), units="us" if request.get("units") == "us" else "si")
-            return files.pdf(page) if request["format"] == "pdf" else page.encode()
+            units = "us" if request.get("units") == "us" else "si"
+            written = html(scene_of(text, request), units=units, page=request["pages"])
+            return files.pdf(written) if request["format"] == "pdf" else written.encode()
         except SceneError as error:
             faults = placed_in(error.faults, text)
             told = {"message": "; ".join(map(str, faults)), "faults": [as_fault(fault) for fault in faults]}

@@ -462,7 +462,7 @@ class _Reader:
         shaft = key.name == "shaft" or (key.name == "on" and key.default is not None)
         offered: Sequence[str] = ()
         if shaft:
-            offered = [name for name in self.places.shafts if path != f"shafts.{name}.on"]
+            offered = self.places.near(path.removesuffix(".on"))
         elif key.name == "on":
             offered = self.places.all(value)
         elif key.name == "driver":

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.fields import child
 from flywheel.reading.mechanisms import driver_slides
 from flywheel.reading.toml_edits import literal
 from flywheel.scene.keys import Key
@@ -30,6 +31,20 @@ class Places(NamedTuple):
     joints: tuple[str, ...]
     drivers: tuple[str, ...]
     sliding: bool
+    meshes: tuple[tuple[str, str], ...] = ()
+    """Shafts and the one that each meshes with, where that is written."""
+
+    def near(self, path: str) -> tuple[str, ...]:
+        """Shafts that the table at `path` may name: of a shaft's own, none that hangs on it, which would be a circle.
+
+        >>> chain = {"wheel": {}, "motor": {"on": "wheel"}, "fan": {}}
+        >>> places_of({"shafts": chain}).near("shafts.wheel")
+        ('crank', 'fan')
+        """
+        beyond = {name for name in self.shafts if child("shafts", name) == path}
+        for _link in self.meshes if beyond else ():
+            beyond |= {name for name, on in self.meshes if on in beyond}
+        return tuple(name for name in self.shafts if name not in beyond)
 
     def all(self, present: object) -> tuple[str, ...]:
         """Shafts and ports, each by its bare name where that is unique, or as it is written at present."""
@@ -149,7 +164,8 @@ def places_of(raw: Mapping[str, Any]) -> Places:
                     joints[joint["name"]] = None
                     if joint.get("type") in ("pin", "slide"):
                         drivers[joint["name"]] = None
-    return Places(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding)
+    meshes = [(str(shaft), of["on"]) for shaft, of in _table(named).items() if isinstance(_table(of).get("on"), str)]
+    return Places(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding, tuple(meshes))
 
 
 def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[Port]:

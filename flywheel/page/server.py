@@ -399,17 +399,21 @@ def _answer(server: PageServer, given: dict[str, Any]) -> Reply:
         return _json({"reason": "overtaken"}, HTTPStatus.CONFLICT)
 
 
+_PAGES = {"all": "", "summary": "-sheet"}
+"""How much of a report there may be, and what its file's name ends in."""
+
+
 def _report(server: PageServer, given: dict[str, Any]) -> Reply:
-    """The worked report as a file."""
-    kind = _text(given, "format", "html")
-    if kind not in ("html", "pdf"):
-        raise ValueError(kind)
+    """The worked report as a file, all of it or its first page, which has a file name of its own."""
+    kind, pages = _text(given, "format", "html"), _text(given, "pages", "all")
+    if kind not in ("html", "pdf") or pages not in _PAGES:
+        raise ValueError(f"{kind} {pages}")
     folder = server.session.folder_of(_text(given, "origin"))
-    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name, "format": kind}
-    answer = server.workers.report(request)
+    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name}
+    answer = server.workers.report({**request, "format": kind, "pages": pages})
     if answer[:1] == b"{":
         return Reply(answer, status=HTTPStatus.UNPROCESSABLE_ENTITY)
-    return Reply(answer, kind, name=f"{server.session.stem}.{kind}")
+    return Reply(answer, kind, name=f"{server.session.stem}{_PAGES[pages]}.{kind}")
 
 
 def _save(server: PageServer, given: dict[str, Any]) -> Reply:

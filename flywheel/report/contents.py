@@ -69,7 +69,7 @@ def worked(given: Given, *, customary: bool = False, printed: Solution | None = 
     parts = () if alone else tuple(_parts(scene, sizing, given, printed))
     title = " ".join((scene.title or _("Machine")).split())
     first = "" if sizing is None else sheet.sheet(sizing, customary)
-    return Document(title, _subtitle(scene, sizing), parts, customary, first, sheet.STYLE if first else "")
+    return Document(title, _subtitle(scene, sizing, alone), parts, customary, first, sheet.STYLE if first else "")
 
 
 def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
@@ -89,10 +89,13 @@ def _missing(scene: Scene) -> str:
     return ""
 
 
-def _subtitle(scene: Scene, sizing: Sizing | None) -> str:
+def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
+    """What the report says, or that it is the first page alone."""
     if sizing is None:
         return _("Worked report")
     speed = regime.quantity(sizing.speed, "rpm", 5)
+    if alone:
+        return _("Data sheet of the drive, crank at {speed}", speed=speed)
     on = sizing.flywheel.on
     if scene.inertia is not None:
         given = regime.quantity(scene.inertia, "kg m²", 5)

@@ -178,6 +178,21 @@ def test_edits_that_make_no_sense_are_faults_and_leave_the_text() -> None:
         assert len(draft.faults) == 1
 
 
+def test_a_shaft_is_not_offered_those_that_hang_on_it() -> None:
+    chain = {"wheel": "crank", "motor": "wheel", "fan": "motor"}
+    shafts = "".join(f'[shafts.{name}]\nratio = 2\non = "{on}"\n' for name, on in chain.items())
+    draft = Draft(TEXTS["press"] + shafts)
+    offered = {name: draft.form.field(f"shafts.{name}.on").choices for name in chain}
+    assert offered["wheel"] == ("crank", "pinion")
+    assert offered["motor"] == ("crank", "pinion", "wheel")
+    assert offered["fan"] == ("crank", "pinion", "wheel", "motor")
+    draft.edit("shafts.motor.on", "crank", None)
+    assert draft.form.field("shafts.wheel.on").choices == ("crank", "pinion", "motor", "fan")
+    draft.edit("shafts.wheel.on", "fan", None)
+    draft.edit("shafts.motor.on", "wheel", None)  # a circle, which the reader refuses: the form is there to mend it
+    assert draft.form.field("shafts.wheel.on").choices == ("fan", "crank", "pinion")
+
+
 def test_labels_titles_and_help_have_their_spanish() -> None:
     spanish = language.catalogue("es")
     assert sorted(text for text in translated() if text not in spanish) == []

@@ -194,7 +194,8 @@ export async function report() {
   notice("report", text("The report is being made …"), []);
   try {
     const made = await file("report", { text: scene.text, units: scene.units, origin: scene.origin, ...chosen });
-    download(fileName((scene.name || "scene").replace(/\.toml$/, ""), chosen.format), made);
+    const name = (scene.name || "scene").replace(/\.toml$/, "");
+    download(fileName(chosen.pages === "all" ? name : `${name}-sheet`, chosen.format), made);
     told(text("The report was made."), "report", 6000);
   } catch (error) {
     told(text("The report was not made: {why}", { why: error.message }), "report");
