@@ -25,6 +25,7 @@ STYLE = """
 .sheet table { width: 100%; min-width: 0; margin: .2em 0; font-size: 1em; }
 .sheet th, .sheet td { padding: .1em .5em .1em 0; font-weight: 400; }
 .sheet th[scope="row"] { color: var(--quiet); width: 30%; }
+.sheet .stack { display: grid; align-content: start; }
 .sheet thead th:first-child { text-align: left; }
 .sheet .halves { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); column-gap: 1.8em; }
 .sheet .halves { align-items: start; }
@@ -40,6 +41,7 @@ STYLE = """
   .sheet { break-after: page; font-size: 8.2pt; line-height: 1.22; margin: 0; }
   .sheet h2 { margin: .7em 0 .1em; }
   .sheet section, .sheet .signed { break-inside: avoid; }
+  .sheet .signed { break-before: avoid; }
   .sheet figure svg { max-height: 6.4cm; }
   .sheet table { font-size: 1em; }
 }
@@ -58,14 +60,16 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
         "run": _("Speed and confirmation"),
         "notes": _("Remarks"),
     }
-    known = ("machine", "drive", "run", "flywheel", "limits", "wheel")
+    known = ("machine", "drive", "run", "train", "limits", "flywheel", "wheel")
     order = (*known, *(name for name in blocks if name not in (*known, "title", "notes")), "notes")
-    made = [_block(blocks[name], heads.get(name, "")) for name in order if name in blocks]
+    made = {name: _block(block, heads.get(name, "")) for name, block in blocks.items()}
+    if "run" in made and "limits" in made:  # one below the other beside the drive, which has more rows
+        made["run"] = f'<div class="stack">\n{made["run"]}\n{made.pop("limits")}\n</div>'
     train = sizing.power_flow
     if train is not None and given(train, entries(train)) > 0.0:
-        made.insert(sum(name in blocks for name in known[:3]), _train(train, units))
+        made["train"] = _train(train, units)
     signed = "".join(f"<div>{escape(name)}</div>" for name in (_("Designed by"), _("Checked by"), _("Date")))
-    body = "\n".join(made)
+    body = "\n".join(made[name] for name in order if name in made)
     return f'<div class="sheet">\n<div class="columns">\n{body}\n</div>\n<div class="signed">{signed}</div>\n</div>'
 
 

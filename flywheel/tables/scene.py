@@ -143,7 +143,8 @@ def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
     """What a shaft turns with, and what its mesh or belt loses."""
     turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
     mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
-    near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=mesh.on)
+    on = _("the crank") if mesh.on == "crank" else mesh.on
+    near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=on)
     apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
     words = [f"{near} ({turns})" if apart else turns]
     if mesh.slip:
