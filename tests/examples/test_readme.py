@@ -9,7 +9,11 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "examples/README.md", "tests/benchmarks/README.md", "tests/extremes/README.md")
-SCRIPTS = ("README.md", "flywheel/reference/joints.md", "flywheel/reference/bond-graphs.md")
+SCRIPTS = (
+    "README.md",
+    "flywheel/reference/joints.md",
+    pytest.param("flywheel/reference/bond-graphs.md", marks=pytest.mark.slow),
+)
 LINKS = [
     (page, path) for page in PAGES for path in set(re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text(encoding="utf-8")))
 ]

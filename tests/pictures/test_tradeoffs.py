@@ -30,7 +30,7 @@ def labels_of(made, found):
     return [text for text in made.texts if text.get_text() in names]
 
 
-@pytest.fixture(scope="module", params=[crowd, whole])
+@pytest.fixture(scope="module", params=[pytest.param(crowd, marks=pytest.mark.slow), whole])
 def drawn(request):
     found = request.param()
     return found, draw(found)

@@ -237,6 +237,7 @@ def test_a_heavy_wheel_leads_down_to_a_light_one():
     assert motion_of("dc-inductance", inertia=motion.inertia / 100).run.irregularity == pytest.approx(1.5, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
     with pytest.raises(NoRegimeError, match="stop within the cycle"):
