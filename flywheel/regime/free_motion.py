@@ -34,7 +34,7 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.regime import turning_moment
-from flywheel.regime.stepping import Events, RateField, Rates, Step, StepError, Tolerance, stiffness, through
+from flywheel.regime.stepping import Events, RateField, Rates, Step, StepError, Tolerance, residuals, stiffness, through
 from flywheel.scene.scene import Scene
 
 # -- times at which laws switch ------------------------------------------------------------------------------------------
@@ -398,8 +398,8 @@ class _Motion:
             piece = self._piece()
             ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
             width, stop = ends[1] - ends[0], self.times.after(self.t)
-            anchor = self._anchor(ends, stop)
-            rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor)
+            anchor, own = self._anchor(ends, stop)
+            rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor, own)
             try:
                 steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along, self.length)]
             except StepError as error:
@@ -637,14 +637,17 @@ class _Motion:
             raise SceneError([turning_moment.weightless(self.machine, float(least.x), 0.0)])
         self.light = 0.0
 
-    def _anchor(self, ends: tuple[float, float], stop: float) -> Anchor:
-        """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position."""
+    def _anchor(self, ends: tuple[float, float], stop: float) -> tuple[Anchor, Array]:
+        """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position.
+
+        And a motor's own states there.
+        """
         low, high = ends
         middle, width = 0.5 * (low + high), high - low
         phi, omega = float(self.state[0]), float(self.state[1])
         here = Anchor(middle, omega, self.t)
         if not self.branching:
-            return here
+            return here, self.state[3:]
         if self.held and omega == 0.0:
             here = here._replace(omega=self.sense * ONSET * self.typical)
         rate = self._rates(ends, here)(self.t, self.state)
@@ -658,15 +661,18 @@ class _Motion:
         own = [float(value + ahead * change) for value, change in zip(self.state[3:], rate[3:], strict=True)]
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, states=own, ends=ends, anchor=anchor)
         if now.friction is None:
-            return anchor._replace(factors=now.factors or None)
+            return anchor._replace(factors=now.factors or None), np.array(own)
         if now.friction.solutions > 1:
             raise SceneError([self._undecided(f"{now.friction.solutions} accelerations fit {now.friction.joint}")])
         if not np.isfinite(now.friction.moments).all():
             raise SceneError([self._undecided(f"{now.friction.joint} jams the machine, as no acceleration fits it")])
-        return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0])
+        return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0]), np.array(own)
 
-    def _events(self, anchor: Anchor) -> Events | None:
-        """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign."""
+    def _events(self, anchor: Anchor, coming: Array) -> Events | None:
+        """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign.
+
+        coming: a motor's own states at the anchor.
+        """
         goals, offset = self.goals, self.offset
 
         def sides(phi: Array, omega: Array, t: Array, own: States) -> list[Array]:
@@ -691,9 +697,13 @@ class _Motion:
         if not (self.branching or goals):
             return None
         straight = not self.branching and all(goal.line is not None for goal in goals)
-        here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), self.state[3:, None]
-        found = [1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]
-        return Events(values, np.array(found), clear if straight else None)
+        here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), coming[:, None]
+        found = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)])
+        if straight:
+            return Events(values, found, clear)
+        short = residuals(found, values(np.array([self.t]), self.state[:, None])[:, 0])
+        short[: len(goals)] = 0.0  # a goal that is reached is reached
+        return Events(values, found, residuals=short)
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 

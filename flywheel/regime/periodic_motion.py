@@ -548,6 +548,7 @@ class OwnMotion(NamedTuple):
     run: Run
     level_error: float  # of the speed's mean, relative
     inertia_bound: float = 0.0  # kg m² that a sized flywheel may be off
+    cuts_error: float = 0.0  # rad by which meshes may reverse elsewhere than cells are cut
 
     @property
     def speed(self) -> float:
@@ -706,14 +707,14 @@ class _Search(NamedTuple):
         moments = self.moments(base, cuts, local=True)
         start = first_guess(moments, self.reference, inertia, unknown, own)
         rough = periodic(moments, self.reference, self.demand, start)
-        cuts = _switching(rough)
+        cuts, _ = _switching(rough)
         start = carried(rough, moments := self.moments(base, cuts))
         return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
         # what resolved an uneven motion is needed again; the switches of an even one have moved on
-        cuts, base = _switching(other.solved), self.machine.mesh
+        (cuts, _), base = _switching(other.solved), self.machine.mesh
         if other.run.irregularity > _UNEVEN:
             edges = other.solved.moments.mesh.edges
             base = edges[(np.abs(edges[:, None] - cuts) > 1e-9 * base[-1]).all(axis=1)]
@@ -754,11 +755,14 @@ class _Search(NamedTuple):
         least, allowed = np.inf, 0.5 * self.rtol
         stalls = moves = failures = rough = 0
         for _ in range(_ROUNDS):
-            angles = _switching(solved)
-            settled = angles.size == cuts.size and bool((np.abs(angles - cuts) <= _SAME * base[-1]).all())
+            angles, slack = _switching(solved)
+            moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
+            settled = bool((moved <= _SAME * base[-1]).all())
             cuts, moves = angles, 0 if settled else moves % _MOST_MOVES + 1
             if settled or moves == _MOST_MOVES:
                 motion, finer = _described(solved, self.demand), None
+                if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SAME * base[-1])).all():
+                    settled, motion = True, motion._replace(cuts_error=float(moved.max()))
                 sized = motion.inertia_error if self.demand.inertia is None else 0.0
                 error = max(motion.run.error, sized, motion.cycle.errors.work / max(motion.cycle.exchanged, 1e-300))
                 edges = motion.cycle.mesh.edges
@@ -846,20 +850,38 @@ def _without(finer: Array, edges: Array, base: Array) -> Array:
     return np.asarray(finer[~np.isin(finer, edges) | np.isin(finer, base)])
 
 
-def _switching(solved: Periodic) -> Array:
-    """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges."""
+def _switching(solved: Periodic) -> tuple[Array, Array]:
+    """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges.
+
+    And by how much each may be off (rad) before what that makes of a cycle's work is more than rounding: nothing where a law
+    switches; where a mesh reverses, what it passes is tau' x after x rad, of which (1/efficiency - efficiency) tau' x²/2 J
+    would be lost too many or too few. Two reversals of a mesh with less between them are none.
+    """
     moments, state = solved.moments, solved.state
     mesh, known = moments.mesh, moments.machine.mesh
-    deciding = moments.switches(solved.omega)
+    deciding = [(values, 0.0) for values in moments.switches(solved.omega)]
     if moments.lossy:
-        deciding += moments.transmitted(solved.omega, state.unknown, state.inertia, state.of_circuit)
-    found: list[float] = []
-    for values in deciding:
+        spreads = [1.0 / eta - eta for part in moments.parts if (eta := part.stage.efficiency) < 1.0]
+        passed = moments.transmitted(solved.omega, state.unknown, state.inertia, state.of_circuit)
+        deciding += zip(passed, spreads, strict=True)
+    rounding = ROUNDING * float(cells.integral(solved.rate.exchanged, mesh.half).sum())
+    every: list[tuple[float, float]] = []
+    for values, spread in deciding:
         series = cells.fit(values)[None]
         noise = np.full(series.shape[:2], 1e-13 * float(np.abs(values).max(initial=0.0)))
-        angles = cells.crossings(series, noise).angles(mesh)
-        found += [angle for angle in angles.tolist() if np.abs(known - angle).min() > 1e-9 * mesh.edges[-1]]
-    return np.array(sorted(found))
+        crossings = cells.crossings(series, noise)
+        slopes = spread * np.abs(crossings.slope) / mesh.half[crossings.cell, 0]
+        slack = np.sqrt(2.0 * rounding / np.maximum(slopes, 1e-300)) if spread else np.zeros_like(slopes)
+        found: list[tuple[float, float]] = []
+        for angle, width in zip(crossings.angles(mesh).tolist(), slack.tolist(), strict=True):
+            if np.abs(known - angle).min() <= 1e-9 * mesh.edges[-1]:
+                continue
+            if found and angle - found[-1][0] < min(width, found[-1][1]):
+                found.pop()
+            else:
+                found.append((angle, width))
+        every += found
+    return tuple(np.array(sorted(every)).reshape(-1, 2).T)  # type: ignore[return-value]
 
 
 def _described(solved: Periodic, demand: Demand) -> OwnMotion:
@@ -941,4 +963,4 @@ def error_of_cuts(motion: OwnMotion) -> float:
     moments, run = motion.solved.moments, motion.run
     angles, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
     cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - known).min(axis=1) > 1e-9 * known[-1])
-    return _SAME * float(known[-1]) if cut.any() else 0.0
+    return max(_SAME * float(known[-1]), motion.cuts_error) if cut.any() else 0.0

@@ -257,12 +257,24 @@ class Events(NamedTuple):
     """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
     It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch. `clear` tells of an
-    explicit step, without looking closer, that nothing can leave its side there.
+    explicit step, without looking closer, that nothing can leave its side there. `residuals` is by how much each may still
+    be on the other side where the stretch begins: the state that goes on is of a higher order than the dense output in which
+    the end of the stretch before was found, and what just changed its side may be short of it there by their difference.
     """
 
     values: Callable[[Array, Array], Array]
     sides: Array
     clear: Callable[[runge_kutta.Step], bool] | None = None
+    residuals: Array | None = None
+
+
+def residuals(sides: Array, start: Array) -> Array:
+    """By how much values at the start of a stretch are on the other side than within it.
+
+    >>> residuals(np.array([1.0, -1.0]), np.array([-2e-8, -5.0])).tolist()
+    [2e-08, 0.0]
+    """
+    return np.where(sides * start < 0.0, np.abs(start), 0.0)
 
 
 class Tolerance(NamedTuple):
@@ -441,7 +453,8 @@ def crossing(events: Events, step: Step) -> Step:
 
     def inside(shares: Array) -> Array:
         times = step.start + width * shares
-        return events.sides[:, None] * events.values(times, step.dense(times))
+        found = events.sides[:, None] * events.values(times, step.dense(times))
+        return found if events.residuals is None else found + events.residuals[:, None]
 
     values = inside(_SHARES)
     series = values @ _TO_SERIES.T
@@ -524,8 +537,8 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
     for low, high in pairwise(edges.tolist()):
         tries = 0
         while True:
-            anchor = equations.anchor(state, (low, high)) if tries <= _TRIES else None
-            events = None if anchor is None else equations.events(anchor, state)
+            anchor, own = equations.anchor(state, (low, high)) if tries <= _TRIES else (None, state[2:])
+            events = None if anchor is None else equations.events(anchor, own, tau, state)
             rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
             stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, events, along)
             most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
@@ -633,10 +646,13 @@ class _Scaled(NamedTuple):
 
         return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
 
-    def anchor(self, state: Array, ends: tuple[float, float]) -> Anchor | None:
-        """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them."""
+    def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
+        """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them.
+
+        And a motor's own states there.
+        """
         if not self.dynamics.branching:
-            return None
+            return None, state[2:]
         phi, width = float(state[0]), ends[1] - ends[0]
         rate = self.rates(ends, None)(0.0, state)
         ahead = _AHEAD * width / float(rate[0])
@@ -645,10 +661,13 @@ class _Scaled(NamedTuple):
         anchor = Anchor(held, omega, 0.0)
         own = [float(value + ahead * change) for value, change in zip(state[2:], rate[2:], strict=True)]
         now = self.dynamics.at(held, held, omega, states=own, ends=ends, anchor=anchor)
-        return anchor._replace(factors=now.factors or None)
+        return anchor._replace(factors=now.factors or None), np.array(own)
 
-    def events(self, anchor: Anchor, state: Array) -> Events:
-        """What ends the coming stretch, with the sides that it is on at the anchor."""
+    def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
+        """What ends the coming stretch, with the sides that it is on at the anchor, where a motor has states of its own.
+
+        start: tau where the stretch begins, from the state.
+        """
         dynamics, speed, scale = self
 
         def values(tau: Array, states: Array) -> Array:
@@ -656,5 +675,6 @@ class _Scaled(NamedTuple):
             found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
             return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
 
-        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), state[2:, None]
-        return Events(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)]))
+        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), own[:, None]
+        sides = np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)])
+        return Events(values, sides, residuals=residuals(sides, values(np.array([start]), state[:, None])[:, 0]))
