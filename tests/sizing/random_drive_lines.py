@@ -240,6 +240,8 @@ EXTREMES: dict[str, dict[str, Any]] = {
         "flywheel": {"on": "c", "inertia": 3.0},
     },
     "the motor's own inertia": _on_motor(PRESS, inertia=2.0) | {"flywheel": {"on": "wheel", "inertia": 0.1}},
+    "a motor five times as large": _on_motor(PRESS, power=30e3, speed="980 rpm", poles=6, breakdown_ratio=2.6, inertia=0.48)
+    | {"flywheel": {"on": "wheel", "inertia": 3.0}},
     "a load that drives the motor": PRESS
     | {"load": [*PRESS["load"], {"on": "crank", "torque": 1500.0}], "flywheel": {"on": "wheel", "inertia": 14.0}},
     "twelve in series": _long(["crank", *(f"s{k}" for k in range(11))]),

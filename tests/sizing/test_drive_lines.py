@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Any
 
 import pytest
+from scipy.integrate import solve_ivp
 
 import flywheel
 from tests.oracle.drive_lines import DriveLine
@@ -23,6 +25,7 @@ TRUE = {  # of the press for an irregularity of 15 %, by `DriveLine(PRESS).sized
 }
 LOST = {"shafts.wheel": 78.7341244312112, "shafts.motor": 172.2746009043845}  # W in the meshes
 SLIP = 58.20087868391371  # W of that in the belt's slip
+LARGE = (3.6390128483461517, 3.5615576045248125)  # rad/s, of that press with a motor five times as large, by `DriveLine`
 RMS = {"wheel": 305.37618199008307, "motor": 28.40230158002637}  # N m through the meshes, on the shaft's side
 
 
@@ -80,3 +83,34 @@ def test_drag_that_eats_the_motors_torque() -> None:
     table = press(irregularity=0.15) | {"shafts": shafts | {"wheel": shafts["wheel"] | {"drag": 700.0}}}
     with pytest.raises(flywheel.SceneError, match="a drive that cannot carry the mean load"):
         flywheel.size(flywheel.load(table), simulate=False)
+
+
+LIGHT = {"fly": {"ratio": 4.0, "efficiency": 0.96}, "motor": {"on": "fly", "ratio": 3.0, "efficiency": 0.95}}
+
+
+def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
+    table = {
+        "shafts": LIGHT,
+        "mechanism": {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.45}, "slider": {"mass": 40}},
+        "load": [{"on": "slider", "force": -50.0, "from": "10 deg", "to": "170 deg"}],
+        "inertia": [{"on": "crank", "value": 2.0}],
+        "drive": {"on": "motor", "motor": lines.PRESS["drive"]["motor"] | {"power": 15e3, "speed": "1440 rpm"}},
+        "flywheel": {"on": "fly", "inertia": 0.2},
+    }
+    line, end = DriveLine(table), 0.15
+    found = flywheel.transient(flywheel.load(table), start=13.0, at=0.0, end=end)
+
+    def rates(_: float, state: Any) -> tuple[float, float]:
+        phi = state[0] % (2 * pi)
+        return state[1], line.solved(*line.shafts_at(phi, 0.5 * state[1] ** 2, 0.0, 0.2, line.active(phi)))[0]
+
+    # steps that mind no reversal: each costs them some digits, as the torque is continuous but its slope is not
+    true = solve_ivp(rates, (0.0, end), (0.0, 13.0), method="DOP853", rtol=1e-9, atol=1e-11, max_step=0.005).y[:, -1]
+    assert found.motion.trail.stuck is None
+    assert found.motion.trail.ends()[:2, -1] == pytest.approx(true, rel=1e-7)
+
+
+def test_lightly_loaded_motor_of_a_press() -> None:
+    table = lines.EXTREMES["a motor five times as large"]
+    run = flywheel.size(flywheel.load(table), simulate=False).run
+    assert (run.speed_max, run.speed_min) == pytest.approx(LARGE, rel=1e-11)
