@@ -92,7 +92,7 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
     table = {
         "shafts": LIGHT,
         "mechanism": {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.45}, "slider": {"mass": 40}},
-        "load": [{"on": "slider", "force": -50.0, "from": "10 deg", "to": "170 deg"}],
+        "load": [{"on": "slider", "force": "-50*sign(v)"}],
         "inertia": [{"on": "crank", "value": 2.0}],
         "drive": {"on": "motor", "motor": lines.PRESS["drive"]["motor"] | {"power": 15e3, "speed": "1440 rpm"}},
         "flywheel": {"on": "fly", "inertia": 0.2},
@@ -114,3 +114,11 @@ def test_lightly_loaded_motor_of_a_press() -> None:
     table = lines.EXTREMES["a motor five times as large"]
     run = flywheel.size(flywheel.load(table), simulate=False).run
     assert (run.speed_max, run.speed_min) == pytest.approx(LARGE, rel=1e-11)
+    punch = {"type": "punch", "diameter": 0.06, "thickness": 0.008, "shear_strength": 360e6, "shape": "triangular"}
+    hardly = {
+        "on": "slider",
+        "model": punch | {"overtravel": 0.004},
+    }  # it ends steeply, and a mesh reverses there
+    friction = {"on": "slider", "model": {"type": "constant", "force": 900.0}}
+    press = table | {"load": [hardly, friction], "gravity": {"direction": "0 deg"}}
+    assert flywheel.size(flywheel.load(press), simulate=False).reached
