@@ -352,7 +352,8 @@ class _Search:
                 break
             low, high = (low, scaled) if (off > 0.0) == rising else (scaled, high)
             within = here.motion is not None and abs(off) <= 0.3 * here.shares[name].error
-            if within or abs(_interpolated(values) - scaled) <= 0.02 * self.rtol:
+            nearest = min(values, key=lambda each: abs(values[each]))  # where it is another, the zero is that of the others
+            if within or (nearest == scaled and abs(_interpolated(values) - scaled) <= 0.02 * self.rtol):
                 break
             sizes.append(abs(off))
         missed = here.shares[name].error + abs(here.shares[name].value - asked)
@@ -553,8 +554,10 @@ def _range(first: float, last: float) -> str:
 
 
 def _told(scene: Scene, kept: Mapping[str, Sequence[Kept]], inertia: float) -> Iterable[str]:
-    """What is to be said of lighter flywheels that stall the machine, and of heavier ones that keep a limit no longer."""
-    square = scene.flywheel_ratio**2
+    """What is to be said of a current that is not known whole, of flywheels that stall, of heavier ones that fail."""
+    square, plate = scene.flywheel_ratio**2, getattr(scene.motor, "line_current", None)  # of an induction motor
+    if "current_pulsation" in kept and plate is not None and not plate.complete:
+        yield "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
     for name, ranges in kept.items():
         if ranges[0].lightest:
             least = figure(ranges[0].first / square, most=5)

@@ -144,6 +144,38 @@ def test_limits_that_no_flywheel_reaches_are_told_with_the_best():
     assert sized({"motor_rms": mean / 100 + 1e-5}).limits["motor_rms"].reached == pytest.approx(mean / 100 + 1e-5)
 
 
+def test_a_pulsation_of_the_current_of_the_load_alone_is_told():
+    plate = {"type": "induction", "power": POWER, "speed": "1420 rpm", "poles": 4, "frequency": 50, "breakdown_ratio": 2.6}
+    scene = punch({"current_pulsation": 1.0})
+    told = {}
+    for name, more in (("alone", {}), ("whole", {"voltage": 400, "current": 16, "power_factor": 0.82})):
+        scene["drive"] = {"on": "motor", "motor": plate | more}
+        told[name] = " ".join(flywheel.size(flywheel.load(scene), simulate=False).messages)
+    assert "give power_factor or no_load_current" in told["alone"]
+    assert "power_factor" not in told["whole"]
+
+
+@pytest.mark.slow
+def test_a_crossing_beside_those_of_other_limits_is_found():
+    """The crossing of one limit leaves a cluster of flywheels, from which the next zero of another came again and again."""
+    plate = {"type": "induction", "power": 7500, "speed": "1400 rpm", "poles": 4, "frequency": 50, "breakdown_ratio": 2.6}
+    scene = {
+        "shafts": {
+            "wheel": {"ratio": 5, "efficiency": 0.97, "drag": 15},
+            "motor": {"on": "wheel", "ratio": 3.5, "efficiency": 0.95, "slip": 0.02},
+        },
+        "mechanism": {"type": "slider-crank", "crank": {"length": 0.06}, "rod": {"length": 0.52}, "slider": {"mass": 240}},
+        "load": [{"on": "slider", "force": "-420 kN", "from": "335 deg", "to": "358 deg"}],
+        "inertia": [{"on": "motor", "value": 0.03}],
+        "drive": {"on": "motor", "motor": plate | {"voltage": 400, "current": 16, "power_factor": 0.82}},
+        "flywheel": {"on": "wheel", "limits": {"motor_torque": 1.5, "current_pulsation": 0.9}},
+    }
+    sizing = flywheel.size(flywheel.load(scene), simulate=False)
+    assert sizing.binding == "current_pulsation"
+    assert sizing.limits["current_pulsation"].reached == pytest.approx(0.9, rel=1e-8)
+    assert sizing.error.exact < 1e-8
+
+
 @pytest.mark.parametrize(
     ("limits", "motor", "told"),
     [
