@@ -23,7 +23,7 @@ from flywheel.report.document import Cell, Figure, Formula, Items, Note, Part, S
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.report.reduction import label
 from flywheel.sizing.results import Sizing
-from flywheel.tables.flywheels import candidates
+from flywheel.tables.flywheels import candidates, limit_names
 from flywheel.tables.sizing import settling_cycles
 
 _NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
@@ -890,7 +890,17 @@ def check(known: Known) -> Section | None:
         )
     )
     error = sizing.error.simulation
-    if known.eps is not None and sizing.flywheel.needed:
+    names = limit_names()
+    compared = tuple(
+        (names[name], Quantity("", limit.reached), Quantity("", limit.simulated))
+        for name, limit in sizing.limits.items()
+        if limit.simulated is not None
+    )
+    if compared:
+        parts.append(
+            Table(_("Limits by both routes"), (_("limit"), _("along the motion above"), _("by this route")), compared)
+        )
+    elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
         off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
         if off <= _ROUNDING:
             told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)

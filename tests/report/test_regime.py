@@ -78,6 +78,9 @@ def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
     assert table.emphasis == {list(sizing.limits).index(sizing.binding)}
     assert note.kind == "remark"
     assert results(document)["J_f"] == sizing.flywheel.exact
+    audited = flywheel.size(flywheel.load(LIMITED))
+    (both,) = [part for part in regime.check(regime.Known(audited)).parts if getattr(part, "head", ())[:1] == ("limit",)]
+    assert [row[2].value for row in both.rows] == [limit.simulated for limit in audited.limits.values()]
 
 
 @pytest.mark.slow
