@@ -210,7 +210,7 @@ class _Flows(NamedTuple):
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def power_flow(sizing: Sizing) -> PowerFlow | None:
-    """The power flow of a sizing or an analysis, along its steady motion; None for a scene of areas.
+    """The power flow of a sizing or an analysis, along its steady motion; None for a scene of areas, or a cycle without end.
 
     Powers are found at the nodes of the cells that the motion is known on, halved where works are not within its rtol yet.
 
@@ -224,7 +224,7 @@ def power_flow(sizing: Sizing) -> PowerFlow | None:
     (0.9, [('drive', 1.0), ('shaft', 0.9), ('mesh', 0.1)])
     """
     machine, cycle = sizing.machine, sizing.cycle
-    if machine is None or cycle is None:
+    if machine is None or cycle is None or not np.isfinite(_period(sizing)[0]):
         return None
     train = _Train(sizing, machine)
 

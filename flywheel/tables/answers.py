@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from flywheel.sizing.synchronism import Synchronism
 
 WIDTH = 80
-_LINES = 24
+_LINES, _MOST = 24, 26  # of the page, and with what no shorter form takes out
 _LEAST = 6  # lines that the machine takes at least, however long the rest is
 _SAME = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
@@ -631,15 +631,48 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
     """
     blocks = answers(sizing, units)
+    lines = _page(blocks)
+    for long, short in _shorter(sizing, units):
+        if len(lines) <= _MOST:
+            break
+        blocks = tuple(
+            block._replace(
+                rows=tuple(row for row in block.rows if short or row.label != long),
+                sentences=tuple(short if told == long else told for told in block.sentences),
+            )
+            for block in blocks
+        )
+        lines = _page(blocks)
+    if len(lines) > _MOST:
+        lines = _page(blocks, max(_LEAST - len(lines) + _MOST, 1))
+    return "\n".join(lines) + "\n"
+
+
+def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
+    """What a full page leaves to `--full`, least needed first: a sentence with its short form, or a row by its label."""
+    flow = sizing.power_flow
+    if flow is not None:
+        yield tuple(power_flow.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]
+    yield _("energy fluctuation"), ""
+    if "motor_heat" in sizing.limits:  # whose figure stands among the limits
+        yield _("rotor's heat"), ""
+        yield _("stator's heat"), ""
+    yield _("peak power"), ""
+    if sizing.scene.flywheel_on == "crank":
+        yield _("mean of both"), ""
+
+
+def _page(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
+    """The lines of all blocks, the machine's in what the others leave of the page, so many lines at least."""
     others = [_lines(block) for block in blocks if block.name != "machine"]
     taken = sum(map(len, others)) + len(_GAPS & {block.name for block in blocks})
-    machine = next(_machine_lines(block, max(_LEAST, _LINES - taken)) for block in blocks if block.name == "machine")
+    machine = next(_machine_lines(block, max(least, _LINES - taken)) for block in blocks if block.name == "machine")
     lines: list[str] = []
     for block in blocks:
         if lines and block.name in _GAPS:
             lines.append("")
         lines += machine if block.name == "machine" else _lines(block)
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 _GAPS = {"flywheel", "drive"}  # blocks with an empty line before them

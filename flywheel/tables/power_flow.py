@@ -228,7 +228,7 @@ def _share(value: float, whole: float) -> str:
 # -- the sentence ----------------------------------------------------------------------------------------------------
 
 
-def sentence(flow: PowerFlow, units: TradeUnits = SI) -> str | None:
+def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) -> str | None:
     """How much arrives, and the greatest losses: "92.4 % of 7.31 kW arrive at the loads; lost: belt motor–wheel 290 W."."""
     if not flow.losses > _TINY * flow.input:
         return None
@@ -245,4 +245,6 @@ def sentence(flow: PowerFlow, units: TradeUnits = SI) -> str | None:
     if flow.output <= _TINY * flow.input:
         return _("All of {power} is lost: {losses}.", power=whole, losses=", ".join(parts))
     told = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
+    if not losses:
+        return _("{share} % of {power} arrive at the loads.", **told)
     return _("{share} % of {power} arrive at the loads; lost: {losses}.", **told)

