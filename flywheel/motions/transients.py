@@ -119,6 +119,7 @@ _SHORT_OF_IT = ("stop", "stall", "creep", "stroke")
 _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
 _BALANCED = 64 * ROUNDING
 _MORE = 1e-9  # current than balances the load: so that the machine moves on, and not back
+_ONSET = 1e-15  # of a locked motor's states, with which it starts what no load holds
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
 _SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
 _OFF = 0.01  # of the greatest push of a drive: with less it is off
@@ -498,7 +499,7 @@ def _carrying(begin: Start, locked: Start, share: float) -> Start:
     """
     if len(begin.states) > 1 and share:
         return locked
-    return begin._replace(states=tuple((1 + _MORE) * share * state or _MORE * state for state in locked.states))
+    return begin._replace(states=tuple((1 + _MORE) * share * state or _ONSET * state for state in locked.states))
 
 
 def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
