@@ -305,12 +305,20 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
         name = _("the breakdown torque") if induction else _("the greatest torque of its running branch")
         there = _("{torque} at {speed}", torque=_torque(breakdown.torque, units), speed=_rpm(breakdown.speed))
         torque = float(motor.torque(least))
-        if least < breakdown.speed * (1 - _TIE):
+        flat = float(motor.torque(0.5 * breakdown.speed)) >= breakdown.torque * (1 - _TIE)  # as with a relief valve
+        if flat and least < breakdown.speed * (1 - _TIE):
+            governed = _("below the {speed} up to which it gives its greatest torque", speed=_rpm(breakdown.speed))
+            yield _(
+                "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
+                falls=falls,
+                governed=governed,
+            )
+        elif least < breakdown.speed * (1 - _TIE):
             past = {"falls": falls, "name": name, "there": there}
             yield _("{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on.", **past)
             if induction:
                 yield _("Kloss's formula, and the heat by it, is rough there.")
-        elif torque > _NEAR * breakdown.torque:
+        elif torque > _NEAR * breakdown.torque and not flat:
             near = {"share": _share(torque, breakdown.torque), "name": name, "there": there}
             yield _("At its least speed it gives {share} of {name}, {there}: slower than that it gives less.", **near)
     low, high = motor.covers

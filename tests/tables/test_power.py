@@ -187,3 +187,13 @@ def test_a_long_cycle_is_no_mean() -> None:
     scene = {"shafts": {"motor": {"ratio": 2000}}, "load": load, "drive": drive}
     text = lines(sized(scene | {"flywheel": {"on": "motor", "inertia": 0.1}}))
     assert "hotter for a while than on the mean" in " ".join(text.split())
+
+
+def test_a_motor_with_a_relief_valve_gives_no_less_where_the_valve_is_open() -> None:
+    motor = {"type": "hydraulic", "displacement": "164 cm^3", "flow": "360 l/min", "pressure": "70 bar"}
+    motor |= {"volumetric_efficiency": 0.91, "mechanical_efficiency": 0.93}
+    load = {"on": "crank", "torque": "-520 N m", "from": 0, "to": "90 deg"}
+    sizing = sized({"load": [load], "drive": {"motor": motor}, "flywheel": {"irregularity": 0.3}})
+    (told,) = figures.warnings(sizing, sizing.scene.motor)
+    assert "comes from the flywheel" in told
+    assert "gives less" not in told
