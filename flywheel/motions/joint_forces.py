@@ -350,13 +350,13 @@ def along_run(
     run: Transient, times: Array, owners: Indices | None = None, *, inertia: bool = True, friction: bool = True
 ) -> JointForces:
     """Forces in the joints at times (s) of a motion that was followed; at a switch `owners` tell the stretch (the side)."""
-    from flywheel.motions.transients import anchors_along, sampled
+    from flywheel.motions.transients import sampled
 
     trail = run.motion.trail
     assert trail is not None
     owners = trail.owners(times) if owners is None else owners
     machine, samples = trail.dynamics.machine, sampled(trail, times, owners)
-    gone, anchor = anchors_along(trail, owners)
+    gone, anchor = trail.anchors(owners)
     motion = MachineMotion(samples.phi + machine.scene.origin, samples.omega, samples.acceleration, times, gone, anchor)
     words = f"followed from {number(float(run.motion.omega[0]))} {_unit_of_speed(machine.scene)}: {run.ended}"
     errors = _errors_along(run, motion, () if samples.states is None else np.array([*samples.states.values()]))
@@ -392,13 +392,11 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Moti
 
 def close_times(run: Transient) -> tuple[Array, Indices]:
     """Times in every stretch of a motion, close to both its ends and between, and the stretches: few forces slip through."""
-    from flywheel.motions.transients import within
-
     trail = run.motion.trail
     assert trail is not None
     count = int(np.clip(_CLOSELY // len(trail.stretches), *_IN_A_STRETCH))
     shares = np.concatenate(([_BESIDE], np.arange(1, count) / count, [1.0 - _BESIDE]))
-    times, owners = within(trail, shares)
+    times, owners = trail.within(shares)
     inner = np.tile(np.arange(shares.size + 2), len(trail.stretches))
     kept = (inner > 0) & (inner <= shares.size)
     kept[[0, -1]] = True  # start and end themselves

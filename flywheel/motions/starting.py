@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from bondgraph.records import NamedTuple
 from flywheel.components.motors import DC, Induction, Started
-from flywheel.motions.transients import anchors_along, time_to
 from flywheel.regime.free_motion import Trail
 
 Array = NDArray[np.float64]
@@ -101,7 +100,7 @@ def start_heat(trail: Trail) -> StartHeat | None:
     if not isinstance(own, (Induction, DC)) or trail.dynamics.circuit is not None or not trail.stretches:
         return None
     running = motor if isinstance(motor, Started) else Started(own=own, connections=(), times=())
-    rated = None if own.rated is None else time_to(trail, own.rated.speed / ratio)
+    rated = None if own.rated is None else trail.time_to(own.rated.speed / ratio)
     over = rated is not None and len(running.times) >= len(running.connections)
     end = max([rated or 0.0, *running.times]) if over else float(trail.t[-1])
     squared, winding, added = _integrals(trail, running, end)
@@ -136,7 +135,7 @@ def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None
     times = (first[used, None] + half * (1.0 + points)).ravel()
     lasting, owners = (half * weights).ravel(), np.repeat(used, _GAUSS)
     omega = trail.dynamics.ratio * trail.states(times, owners)[1]
-    within = anchors_along(trail, owners)[1].time
+    within = trail.anchors(owners)[1].time
     current = running.windings_at(omega, times, within)
     heats = running.heat_at(omega, times, within), running.added_heat_at(omega, times, within)
     winding, added = (0.0 if heat is None else float(lasting @ heat) for heat in heats)

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction, Motor, Started, TwoAxisInduction
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Machine
@@ -218,7 +217,7 @@ def transient(
         inertia=setting.inertia,
         balance=setting.balance,
         regime_speed=None if regime is None else regime.speed,
-        time_to_regime=None if regime is None else time_to(trail, SHARE * regime.speed),
+        time_to_regime=None if regime is None else trail.time_to(SHARE * regime.speed),
         rtol=rtol,
         messages=tuple(messages),
         given_errors={
@@ -885,7 +884,7 @@ def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice,
     for k in range(0, times.size, _TOGETHER):
         portion = slice(k, k + _TOGETHER)
         states = trail.states(times[portion], owners[portion])
-        offset, anchor = anchors_along(trail, owners[portion])
+        offset, anchor = trail.anchors(owners[portion])
         here = _Here(states[0] - offset, anchor, states[1], times[portion], states[3:])
         circuit = trail.dynamics.circuit
         stepped = None if circuit is None else circuit.current(ratio * states[1], states[3:])
@@ -913,21 +912,6 @@ def _heat(motor: Motor | None, ratio: float, here: _Here, current: Array | None)
     if isinstance(motor, TwoAxisInduction) and motor.circuit is not None:
         return np.asarray(motor.circuit.rotor_heat(here.states))
     return motor.rotor_heat(ratio * here.omega) if isinstance(motor, Induction) else None
-
-
-def anchors_along(trail: Trail, owners: Indices) -> tuple[Array, Anchor]:
-    """What is to be taken off the positions in stretches of a motion, and where the branches of laws are decided there."""
-    used, where = np.unique(owners, return_inverse=True)
-    stretches = [trail.stretches[k] for k in used]
-    offset = np.array([stretch.offset for stretch in stretches])[where]
-    anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
-    factors: tuple[Any, ...] | None = None
-    if stretches[0].anchor.factors is not None:
-        factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
-    sides = None
-    if stretches[0].anchor.sides is not None:
-        sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
-    return offset, Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
 
 
 def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:
@@ -968,19 +952,10 @@ def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indi
     return np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp)
 
 
-def within(trail: Trail, inside: Array) -> tuple[Array, Indices]:
-    """Times in every stretch, at its ends and at shares (0 to 1) of it, and the stretches that they belong to."""
-    shares = np.concatenate(([0.0], inside, [1.0]))
-    start, end = trail.t[:-1, None], trail.t[1:, None]
-    times = start + (end - start) * shares
-    times[:, -1] = trail.t[1:]
-    return times.ravel(), np.repeat(np.arange(len(trail.stretches)), shares.size)
-
-
 def samples_of(trail: Trail) -> tuple[Samples, Indices]:
     """The motion in every stretch, at both its ends and at ten times between, and the stretches that these belong to."""
     points, _ = np.polynomial.legendre.leggauss(_GAUSS)
-    times, owners = within(trail, 0.5 * (1.0 + points))
+    times, owners = trail.within(0.5 * (1.0 + points))
     return sampled(trail, times, owners), owners
 
 
@@ -1074,24 +1049,6 @@ def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     return summit
 
 
-def time_to(trail: Trail, speed: float) -> float | None:
-    """The first time (s) at which a speed (rad/s) is reached; None if it never is."""
-    points, _ = np.polynomial.legendre.leggauss(_GAUSS)
-    times, owners = within(trail, 0.5 * (1.0 + points))
-    speeds = trail.states(times, owners)[1]
-    above = np.flatnonzero(speeds >= speed)
-    if not above.size:
-        return None
-    if above[0] == 0:
-        return 0.0
-    low, high = float(times[above[0] - 1]), float(times[above[0]])
-
-    def faster(t: float) -> float:
-        return float(trail.states(np.array([t]), owners[above[:1]])[1, 0]) - speed
-
-    return low if low == high or faster(low) >= 0.0 else instant(faster, low, high)  # equal on both sides of a switch
-
-
 # -- errors -----------------------------------------------------------------------------------------------------------
 
 _COLUMNS = {"speed": "omega", "torque": "drive", "power": "power", "current": "current"}
@@ -1122,7 +1079,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     if when == 0.0:
         late = 0.0
     elif when is not None and steady_speed is not None:  # what speed and regime are off by, over the acceleration there
-        then = time_to(other, SHARE * steady_speed)
+        then = other.time_to(SHARE * steady_speed)
         acceleration = abs(float(sampled(fine, np.array([when])).acceleration[0]))
         off = (speed + SHARE * (transient.given_errors["regime_speed"] or 0.0)) / acceleration
         late = None if then is None else share * abs(when - then) + off + time

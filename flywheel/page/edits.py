@@ -231,7 +231,6 @@ _MODELS: dict[str, dict[str, Any]] = {
     "compressor": {"bore": "80 mm", "clearance": 0.05, "suction": "1 bar", "discharge": "6 bar", "exponent": 1.3},
 }
 _TAKEN_BY = {"motor": (MOTORS, _MOTORS), "model": (LOAD_MODELS, _MODELS)}
-_ALWAYS = ("type", "name", "between", "shaft", "phase")
 
 
 def _needed(

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flywheel.language import text as _
-from flywheel.motions.transients import Samples, Transient, sampled, within
+from flywheel.motions.transients import Samples, Transient, sampled
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save, told
 from flywheel.tables.rows import RPM
 
@@ -45,7 +45,7 @@ def drawn(transient: Transient) -> Samples:
     trail = transient.motion.trail
     assert trail is not None
     count = int(np.clip(_POINTS // len(trail.stretches), _FEWEST, _MOST))
-    return sampled(trail, *within(trail, np.arange(1, count + 1) / (count + 1)))
+    return sampled(trail, *trail.within(np.arange(1, count + 1) / (count + 1)))
 
 
 def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:

@@ -212,6 +212,9 @@ class Stretch(NamedTuple):
     anchor: Anchor
 
 
+_GAUSS = 10  # nodes in a step, at which a speed is looked for
+
+
 class Trail(NamedTuple):
     """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
 
@@ -253,6 +256,45 @@ class Trail(NamedTuple):
             found[:, mine] = steps[which[mine[0]]](times[mine])
         found[0] += np.array([stretch.offset for stretch in self.stretches])[which]
         return found
+
+    def anchors(self, owners: Index) -> tuple[Array, Anchor]:
+        """What is to be taken off the positions in stretches of the motion, and where branches of laws are decided there."""
+        used, where = np.unique(owners, return_inverse=True)
+        stretches = [self.stretches[k] for k in used]
+        offset = np.array([stretch.offset for stretch in stretches])[where]
+        anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
+        factors: tuple[Any, ...] | None = None
+        if stretches[0].anchor.factors is not None:
+            factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
+        sides = None
+        if stretches[0].anchor.sides is not None:
+            sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
+        return offset, Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
+
+    def within(self, inside: Array) -> tuple[Array, Index]:
+        """Times in every stretch, at its ends and at shares (0 to 1) of it, and the stretches that they belong to."""
+        shares = np.concatenate(([0.0], inside, [1.0]))
+        start, end = self.t[:-1, None], self.t[1:, None]
+        times = start + (end - start) * shares
+        times[:, -1] = self.t[1:]
+        return times.ravel(), np.repeat(np.arange(len(self.stretches)), shares.size)
+
+    def time_to(self, speed: float) -> float | None:
+        """The first time (s) at which a speed (rad/s) is reached; None if it never is."""
+        points, _ = np.polynomial.legendre.leggauss(_GAUSS)
+        times, owners = self.within(0.5 * (1.0 + points))
+        speeds = self.states(times, owners)[1]
+        above = np.flatnonzero(speeds >= speed)
+        if not above.size:
+            return None
+        if above[0] == 0:
+            return 0.0
+        low, high = float(times[above[0] - 1]), float(times[above[0]])
+
+        def faster(t: float) -> float:
+            return float(self.states(np.array([t]), owners[above[:1]])[1, 0]) - speed
+
+        return low if low == high or faster(low) >= 0.0 else instant(faster, low, high)  # equal on both sides of a switch
 
     def __repr__(self) -> str:
         """How many steps there are, and how they end, instead of all of them."""

@@ -205,9 +205,6 @@ def _values(value: Any, path: str) -> Iterator[tuple[Cell, ...]]:
         yield path, str(value).lower() if isinstance(value, bool) else str(value), _in_si(value)
 
 
-_SI = {"rad": "rad", "rpm": "rad/s"}
-
-
 def _in_si(value: Any) -> str:
     """A quantity in SI; nothing for what is none, or is so already."""
     if not isinstance(value, str):
