@@ -5,8 +5,9 @@
 
 What numpy, the C library and OpenBLAS compute with depends on the processor; the variables of `settings` take parts of it
 away. Which of them change anything is different on every machine, and is measured: a setting whose digest of many values is
-the default's, or that of a leg before it, would test nothing and is skipped. Of the others the first few are run. None at
-all is a failure on x86, where there always is one.
+the default's, or that of a leg before it, would test nothing and is skipped. All kernels of OpenBLAS are tried that it knows
+for the architecture, and each that the processor runs and that changes the digest is a leg; what changes sin and exp goes
+with the oldest of them. No leg at all is a failure on x86, where there always is one. Each leg tells what it costs.
 """
 
 import hashlib
@@ -15,17 +16,18 @@ import os
 import platform
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
-LEGS = 2
 NUMERICAL = tuple(  # where figures are held against references, and where a last digit may decide: locks, roots, cells
     f"tests/{name}"
     for name in (
-        *("extremes", "estimates", "oracle", "references", "validation", "bondgraph/motion", "bondgraph/test_reduction.py"),
+        *("extremes", "estimates", "oracle", "references", "validation"),
+        *(f"bondgraph/test_{name}.py" for name in ("simulation", "integration", "reduction")),
         *("numerics", "mechanisms", "linkages", "machine", "regime", "sizing"),
     )
 )
@@ -34,21 +36,27 @@ X86 = platform.machine().lower() in ("x86_64", "amd64", "i686", "i386")
 LIBM = ",".join(f"-{part}{old}" for part in ("AVX2", "FMA", "FMA4", "AVX512F") for old in ("", "_Usable"))  # and before 2.33
 
 
+KERNELS = (  # of OpenBLAS, the newest first; it takes a name on trust, and what cannot run here dies
+    *("SapphireRapids", "Cooperlake", "SkylakeX", "Zen", "Haswell", "Excavator", "Steamroller", "Piledriver", "Bulldozer"),
+    *("Sandybridge", "Bobcat", "Barcelona", "Nehalem", "Atom", "Nano", "Dunnington", "Penryn", "Core2"),
+    *("Opteron_SSE3", "Opteron", "Athlon", "Prescott"),
+)
+ARM_KERNELS = (
+    *("NEOVERSEV2", "NEOVERSEV1", "NEOVERSEN2", "NEOVERSEN1", "A64FX", "ARMV9SME", "ARMV8SVE", "VORTEX", "VORTEXM4"),
+    *("TSV110", "EMAG8180", "FALKOR", "THUNDERX3T110", "THUNDERX2T99", "THUNDERX", "CORTEXX2", "CORTEXX1", "CORTEXA710"),
+    *("CORTEXA510", "CORTEXA76", "CORTEXA73", "CORTEXA72", "CORTEXA57", "CORTEXA55", "CORTEXA53", "ARMV8"),
+)
+
+
 def settings() -> Iterator[dict[str, str]]:
-    """What could change the roundings here, the best first."""
-    if not X86:
-        yield from ({"OPENBLAS_CORETYPE": core} for core in ("ARMV8", "CORTEXA57", "NEOVERSEN1"))
-        return
-    libm = {"GLIBC_TUNABLES": f"glibc.cpu.hwcaps={LIBM}"}
+    """What could change the roundings here: the oldest kernel with all else taken away, the others alone, all else alone."""
+    *kernels, oldest = KERNELS if X86 else ARM_KERNELS
     found = " ".join(part for part in __cpu_dispatch__ if __cpu_features__.get(part))  # numpy warns of any other
     plain = {"NPY_DISABLE_CPU_FEATURES": found} if found else {}
-    old, older, oldest = ({"OPENBLAS_CORETYPE": core} for core in ("Sandybridge", "Nehalem", "Prescott"))
-    yield plain | libm | oldest
-    if __cpu_features__.get("AVX2") and __cpu_features__.get("FMA3"):  # OpenBLAS takes a name on trust
-        yield plain | {"OPENBLAS_CORETYPE": "Haswell"}
-    if __cpu_features__.get("AVX"):
-        yield plain | old
-    yield from (libm | older, plain | older, plain | libm, plain, libm)
+    libm = {"GLIBC_TUNABLES": f"glibc.cpu.hwcaps={LIBM}"} if X86 else {}
+    yield plain | libm | {"OPENBLAS_CORETYPE": oldest}
+    yield from ({"OPENBLAS_CORETYPE": kernel} for kernel in kernels)
+    yield plain | libm
 
 
 def digest() -> str:
@@ -77,21 +85,25 @@ def digest_under(setting: dict[str, str]) -> str:
 
 
 def legs() -> Iterator[dict[str, str]]:
-    """The settings that are worth a run, each told with its digest, and what is skipped told too."""
+    """The settings that are worth a run, each told with its digest, and what is skipped told too.
+
+    Each kind of value (sin, exp, dot) is worth a run for each digest of its own: one that a leg has already, whatever the
+    others are beside it, is no reason for another.
+    """
     default = digest_under({})
     print(f"the default\n    {default}")
-    seen, chosen = {default: "the default"}, 0
+    seen, chosen = dict.fromkeys(default.split("  "), "the default"), 0
     for setting in settings():
         found = digest_under(setting)
+        new = [kind for kind in found.split("  ") if kind not in seen]
         if found.startswith("dies"):
             verdict = "skipped: this machine cannot run it"
-        elif found in seen:
-            verdict = f"skipped: the same as {seen[found]}"
-        elif chosen == LEGS:
-            verdict = f"skipped: {LEGS} legs are enough"
+        elif not new:
+            verdict = f"skipped: the same as {' and '.join(dict.fromkeys(seen[kind] for kind in found.split('  ')))}"
         else:
             chosen += 1
-            verdict = seen[found] = f"leg {chosen}"
+            verdict = f"leg {chosen}"
+            seen |= dict.fromkeys(new, verdict)
             yield setting
         print(f"{told(setting)}\n    {found}  {verdict}", flush=True)
 
@@ -116,7 +128,9 @@ def main() -> int:
     failed = 0
     for k, setting in enumerate([] if "--list" in sys.argv else chosen, 1):
         print(f"\nleg {k}: {told(setting)}\n    {digest_under(setting)}", flush=True)
+        began = time.monotonic()
         failed += numerical_tests(setting) != 0
+        print(f"leg {k}: {time.monotonic() - began:.0f} s", flush=True)
     return failed
 
 

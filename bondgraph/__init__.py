@@ -10,10 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bondgraph.builder import Builder, Part
-    from bondgraph.causal.strokes import Causality, causality
-    from bondgraph.causal.table import Table, table
-    from bondgraph.drawing.picture import draw, svg
+    from bondgraph.drawing import draw, svg
     from bondgraph.elements import (
         DOMAINS,
         GY,
@@ -32,7 +29,7 @@ if TYPE_CHECKING:
         Sf,
         Zero,
     )
-    from bondgraph.equations.equations import (
+    from bondgraph.equations import (
         MotionEquation,
         StateEquations,
         generic,
@@ -40,14 +37,14 @@ if TYPE_CHECKING:
         motion_equation,
         state_equations,
     )
-    from bondgraph.graph import Bond, BondGraph
+    from bondgraph.graph import Bond, BondGraph, Builder, Part
     from bondgraph.laws import Function, GraphError, function
     from bondgraph.motion.dynamics import Dynamics
     from bondgraph.motion.simulation import Audit, Run, simulate
     from bondgraph.reduction import Reduced, Reduction, reduce
-    from bondgraph.simplification.procedure import Procedure, procedure
-    from bondgraph.simplification.rules import (
+    from bondgraph.rules import (
         Action,
+        Procedure,
         Simplified,
         absorb_junctions,
         drop_dangling,
@@ -56,28 +53,27 @@ if TYPE_CHECKING:
         drop_zero_velocity,
         merge_double_differences,
         merge_equal_junctions,
+        procedure,
         simplify,
     )
-    from bondgraph.storage.graphs import as_data, from_data, load, save
+    from bondgraph.storage import as_data, from_data, load, save
+    from bondgraph.strokes import Causality, Table, causality, table
 
 _NAMES = {
     "elements": "DOMAINS Domain C Displacement Element GY I Law Modulus Motion One R Se Sf TF Zero",
     "laws": "GraphError Function function",
-    "graph": "Bond BondGraph",
-    "builder": "Builder Part",
+    "graph": "Bond BondGraph Builder Part",
     "reduction": "Reduced Reduction reduce",
-    "causal.strokes": "Causality causality",
-    "causal.table": "Table table",
-    "simplification.rules": (
-        "Action Simplified absorb_junctions drop_dangling drop_two_bond_junctions drop_zero_sources "
-        "drop_zero_velocity merge_double_differences merge_equal_junctions simplify"
+    "strokes": "Causality Table causality table",
+    "rules": (
+        "Action Procedure Simplified absorb_junctions drop_dangling drop_two_bond_junctions drop_zero_sources "
+        "drop_zero_velocity merge_double_differences merge_equal_junctions procedure simplify"
     ),
-    "simplification.procedure": "Procedure procedure",
-    "equations.equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
+    "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
     "motion.simulation": "Audit Run simulate",
     "motion.dynamics": "Dynamics",
-    "storage.graphs": "as_data from_data load save",
-    "drawing.picture": "draw svg",
+    "storage": "as_data from_data load save",
+    "drawing": "draw svg",
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from bondgraph.laws import Function, GraphError, law_of
-from bondgraph.records import NamedTuple
 
 
 class Quantity(NamedTuple):
@@ -54,7 +53,7 @@ DOMAINS: dict[str, Domain] = {
 
 
 class Motion(NamedTuple):
-    """Where a modulus or law takes its positions from: the velocity graph cannot give them.
+    """The source of the positions of a modulus or law: the velocity graph cannot give them.
 
     `position(q, ns, q_anchor)` is called with the displacement q of the 1-junction named `of`, the namespace of
     functions that fits q (numpy, mpmath, sympy...) and the displacement in the middle of the smooth piece that q lies
@@ -66,7 +65,7 @@ class Motion(NamedTuple):
 
 
 class Here(NamedTuple):
-    """What a source's law sees at a set of positions: the displacement q, the motion's position, the namespace.
+    """The arguments of a source's law at a set of positions: the displacement q, the motion's position, the namespace.
 
     A law that is `moving` also sees the flow dq/dt of the motion's 1-junction (`speed`), that of its own (`flow`), and the
     time.

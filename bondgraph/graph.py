@@ -12,23 +12,26 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from bondgraph.elements import (
     DOMAINS,
+    GY,
     JUNCTIONS,
     ONE_PORTS,
     SOURCES,
     STORES,
+    TF,
     TWO_PORTS,
     Displacement,
     Domain,
     Element,
     Law,
     Modulus,
+    One,
+    Zero,
 )
 from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, refuse
-from bondgraph.records import NamedTuple
 
 T = TypeVar("T", bound=Hashable)
 
@@ -37,11 +40,11 @@ _DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
 
 def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:
     """The names that each element has bonds with."""
-    found: dict[str, list[str]] = {name: [] for name in names}
+    near: dict[str, list[str]] = {name: [] for name in names}
     for bond in bonds:
-        found[bond.tail].append(bond.head)
-        found[bond.head].append(bond.tail)
-    return found
+        near[bond.tail].append(bond.head)
+        near[bond.head].append(bond.tail)
+    return near
 
 
 def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
@@ -64,11 +67,11 @@ def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T,
     >>> representatives([1, 2, 3, 4], [(2, 3), (3, 1)])
     {1: 2, 2: 2, 3: 2, 4: 4}
     """
-    found = {thing: thing for thing in things}
+    chief = {thing: thing for thing in things}
     for tie in ties:
-        together = {found[thing] for thing in tie}
-        found = {thing: found[tie[0]] if one in together else one for thing, one in found.items()}
-    return found
+        together = {chief[thing] for thing in tie}
+        chief = {thing: chief[tie[0]] if one in together else one for thing, one in chief.items()}
+    return chief
 
 
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
@@ -190,9 +193,9 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
         for domain, name in names:
             if domain not in DOMAINS:
                 yield f"{elements[name].symbol}:{name}: found domain {domain!r}, expected one of {', '.join(DOMAINS)}"
-        found = dict(reversed(names))  # domain -> the first element that names it
-        if len(found) > 1:
-            both = " and ".join(f"{elements[name].symbol}:{name} ({domain})" for domain, name in sorted(found.items()))
+        first = dict(reversed(names))  # domain -> the first element that names it
+        if len(first) > 1:
+            both = " and ".join(f"{elements[name].symbol}:{name} ({domain})" for domain, name in sorted(first.items()))
             meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]  # none: through unnamed ones
             numbers = ", ".join(str(bond.number) for bond in meet or region)
             yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
@@ -206,11 +209,11 @@ def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tup
     regions: dict[int, list[Bond]] = {}
     for bond in bonds:
         regions.setdefault(region_of[bond.number], []).append(bond)
-    found = []
+    parts = []
     for region in regions.values():
         inside = dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind not in TWO_PORTS)
-        found.append((region, [(elements[n].domain, n) for n in inside if elements[n].domain]))
-    return found
+        parts.append((region, [(elements[n].domain, n) for n in inside if elements[n].domain]))
+    return parts
 
 
 def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
@@ -286,11 +289,11 @@ class BondGraph:
 
     @cached_property
     def _incident(self) -> Mapping[str, tuple[Bond, ...]]:
-        found: dict[str, tuple[Bond, ...]] = dict.fromkeys(self.elements, ())
+        incident: dict[str, tuple[Bond, ...]] = dict.fromkeys(self.elements, ())
         for bond in self.bonds:
-            found[bond.tail] += (bond,)
-            found[bond.head] += (bond,)
-        return found
+            incident[bond.tail] += (bond,)
+            incident[bond.head] += (bond,)
+        return incident
 
     def ends(self, name: str) -> tuple[Bond, Bond]:
         """The bonds that enter and leave a two-port."""
@@ -315,14 +318,14 @@ class BondGraph:
         return tuple(n for n in names if n not in self.parameters and n != own)
 
     def is_linear(self, name: str) -> bool:
-        """Whether an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
+        """True where an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
         law = self.elements[name].law
         if isinstance(law, Function):
             return all(n in self.parameters for n in law.of)
         return isinstance(law, (float, Real))
 
     def is_curve(self, name: str) -> bool:
-        """Whether an element's law is a function of its own flow (a resistor's) or its own displacement (a compliance's)."""
+        """True where a law is a function of the element's own flow (a resistor's) or displacement (a compliance's)."""
         element = self.elements[name]
         return isinstance(element.law, Function) and OWN.get(element.kind) in element.law.of
 
@@ -394,7 +397,7 @@ class BondGraph:
         return value
 
     def __repr__(self) -> str:
-        """How large it is, instead of every element; `str(graph)` lists it."""
+        """The numbers of elements and bonds; `str(graph)` lists them."""
         return f"BondGraph({len(self.elements)} elements, {len(self.bonds)} bonds)"
 
     def _repr_svg_(self) -> str | None:
@@ -419,7 +422,7 @@ class BondGraph:
 
 
 def as_graph(given: Any) -> BondGraph:
-    """What a function of graphs was given, if it is one; a GraphError that says what to do if not."""
+    """The argument of a function of graphs, if it is a graph; a GraphError that says what to do if not."""
     if isinstance(given, BondGraph):
         return given
     advice = "; call its build() first" if hasattr(given, "build") else ""
@@ -520,7 +523,7 @@ def _relations(
 
 
 def constant(ratio: Ratio) -> bool:
-    """Whether a ratio is a plain number, or a symbol that stands for one."""
+    """True where a ratio is a plain number, or a symbol that stands for one."""
     return not isinstance(ratio, Function | Modulus)
 
 
@@ -576,5 +579,193 @@ def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Rela
 
 
 def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:
-    """Where relations come from, by element and bonds."""
+    """The origins of relations, by element and bonds."""
     return [f"{graph.title(r.name)} (bonds {', '.join(str(b.number) for b in graph.at(r.name))})" for r in relations]
+
+
+# -- writing a graph by hand, step by step and from parts with open ports ----------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A sub-graph with open ports: junctions that bonds of a bigger graph may join. Made by `Builder.part`."""
+
+    elements: Mapping[str, Element]
+    bonds: tuple[Bond, ...]
+    displacements: Mapping[str, Displacement]
+    signals: tuple[str, ...]
+    parameters: Mapping[str, float | None]
+    ports: Mapping[str, str]
+
+
+class Builder:
+    """Writes a graph step by step; `build()` checks it. Every step but `add` returns the builder, so steps chain.
+
+    >>> import numpy as np
+    >>> from bondgraph import I, Se
+    >>> b = Builder().one("crank", "rotation", displacement="theta").one("ram", "translation")
+    >>> b = b.on("crank", I("J", 2.0), Se("M", 3.0)).on("ram", I("m", 4.0))
+    >>> b = b.transform("crank", "ram", lambda theta: -0.5 * np.sin(theta), name="T")
+    >>> print(b.build())
+    bond graph: 6 elements, 5 bonds (f_out = T f_in, e_in = T e_out)
+       1  1:crank -> I:J = 2
+       2  Se:M = 3 -> 1:crank
+       3  1:ram -> I:m = 4
+       4  1:crank -> MTF:T
+       5  MTF:T -> 1:ram
+    """
+
+    def __init__(self) -> None:
+        self._elements: dict[str, Element] = {}
+        self._bonds: list[Bond] = []
+        self._displacements: dict[str, Displacement] = {}
+        self._signals: list[str] = []
+        self._parameters: dict[str, float | None] = {}
+
+    def add(self, element: Element) -> str:
+        """Add an element, not yet bonded; its name must be new. Returns the name."""
+        if not isinstance(element, Element):
+            raise GraphError(f"found {element!r}, expected an element, such as I('J', 2.0)")
+        if not isinstance(element.name, str) or not element.name:
+            raise GraphError(f"found {element.name!r} as a name, expected a text that is not empty")
+        if element.name in self._elements:
+            raise GraphError(f"two elements are named {element.name!r}: give one of them another name (name=...)")
+        self._elements[element.name] = element
+        return element.name
+
+    def one(self, name: str, domain: str = "", *, displacement: str | None = None, initial: float = 0.0) -> Builder:
+        """Add a 1-junction, and declare the integral of its flow under the name `displacement` if one is given."""
+        self.add(One(name, domain))
+        return self if displacement is None else self.displacement(displacement, name, initial)
+
+    def zero(self, name: str, domain: str = "") -> Builder:
+        """Add a 0-junction."""
+        self.add(Zero(name, domain))
+        return self
+
+    def displacement(self, name: str, of: str, initial: float = 0.0) -> Builder:
+        """Declare the integral of the flow of the 1-junction `of`, so that laws may depend on it."""
+        if name in self._displacements:
+            raise GraphError(f"two displacements are named {name!r}")
+        self._displacements[name] = Displacement(name, of, float(initial))
+        return self
+
+    def signal(self, *names: str) -> Builder:
+        """Declare functions of time that laws may depend on; a simulation is given them."""
+        self._signals += [name for name in names if name not in self._signals]
+        return self
+
+    def parameter(self, **values: float | None) -> Builder:
+        """Declare named constants that laws may use, with their values (None: left open)."""
+        self._parameters |= values
+        return self
+
+    def bond(self, tail: str, head: str) -> Builder:
+        """Join two elements by the next bond, half arrow at `head`."""
+        self._bonds.append(Bond(len(self._bonds) + 1, tail, head))
+        return self
+
+    def port(self, junction: str, element: Element) -> Builder:
+        """Hang a one-port on a junction: power flows out of sources and into everything else."""
+        name = self.add(element)
+        return self.bond(*((name, junction) if element.kind in SOURCES else (junction, name)))
+
+    def on(self, junction: str, *elements: Element) -> Builder:
+        """Hang one-ports on a junction, each as `port` does."""
+        for element in elements:
+            self.port(junction, element)
+        return self
+
+    def between(self, first: str, second: str, *elements: Element, name: str | None = None) -> Builder:
+        """Hang one-ports on the difference of two flows, f_first - f_second, through a 0-junction."""
+        node = name or f"{first}-{second}"
+        self.zero(node).bond(first, node).bond(node, second)
+        if len(elements) == 1:
+            return self.port(node, elements[0])
+        return self.one(f"{node}.rate").bond(node, f"{node}.rate").on(f"{node}.rate", *elements)
+
+    def transform(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
+        """Join two junctions by a transformer, named after them unless told: f_target = ratio f_source."""
+        element = self.add(TF(name or f"{source}->{target}", ratio))
+        return self.bond(source, element).bond(element, target)
+
+    def gyrate(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
+        """Join two junctions by a gyrator, named after them unless told: e_target = ratio f_source."""
+        element = self.add(GY(name or f"{source}->{target}", ratio))
+        return self.bond(source, element).bond(element, target)
+
+    def sum(self, target: str, terms: list[tuple[str, Any]], domain: str) -> Builder:
+        """A new 1-junction `target` whose flow is the sum of ratio times flow of others (through a 0-junction)."""
+        self.one(target, domain)
+        if len(terms) == 1:
+            return self.transform(terms[0][0], target, terms[0][1])
+        node = self.add(Zero(f"{target}.sum", domain))
+        for source, ratio in terms:
+            self.transform(source, node, ratio)
+        return self.bond(node, target)
+
+    def include(self, name: str, part: Part) -> Builder:
+        """Put a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
+
+        Parameters, signals and the time are shared by name, displacements are the part's own. A parameter that the part
+        leaves open takes the graph's value; two values that differ are a fault.
+        """
+        own = {old: f"{name}.{old}" for old in part.elements}
+        own |= {junction: f"{name}.{port}" for port, junction in part.ports.items()}
+        measured = {old: f"{name}.{old}" for old in part.displacements}
+        for element in part.elements.values():
+            self.add(element._replace(name=own[element.name], law=_renamed(element, own, measured)))
+        for displacement in part.displacements.values():
+            self.displacement(measured[displacement.name], own.get(displacement.of, displacement.of), displacement.initial)
+        for bond in part.bonds:
+            self.bond(own.get(bond.tail, bond.tail), own.get(bond.head, bond.head))
+        for parameter, value in part.parameters.items():
+            known = self._parameters.get(parameter)
+            if known is not None and value is not None and known != value:
+                raise GraphError(
+                    f"parameter {parameter!r}: found {value} in part {name!r}, but {known} before; leave one open"
+                )
+            self._parameters[parameter] = value if known is None else known
+        return self.signal(*part.signals)
+
+    def __len__(self) -> int:
+        return len(self._elements)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._elements
+
+    def part(self, *ports: str, **named: str) -> Part:
+        """The graph so far as a part: its open ports are these junctions, under their own or other names."""
+        open_ports = {port: port for port in ports} | named
+        for port, junction in open_ports.items():
+            if junction not in self._elements or self._elements[junction].kind not in JUNCTIONS:
+                raise GraphError(f"port {port!r}: {junction!r} is no junction of the part")
+            if list(open_ports.values()).count(junction) > 1:
+                raise GraphError(f"port {port!r}: {junction!r} is open under two names; give it one")
+        return Part(**self._written(), ports=open_ports)
+
+    def build(self, *, loose: bool = False) -> BondGraph:
+        """The checked graph. Junctions that nothing hangs on are a fault unless `loose`, which is for simplifying."""
+        graph = BondGraph(**self._written())
+        refuse(() if loose else dead_ends(graph))
+        return graph
+
+    def _written(self) -> dict[str, Any]:
+        """A copy of the graph so far, by the fields that a graph and a part share."""
+        return {
+            "elements": dict(self._elements),
+            "bonds": tuple(self._bonds),
+            "displacements": dict(self._displacements),
+            "signals": tuple(self._signals),
+            "parameters": dict(self._parameters),
+        }
+
+
+def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
+    law = element.law
+    if isinstance(law, Function):
+        fixed = (TIME, OWN.get(element.kind))
+        return law.renamed({old: new for old, new in displacements.items() if old not in fixed})
+    if isinstance(law, Modulus | Law):
+        return law._replace(motion=law.motion._replace(of=elements.get(law.motion.of, law.motion.of)))
+    return law

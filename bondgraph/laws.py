@@ -287,7 +287,7 @@ class Function:
 
     @property
     def is_expression(self) -> bool:
-        """Whether it was given as a SymPy expression."""
+        """True where it was given as a SymPy expression."""
         return is_symbolic(self.given)
 
     def __call__(self, *values: Any) -> Any:
@@ -307,13 +307,13 @@ class Function:
         for k in range(len(values)):
             seeded = [Dual(v, 1.0) if j == k else v for j, v in enumerate(values)]
             try:
-                found = self.given(*seeded)
+                dual = self.given(*seeded)
             except TypeError as error:
                 raise GraphError(
                     f"the slope of a law of {', '.join(self.of)} is needed, but cannot be had: {error}"
                 ) from error
-            slopes.append(real(found.slope) if isinstance(found, Dual) else 0.0)
-            value = real(found.value if isinstance(found, Dual) else found)
+            slopes.append(real(dual.slope) if isinstance(dual, Dual) else 0.0)
+            value = real(dual.value if isinstance(dual, Dual) else dual)
         return (self.given() if value is None else value), tuple(slopes)
 
     def symbolic(self, symbols: Mapping[str, Any] | None = None) -> Any:
@@ -363,7 +363,7 @@ def full_digits(expression: Any) -> Any:
 
 
 def is_symbolic(given: Any) -> bool:
-    """Whether something is a SymPy expression, found out without importing SymPy."""
+    """True for a SymPy expression; SymPy is not imported to find out."""
     return hasattr(given, "free_symbols") and hasattr(given, "xreplace")
 
 

@@ -17,12 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.builder import Builder, Part
 from bondgraph.elements import Element, I, Se, Sf
-from bondgraph.graph import BondGraph
+from bondgraph.graph import BondGraph, Builder, Part
 from bondgraph.laws import GraphError, refuse
 from bondgraph.reduction import Positions, Reduction
-from bondgraph.simplification.rules import (
+from bondgraph.rules import (
     absorb_junctions,
     drop_dangling,
     drop_two_bond_junctions,
@@ -107,7 +106,7 @@ def pin(builder: Builder, first: str, second: str) -> Builder:
 
 
 def fix(builder: Builder, at: str) -> Builder:
-    """Hold a pin (`crank.1`) in its place by sources of flow 0; their efforts are the forces of the bearing."""
+    """Stiction a pin (`crank.1`) in its place by sources of flow 0; their efforts are the forces of the bearing."""
     for axis in "xy":
         builder.port(f"{at}.{axis}", Sf(f"{at}.{axis}.hold", 0.0))
     return builder
@@ -306,13 +305,6 @@ def _root(square: Any, phi: Any, fault: str) -> Any:
     return np.sqrt(square)
 
 
-class Count(NamedTuple):
-    """How many bonds a graph has after a rule of simplification."""
-
-    rule: str
-    bonds: int
-
-
 _RULES: tuple[tuple[str, Callable[..., Any]], ...] = (
     ("zero velocity", lambda graph, keep: drop_zero_velocity(graph, keep=keep)),
     ("dangling junctions", drop_dangling),
@@ -325,7 +317,7 @@ _RULES: tuple[tuple[str, Callable[..., Any]], ...] = (
 )
 
 
-def counts(graph: BondGraph, keep: Iterable[str] = ()) -> tuple[Count, ...]:
+def counts(graph: BondGraph, keep: Iterable[str] = ()) -> dict[str, int]:
     """The number of bonds of a graph as it is, and after each rule of simplification, one rule after another.
 
     Args:
@@ -337,7 +329,7 @@ def counts(graph: BondGraph, keep: Iterable[str] = ()) -> tuple[Count, ...]:
     >>> from bondgraph import R
     >>> loads = {"crank.turn": [Se("M", 40.0)], "rod.2.x": [Se("F", -300.0), R("B", 5.0)]}
     >>> rod = Bar(0.6, mass=1.5, inertia=0.05, com=0.2)
-    >>> for rule, bonds in counts(slider_crank(Bar(0.2, mass=2.0, inertia=0.1, com=0.1), rod, on=loads).graph):
+    >>> for rule, bonds in counts(slider_crank(Bar(0.2, mass=2.0, inertia=0.1, com=0.1), rod, on=loads).graph).items():
     ...     print(f"{bonds} {rule}")
     46 as built
     40 zero velocity
@@ -351,7 +343,7 @@ def counts(graph: BondGraph, keep: Iterable[str] = ()) -> tuple[Count, ...]:
 
     With the crank's centre of mass on its pivot, as the source has it, 23 are left:
 
-    >>> counts(slider_crank(Bar(0.2, mass=2.0, inertia=0.1), rod, on=loads).graph)[-1].bonds
+    >>> counts(slider_crank(Bar(0.2, mass=2.0, inertia=0.1), rod, on=loads).graph)["all rules"]
     23
 
     The source has 35 (figure 37) and ends with 17 (figure 39). Of our 46, 2 join the crank's pin to the rod's, 3 hang the
@@ -365,8 +357,8 @@ def counts(graph: BondGraph, keep: Iterable[str] = ()) -> tuple[Count, ...]:
     0.1416 (`examples/bond_graphs/rosenberg.py`).
 
     """
-    kept, found = tuple(keep), [Count("as built", len(graph.bonds))]
+    kept, bonds = tuple(keep), {"as built": len(graph.bonds)}
     for rule, apply in _RULES:
         graph = apply(graph, kept).graph
-        found.append(Count(rule, len(graph.bonds)))
-    return tuple(found)
+        bonds[rule] = len(graph.bonds)
+    return bonds

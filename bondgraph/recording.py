@@ -22,12 +22,11 @@ from functools import lru_cache, partial, reduce
 from itertools import accumulate, combinations
 from numbers import Real
 from types import CodeType, FunctionType, SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bondgraph.laws import Operand
-from bondgraph.records import NamedTuple
 
 _SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 _COMPARISONS = {
@@ -63,14 +62,6 @@ _NUMPY |= {name: name for name in ("power", "negative", "abs", "sign", "minimum"
 LOST = "a recorded number has no plain value here: what is computed with it would be missing from the record"
 
 
-class Guard(NamedTuple):
-    """A comparison of parameters that the recording rests on: `difference` compares with 0 so, or not so (`holds`)."""
-
-    difference: Recorded
-    relation: str  # less, less_equal, equal
-    holds: bool
-
-
 class Recorder:
     """The tape: takes down what is computed with its inputs.
 
@@ -86,7 +77,7 @@ class Recorder:
 
     def __init__(self) -> None:
         self.inputs: list[Recorded] = []
-        self.guards: list[Guard] = []
+        self.guards: list[tuple[Recorded, str, bool]] = []  # difference, less, less_equal or equal to 0, whether it holds
         self._names: list[str] = []
         self._tape: list[tuple[Any, ...]] = []  # of every node: operation and operands; ("input", k); ("place", value)
         self._known: dict[tuple[Any, ...], Recorded] = {}
@@ -100,11 +91,11 @@ class Recorder:
         return node
 
     def operation(self, name: str, operands: Sequence[Any]) -> Any:
-        """What an operation gives; the same one twice is one node, and one that has no effect is left out."""
+        """The result of an operation; the same one twice is one node, and one that has no effect is left out."""
         short = _SHORTER.get(name)
-        found = NotImplemented if short is None else short(*operands)
-        if found is not NotImplemented:
-            return found
+        shorter = NotImplemented if short is None else short(*operands)
+        if shorter is not NotImplemented:
+            return shorter
         numbers, values = [], []
         for operand in operands:
             node = operand if type(operand) is Recorded and operand.recorder is self else self._of(operand)
@@ -129,11 +120,11 @@ class Recorder:
             relation, holds = ("equal", not answer) if relation == "not_equal" else (relation, answer)
             if (difference.number, relation) not in self._guarded:
                 self._guarded.add((difference.number, relation))
-                self.guards.append(Guard(difference, relation, holds))
+                self.guards.append((difference, relation, holds))
         return answer
 
     def program(self, outputs: Iterable[Any], inputs: Sequence[Recorded] | None = None) -> Program:
-        """What leads from the inputs to the outputs (recorded or plain numbers); nothing else of the tape.
+        """The part of the tape that leads from the inputs to the outputs (recorded or plain numbers).
 
         inputs: the arguments, in turn; all there are where none are given. A TypeError where others are needed too.
         """
@@ -170,23 +161,23 @@ class Recorder:
 
     def call(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """A call that stays a call: one number (results = 0), or as many as the tuple that it returns holds."""
-        found = self._kept(("call", *[self._of(value).number for value in (function, *arguments)]))
+        node = self._kept(("call", *[self._of(value).number for value in (function, *arguments)]))
         if not results:
-            return found
-        return [self._kept(("entry", found.number, self._place(("index", k), k).number)) for k in range(results)]
+            return node
+        return [self._kept(("entry", node.number, self._place(("index", k), k).number)) for k in range(results)]
 
     def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
-        """What a function computes with recorded numbers, operation by operation; a call where that cannot be recorded.
+        """The result of a function of recorded numbers, operation by operation; a call where that cannot be recorded.
 
         It stays a call also where it chooses between values: what it does not choose may not be defined.
         """
         before = len(self._tape)
         try:
-            found = function(*arguments)
-            entries = found if results else (found,)
+            outcome = function(*arguments)
+            entries = outcome if results else (outcome,)
             plain = all(isinstance(entry, Recorded | float | int) for entry in entries) and len(entries) == (results or 1)
             if plain and not any(entry[0] == "where" for entry in self._tape[before:]):
-                return found
+                return outcome
         except Exception:  # whatever it is that a function does with a number still to come
             pass
         del self._tape[before:]
@@ -195,8 +186,10 @@ class Recorder:
 
     def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
         """The guards so far, for any parameters: a function of these inputs (of all where none are given)."""
-        program = self.program((guard.difference for guard in self.guards), inputs)
-        return Conditions(program, tuple(g.relation for g in self.guards), tuple(g.holds for g in self.guards))
+        program = self.program((difference for difference, _, _ in self.guards), inputs)
+        return Conditions(
+            program, tuple(relation for _, relation, _ in self.guards), tuple(holds for *_, holds in self.guards)
+        )
 
     def _of(self, value: Any) -> Recorded:
         """The node of a recorded number, or of a constant: places are told apart by the bits of their values."""
@@ -309,10 +302,10 @@ class Recorded(Operand):
         return -NAMESPACE.floor(-self)
 
     def __int__(self) -> int:
-        found = NAMESPACE.floor(self) if self >= 0.0 else -NAMESPACE.floor(-self)
-        if isinstance(found, Recorded):
+        whole = NAMESPACE.floor(self) if self >= 0.0 else -NAMESPACE.floor(-self)
+        if isinstance(whole, Recorded):
             raise TypeError(LOST)
-        return int(found)
+        return int(whole)
 
     def __round__(self, digits: int | None = None) -> int:
         if digits is not None:
@@ -375,11 +368,11 @@ def _over_arrays(name: str, operands: tuple[Any, ...]) -> Any:
     arrays = [np.asarray(o, dtype=object) if isinstance(o, Recorded) else np.asarray(o) for o in operands]
     arrays = list(np.broadcast_arrays(*arrays))
     function = getattr(NAMESPACE, name)
-    found = np.empty(arrays[0].shape, dtype=object)
-    for at in np.ndindex(found.shape):
-        found[at] = function(*(array[at] for array in arrays))
-    truths = name in _COMPARISONS and all(isinstance(value, bool | np.bool_) for value in found.flat)
-    return found.astype(bool) if truths else found[()]
+    entries = np.empty(arrays[0].shape, dtype=object)
+    for at in np.ndindex(entries.shape):
+        entries[at] = function(*(array[at] for array in arrays))
+    truths = name in _COMPARISONS and all(isinstance(value, bool | np.bool_) for value in entries.flat)
+    return entries.astype(bool) if truths else entries[()]
 
 
 def _evaluated(name: str, values: Sequence[Any]) -> Any:
@@ -505,7 +498,7 @@ def _whole(a: Any) -> Any:
 
 
 def _varies(*operands: Any) -> bool:
-    """Whether some operand depends on a variable, so that no comparison is answered."""
+    """True where some operand depends on a variable, so that no comparison is answered."""
     return any(isinstance(operand, Recorded) and operand.value is None for operand in operands)
 
 
@@ -597,53 +590,43 @@ def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Any]:
     >>> program.function("math")(3.0)
     (2.5, 2.0)
     """
-    rows = [_Row({k: v for k, v in enumerate(row) if not _is(v, 0.0)}, b) for row, b in zip(matrix, right, strict=True)]
-    found: dict[int, Any] = {}
-    while len(found) < len(matrix[0]):
-        rows = [row for row in (row.without(found) for row in rows) if row.entries]
-        if len(rows) < len(matrix[0]) - len(found):
+    rows = [({k: v for k, v in enumerate(row) if not _is(v, 0.0)}, b) for row, b in zip(matrix, right, strict=True)]
+    solution: dict[int, Any] = {}
+    while len(solution) < len(matrix[0]):
+        for i, (entries, b) in enumerate(rows):  # what is known goes to the right
+            for k in entries.keys() & solution.keys():
+                b = b - entries[k] * solution[k]
+            rows[i] = {k: v for k, v in entries.items() if k not in solution}, b
+        rows = [row for row in rows if row[0]]
+        if len(rows) < len(matrix[0]) - len(solution):
             raise TypeError("a linear system that is singular")
-        block = next((pair for pair in _blocks(rows)), None)
-        found |= _eliminated(rows) if block is None else block
-    return [found[k] for k in sorted(found)]
+        block = next(_blocks(rows), None)
+        solution |= _eliminated(rows) if block is None else block
+    return [solution[k] for k in sorted(solution)]
 
 
-class _Row(NamedTuple):
-    """One equation: its entries by unknown, and its right side."""
-
-    entries: dict[int, Any]
-    right: Any
-
-    def without(self, found: dict[int, Any]) -> _Row:
-        """With what is found taken to the right."""
-        right = self.right
-        for k in self.entries.keys() & found.keys():
-            right = right - self.entries[k] * found[k]
-        return _Row({k: v for k, v in self.entries.items() if k not in found}, right)
+_Equation = tuple[dict[int, Any], Any]  # entries by unknown, and the right side
 
 
-def _blocks(rows: Sequence[_Row]) -> Iterator[dict[int, Any]]:
+def _blocks(rows: Sequence[_Equation]) -> Iterator[dict[int, Any]]:
     """Unknowns that one equation gives, or two."""
-    for row in rows:
-        if len(row.entries) == 1:
-            ((k, entry),) = row.entries.items()
-            yield {k: row.right / entry}
-    for one, two in combinations(rows, 2):
-        if len(one.entries.keys() | two.entries.keys()) == 2:
-            j, k = sorted(one.entries.keys() | two.entries.keys())
-            a, b, c, d = (row.entries.get(n, 0.0) for row in (one, two) for n in (j, k))
+    for entries, right in rows:
+        if len(entries) == 1:
+            ((k, entry),) = entries.items()
+            yield {k: right / entry}
+    for (one, p), (two, q) in combinations(rows, 2):
+        if len(one.keys() | two.keys()) == 2:
+            j, k = sorted(one.keys() | two.keys())
+            a, b, c, d = (entries.get(n, 0.0) for entries in (one, two) for n in (j, k))
             determinant = a * d - b * c
             if not _is(determinant, 0.0):
-                yield {
-                    j: (one.right * d - b * two.right) / determinant,
-                    k: (a * two.right - one.right * c) / determinant,
-                }
+                yield {j: (p * d - b * q) / determinant, k: (a * q - p * c) / determinant}
 
 
-def _eliminated(rows: Sequence[_Row]) -> dict[int, Any]:
+def _eliminated(rows: Sequence[_Equation]) -> dict[int, Any]:
     """All unknowns of the equations, by Gauss's elimination with partial pivoting."""
-    columns = sorted({k for row in rows for k in row.entries})
-    table = [[*(row.entries.get(k, 0.0) for k in columns), row.right] for row in rows]
+    columns = sorted({k for entries, _ in rows for k in entries})
+    table = [[*(entries.get(k, 0.0) for k in columns), right] for entries, right in rows]
     for k in range(len(columns)):
         for i in range(k + 1, len(table)):
             larger = abs(table[i][k]) > abs(table[k][k])
@@ -653,11 +636,11 @@ def _eliminated(rows: Sequence[_Row]) -> dict[int, Any]:
         for i in range(k + 1, len(table)):
             factor = table[i][k] / table[k][k]
             table[i] = [0.0 if j <= k else b - factor * a for j, (a, b) in enumerate(zip(table[k], table[i], strict=True))]
-    found: dict[int, Any] = {}
+    solution: dict[int, Any] = {}
     for k in reversed(range(len(columns))):
-        known = sum((table[k][j] * found[columns[j]] for j in range(k + 1, len(columns))), 0.0)
-        found[columns[k]] = (table[k][-1] - known) / table[k][k]
-    return found
+        known = sum((table[k][j] * solution[columns[j]] for j in range(k + 1, len(columns))), 0.0)
+        solution[columns[k]] = (table[k][-1] - known) / table[k][k]
+    return solution
 
 
 # -- programs ---------------------------------------------------------------------------------------------------------------
@@ -681,7 +664,7 @@ class Program(NamedTuple):
 
     @property
     def plain(self) -> bool:
-        """Whether it is arithmetic of numbers alone, without tables and calls: then there is machine code for it."""
+        """True for arithmetic of numbers alone, without tables and calls: then there is machine code for it."""
         return all(isinstance(value, float | int) for value in self.places)
 
     def function(self, kind: Any = "numpy") -> Callable[..., tuple[Any, ...]]:
@@ -715,7 +698,7 @@ class Program(NamedTuple):
 
     @property
     def _lengths(self) -> tuple[int, ...]:
-        """How many entries the table at each place has; 0 of a number."""
+        """The number of entries of the table at each place; 0 of a number."""
         return tuple(len(place) if type(place) is tuple else 0 for place in self.places)
 
     def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
@@ -731,10 +714,10 @@ class Conditions(NamedTuple):
     holds: tuple[bool, ...]
 
     def kept(self, *inputs: Any) -> Any:
-        """Whether every guard stands as it was recorded, at inputs that broadcast."""
+        """True where every guard stands as it was recorded, at inputs that broadcast."""
         with np.errstate(all="ignore"):
-            found = self.program.function()(*inputs)
-        rows = zip(found, self.relations, self.holds, strict=True)
+            differences = self.program.function()(*inputs)
+        rows = zip(differences, self.relations, self.holds, strict=True)
         answers = [getattr(np, relation)(difference, 0.0) == holds for difference, relation, holds in rows]
         shape = np.broadcast_shapes(*(np.shape(value) for value in inputs))
         return reduce(np.logical_and, answers, np.ones(shape, dtype=bool))
@@ -770,12 +753,12 @@ _GLOBALS: dict[str, dict[str, Any]] = {
 
 
 def _functions_of(namespace: Any) -> dict[str, Any]:
-    """What a namespace gives by numpy's names; operators where it gives none."""
-    found: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
-    found |= {"bisect_right": bisect_right, "abs": abs, "power": operator.pow, "divide": operator.truediv}
-    found |= {name: getattr(namespace, name) for name in _NUMPY if hasattr(namespace, name)}
-    found.setdefault("hypot", lambda a, b: found["sqrt"](a * a + b * b))
-    return found
+    """The functions of a namespace by numpy's names; operators where it has none."""
+    functions: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
+    functions |= {"bisect_right": bisect_right, "abs": abs, "power": operator.pow, "divide": operator.truediv}
+    functions |= {name: getattr(namespace, name) for name in _NUMPY if hasattr(namespace, name)}
+    functions.setdefault("hypot", lambda a, b: functions["sqrt"](a * a + b * b))
+    return functions
 
 
 @lru_cache(maxsize=512)
@@ -872,9 +855,9 @@ def _over_broadcast(program: Program) -> Callable[..., tuple[Any, ...]]:
 def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in inputs))
     shape = arrays[0].shape if arrays else ()
-    found = np.empty((outputs, math.prod(shape)))
-    run(np.array([array.ravel() for array in arrays]).reshape(len(arrays), -1), places, found)
-    return tuple(row.reshape(shape)[()] for row in found)
+    outcome = np.empty((outputs, math.prod(shape)))
+    run(np.array([array.ravel() for array in arrays]).reshape(len(arrays), -1), places, outcome)
+    return tuple(row.reshape(shape)[()] for row in outcome)
 
 
 @lru_cache(maxsize=64)

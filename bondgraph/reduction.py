@@ -8,12 +8,10 @@ number of positions at once. Positions are counted: `counted` starts a tally of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Container, Mapping
 from functools import cached_property
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,68 +32,13 @@ from bondgraph.graph import (
     plan,
 )
 from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError
-from bondgraph.records import NamedTuple
-
-
-class Tally:
-    """Positions counted so far. A tally inside another one counts for both.
-
-    `watch` is called each time that something is counted; what it raises ends the work.
-
-    >>> with counted() as tally:
-    ...     count(17)
-    >>> tally.evaluations
-    17
-    """
-
-    def __init__(self, outer: Tally | None = None, watch: Callable[[], None] | None = None) -> None:
-        self.evaluations = 0
-        self._outer, self._watch = outer, watch
-
-    def add(self, evaluations: int) -> None:
-        """Count more of them."""
-        self.evaluations += evaluations
-        if self._watch is not None:
-            self._watch()
-        if self._outer is not None:
-            self._outer.add(evaluations)
-
-
-_TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
-
-
-@contextmanager
-def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
-    """Count what is evaluated inside, in this thread: `tally.evaluations`, also while it goes on.
-
-    `watch` is called with every evaluation, and may raise to put an end to it.
-    """
-    tally = Tally(_TALLY.get(), watch)
-    token = _TALLY.set(tally)
-    try:
-        yield tally
-    finally:
-        _TALLY.reset(token)
-
-
-def count(positions: Any) -> None:
-    """Count positions, given as their number or as themselves: an array, a number, an interval of arrays."""
-    tally = _TALLY.get()
-    if tally is not None:
-        size = positions if isinstance(positions, int) else getattr(getattr(positions, "lo", positions), "size", 1)
-        tally.add(size if isinstance(size, int) else 1)
-
-
-def counting() -> bool:
-    """Whether anybody counts what is evaluated, in this thread."""
-    return _TALLY.get() is not None
-
+from bondgraph.numerics import count as count  # walks of graphs are counted by it
 
 Positions = Mapping[str, Callable[[Any], Any]]
 _Source = tuple[Element, int, float]  # with its flow variable, and the sign of its effort on the coordinate
 
 
-class Flows(NamedTuple):
+class FlowRates(NamedTuple):
     """Flow gain g and slope dg/dphi of every flow variable; numbers where constant, arrays where not."""
 
     gain: list[Any]
@@ -136,7 +79,7 @@ class Reduction:
     What depends on speed or time is not part of M*: `at` gives it, for any speeds.
 
     >>> from bondgraph import I, Se
-    >>> from bondgraph.builder import Builder
+    >>> from bondgraph.graph import Builder
     >>> b = Builder()
     >>> b = b.one("crank", displacement="phi").one("wheel").transform("crank", "wheel", 3.0)
     >>> b = b.on("wheel", I("J", 2.0), Se("M", 5.0))
@@ -178,7 +121,7 @@ class Reduction:
             if not graph.is_linear(element.name):
                 raise GraphError(f"R:{element.name} follows a law of its own: simulate the graph whole")
         self._resistors = [(e, graph.constant(e.name), f) for e, f in resistors]
-        self._held: tuple[float, Flows] | None = None
+        self._held: tuple[float, FlowRates] | None = None
         self._in_piece: tuple[float, list[_Source], list[_Source]] | None = None
         self._lumped: dict[int, float] = {}
         for _, inertia, flow in self._inertias:
@@ -188,12 +131,12 @@ class Reduction:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
         return self._reduced(self._walked(phi, anchor, ns))
 
-    def _walked(self, phi: Any, anchor: Any = None, ns: Any = np) -> _Positions:
-        at = _Positions(self, phi, phi if anchor is None else anchor, ns)
+    def _walked(self, phi: Any, anchor: Any = None, ns: Any = np) -> _LawPositions:
+        at = _LawPositions(self, phi, phi if anchor is None else anchor, ns)
         self._run(at)
         return at
 
-    def _reduced(self, at: _Positions) -> Reduced:
+    def _reduced(self, at: _LawPositions) -> Reduced:
         flows = at.flows
         inertia: Any = 0.0
         slope: Any = 0.0
@@ -224,18 +167,18 @@ class Reduction:
 
     @property
     def moves(self) -> bool:
-        """Whether some source depends on speed or time."""
+        """True where some source depends on speed or time."""
         return bool(self._moving)
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
         """The positions phi, from which the moment of what depends on speed or time follows for any speeds."""
         return Station(self, self._walked(phi, anchor, ns))
 
-    def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> Flows:
+    def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> FlowRates:
         """Flow gains and slopes alone."""
         return self._walked(phi, anchor, ns).flows
 
-    def anchored(self, anchor: Any) -> Flows:
+    def anchored(self, anchor: Any) -> FlowRates:
         """Flows at an anchor; those of the last single one are kept, as time stepping asks for it again and again."""
         if not isinstance(anchor, float):
             return self.flows(anchor)
@@ -243,8 +186,8 @@ class Reduction:
             self._held = anchor, self.flows(anchor)
         return self._held[1]
 
-    def inertias(self, flows: Flows) -> dict[str, Any]:
-        """What each inertia adds to I*, by the name of the part that it belongs to."""
+    def inertias(self, flows: FlowRates) -> dict[str, Any]:
+        """Each inertia's share of I*, by the name of the part that it belongs to."""
         return _by_part((e, value * flows.gain[f] ** 2) for e, value, f in self._inertias)
 
     def moments(
@@ -257,7 +200,7 @@ class Reduction:
         speed: Any = None,
         time: Any = 0.0,
     ) -> dict[str, Any]:
-        """What each source adds to M*, by the name of the part that it belongs to, or by its own.
+        """Each source's share of M*, by the name of the part that it belongs to, or by its own.
 
         With a speed of the coordinate: also what depends on speed or time, and resistors, at that speed.
         """
@@ -270,7 +213,7 @@ class Reduction:
             efforts += [(e, -value * flows.gain[f] ** 2 * speed) for e, value, f in self._resistors]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
-    def _acting(self, at: _Positions) -> tuple[list[_Source], list[_Source]]:
+    def _acting(self, at: _LawPositions) -> tuple[list[_Source], list[_Source]]:
         """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
 
         Those of the last piece are kept, as time stepping asks for them again and again.
@@ -278,20 +221,20 @@ class Reduction:
         if not isinstance(at.anchor, float):
             return self._sources, self._moving
         if self._in_piece is None or self._in_piece[0] != at.anchor:
-            found: list[list[_Source]] = [[], []]
-            for kept, sources in zip(found, (self._sources, self._moving), strict=True):
+            by_kind: list[list[_Source]] = [[], []]
+            for kept, sources in zip(by_kind, (self._sources, self._moving), strict=True):
                 for source in sources:
                     law = source[0].law
                     if not isinstance(law, Law) or law.acts is None or law.acts(at.both(law.motion)[1]):
                         kept.append(source)
-            self._in_piece = at.anchor, found[0], found[1]
+            self._in_piece = at.anchor, by_kind[0], by_kind[1]
         return self._in_piece[1:]
 
-    def _run(self, at: _Positions) -> None:
+    def _run(self, at: _LawPositions) -> None:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
         count(at.phi)
         size = max(self._flow.values()) + 1
-        flows = at.flows = Flows([None] * size, [_ZERO] * size)
+        flows = at.flows = FlowRates([None] * size, [_ZERO] * size)
         flows.gain[self.variable[self.coordinate]] = 1.0
         gain, slope = flows
         for step in self._steps:
@@ -303,9 +246,9 @@ class Reduction:
                     added = added + sign * gain[source]
                 gain[step.target] = added
             else:
-                found = _linear(*_assembled(step, at, at.ratio, gain))
+                solution = _linear(*_assembled(step, at, at.ratio, gain))
                 for k, variable in enumerate(step.unknown):
-                    gain[variable] = found[..., k]
+                    gain[variable] = solution[..., k]
         for step in self._steps:
             if isinstance(step, Scale):
                 along, ratio_slope = slope[step.source], at.ratio_slope(step.ratio)
@@ -325,47 +268,34 @@ class Reduction:
                 matrix, right = _assembled(step, at, at.ratio, slope)
                 matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, gain)
                 gains = np.stack([np.broadcast_to(gain[variable], np.shape(at.phi)) for variable in step.unknown], axis=-1)
-                found = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
+                solution = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
                 for k, variable in enumerate(step.unknown):
-                    slope[variable] = found[..., k]
-
-
-class _MovingSource(NamedTuple):
-    """A source that depends on speed or time, at positions: its flow variable and gain, its displacement's rate, places."""
-
-    element: Element
-    law: Law
-    flow: int
-    sign: float
-    gain: Any
-    rate: float
-    here: Here
-    anchor: Here
+                    slope[variable] = solution[..., k]
 
 
 class Station:
     """Positions of a graph at which sources that depend on speed or time are evaluated, as often as wanted."""
 
-    def __init__(self, reduction: Reduction, at: _Positions) -> None:
+    def __init__(self, reduction: Reduction, at: _LawPositions) -> None:
         self._reduction, self._at = reduction, at
 
     @cached_property
-    def _anchor_flows(self) -> Flows:
+    def _anchor_flows(self) -> FlowRates:
         return self._reduction.anchored(self._at.anchor)
 
     @cached_property
     def reduced(self) -> Reduced:
-        """What the machine comes to there, as the reduction itself gives it."""
+        """I*, its slope and M* at these positions."""
         return self._reduction._reduced(self._at)
 
     def moments(self, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
-        """What each source that depends on neither speed nor time adds to M*, by its part, or by its own name."""
+        """The share of M* of each source that depends on neither speed nor time, by its part, or by its own name."""
         gain = self._at.flows.gain
         efforts = [(e, sign * self._at.effort(e, unknown) * gain[f]) for e, f, sign in self._reduction._sources]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
     def resistances(self) -> dict[str, Any]:
-        """What each resistor adds to R*, by the part that it belongs to."""
+        """Each resistor's share of R*, by the part that it belongs to."""
         gain = self._at.flows.gain
         return _by_part((e, value * gain[f] ** 2) for e, value, f in self._reduction._resistors)
 
@@ -391,37 +321,37 @@ class Station:
         `anchor_time` are speed and time at the anchors, where switches are decided. Without an anchor speed, or with one
         for every position (`local`), switches that depend on speed are decided at the positions themselves.
         """
-        found = []
+        rows = []
         places = self.places(speed, time, anchor_speed, anchor_time, local=local)
-        for source, (element, here, anchor) in zip(self._moving, places, strict=True):
-            law, gain = source.law, source.sign * source.gain
+        for (_, law, _, sign, gain, *_), (element, here, anchor) in zip(self._moving, places, strict=True):
+            gain = sign * gain
             per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor) * gain
-            found.append((element, law.effort(here, anchor) * gain, per_unknown))
-        return found
+            rows.append((element, law.effort(here, anchor) * gain, per_unknown))
+        return rows
 
     def places(
         self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
     ) -> list[tuple[Element, Here, Here]]:
-        """What the law of every such source sees, and what it sees at the anchors."""
-        middle, found = speed if anchor_speed is None else anchor_speed, []
+        """The arguments of the law of every such source, here and at the anchors."""
+        middle, angles = speed if anchor_speed is None else anchor_speed, []
         then = time if anchor_time is None else anchor_time
         for element, _, flow, _, gain, rate, here, anchor in self._moving:
             deciding = gain if local or anchor_speed is None else self._anchor_flows.gain[flow]
             here = here._replace(speed=rate * speed, flow=gain * speed, time=time)
             anchor = anchor._replace(speed=rate * middle, flow=deciding * middle, time=then)
-            found.append((element, here, anchor))
-        return found
+            angles.append((element, here, anchor))
+        return angles
 
     @cached_property
-    def _moving(self) -> list[_MovingSource]:
-        """The sources that depend on speed or time and act there, with what of them does not."""
-        found = []
+    def _moving(self) -> list[tuple[Element, Law, int, float, Any, float, Here, Here]]:
+        """The sources that depend on speed or time and act there: law, flow variable, sign, gain, rate of q, arguments."""
+        sources = []
         for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction.moves else ():
             law = element.law
             assert isinstance(law, Law)
             gain, rate = self._at.flows.gain[flow], self._at.rate(law.motion.of)
-            found.append(_MovingSource(element, law, flow, sign, gain, rate, *self._at.both(law.motion)))
-        return found
+            sources.append((element, law, flow, sign, gain, rate, *self._at.both(law.motion)))
+        return sources
 
 
 def reduce(
@@ -432,7 +362,7 @@ def reduce(
     Raises:
         GraphError: where a ratio or an effort has no finite value, with the element and the position.
 
-    >>> from bondgraph.builder import Builder
+    >>> from bondgraph.graph import Builder
     >>> from bondgraph.elements import I
     >>> b = Builder().one("crank", displacement="phi").one("ram").on("ram", I("m", 4.0))
     >>> found = reduce(b.transform("crank", "ram", lambda phi: 0.5 * np.sin(phi)).build(), np.pi / 4)
@@ -443,17 +373,17 @@ def reduce(
     reduction, at = Reduction(graph, coordinate, positions), np.asarray(phi, float)[()]
     with np.errstate(all="ignore"):
         try:
-            found = reduction(at, anchor)
+            reduced = reduction(at, anchor)
         except ZeroDivisionError as error:  # of one position, in plain numbers
             raise GraphError(_endless(reduction, float(at))) from error
-        endless = ~np.isfinite(sum(np.abs(np.broadcast_to(value, np.shape(at))) for value in found))
+        endless = ~np.isfinite(sum(np.abs(np.broadcast_to(value, np.shape(at))) for value in reduced))
         if np.any(endless):
             raise GraphError(_endless(reduction, float(np.atleast_1d(at)[np.atleast_1d(endless)][0])))
-    return found
+    return reduced
 
 
 def _endless(reduction: Reduction, phi: float) -> str:
-    """Which elements have no finite value at a position."""
+    """A line that names the elements without a finite value at a position."""
     at, graph = reduction._walked(np.array([phi])), reduction.graph
     values = [(e, "ratio", at.ratio(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "ratio's slope", at.ratio_slope(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
@@ -461,33 +391,33 @@ def _endless(reduction: Reduction, phi: float) -> str:
     faults = [
         f"the {what} of {graph.title(e.name)} is {np.ravel(v)[0]:g}" for e, what, v in values if not np.all(np.isfinite(v))
     ]
-    found = "; ".join(faults) or "its inertia or moment is beyond the largest number"
-    return f"no reduction at {reduction.coordinate} = {phi:.9g}: {found}"
+    reason = "; ".join(faults) or "its inertia or moment is beyond the largest number"
+    return f"no reduction at {reduction.coordinate} = {phi:.9g}: {reason}"
 
 
 _ZERO = 0.0  # the one object that marks a slope as identically zero, so that constant chains cost no array work
 
 
-class _Positions:
+class _LawPositions:
     """Displacements, motions and moduli at phi and at the anchors, each found once per walk."""
 
     def __init__(self, reduction: Reduction, phi: Any, anchor: Any, ns: Any) -> None:
         self.reduction, self.phi, self.anchor, self.ns = reduction, phi, anchor, ns
-        self.flows = Flows([], [])
+        self.flows = FlowRates([], [])
         self._motions: dict[int, tuple[Here, Here]] = {}
         self._values: dict[int, Any] = {}
         self._moduli: dict[int, tuple[Any, tuple[Any, ...]]] = {}
 
     def both(self, motion: Motion) -> tuple[Here, Here]:
         """The motion here and at the anchor."""
-        found = self._motions.get(id(motion))
-        if found is None:
+        pair = self._motions.get(id(motion))
+        if pair is None:
             rate = self.rate(motion.of)
             q, q_anchor = rate * self.phi, rate * self.anchor
             here = Here(q, motion.position(q, self.ns, q_anchor), self.ns)
             anchor = Here(q_anchor, motion.position(q_anchor, self.ns, q_anchor), self.ns)
-            found = self._motions[id(motion)] = here, anchor
-        return found
+            pair = self._motions[id(motion)] = here, anchor
+        return pair
 
     def rate(self, junction: str) -> float:
         """dq/dphi of the displacement of a 1-junction; it must be constant."""
@@ -533,7 +463,7 @@ class _Positions:
         return self._values[id(ratio)]
 
     def ratio_slope(self, ratio: Ratio) -> Any:
-        """How a ratio varies with phi: dT/dphi = sum of dT/dq times the gain of q's flow."""
+        """The slope of a ratio: dT/dphi = sum of dT/dq times the gain of q's flow."""
         if isinstance(ratio, (float, Real)):
             return _ZERO
         if isinstance(ratio, Modulus):
@@ -566,7 +496,7 @@ class _Positions:
         return law
 
 
-def _assembled(step: Solve, at: _Positions, ratio_of: Callable[[Ratio], Any], known: list[Any]) -> tuple[Any, Any]:
+def _assembled(step: Solve, at: _LawPositions, ratio_of: Callable[[Ratio], Any], known: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
     matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))

@@ -67,4 +67,47 @@ def rotor(**changes: Any) -> dict[str, Any]:
     return scene | changes
 
 
+def crank_press(mu: float, radius: float = 0.015, **changes: Any) -> dict[str, Any]:
+    """A slider-crank as a linkage that pushes one way; every joint rubs."""
+    pins = [
+        {"name": "O", "between": ["frame.origin", "crank.origin"]},
+        {"name": "A", "between": ["crank.A", "rod.origin"]},
+        {"name": "B", "between": ["rod.B", "ram.origin"]},
+    ]
+    rough = {"friction": mu} if mu else {}
+    joints = [pin | {"type": "pin"} | rough | ({"radius": radius} if mu else {}) for pin in pins]
+    joints.append({"name": "ram", "type": "slide", "between": ["frame.origin", "ram.origin"], **rough})
+    bodies = {
+        "crank": {"points": {"A": [0.1, 0]}, "mass": 3, "inertia": 0.02},
+        "rod": {"points": {"B": [0.4, 0]}, "mass": 2, "inertia": 0.03, "com": [0.15, 0], "guess": 0.0},
+        "ram": {"mass": 6},
+    }
+    scene = {
+        "mechanism": {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints},
+        "load": [{"on": "ram", "force": "-800 N", "while": "v > 0"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 20.0},
+        "flywheel": {"irregularity": 0.03},
+    }
+    return scene | changes
+
+
+def straight_drive() -> dict[str, Any]:
+    """A hypocycloid on a line: the piston's guide bears nothing, its normal force is rounding."""
+    bodies = {
+        "frame": {"points": {"O": [0, 0]}},
+        "carrier": {"points": {"C": [0.05, 0]}, "mass": 3, "inertia": 0.01},
+        "planet": {"points": {"tip": [0.05, 0]}, "mass": 1, "inertia": 0.001},
+        "rod": {"points": {"end": [0.2, 0]}, "mass": 1, "inertia": 0.004, "com": [0.1, 0], "guess": 0},
+        "piston": {"mass": 2},
+    }
+    pins = {"sun": "frame.O carrier.origin", "planet_pin": "carrier.C planet.origin"}
+    pins |= {"tip": "planet.tip rod.origin", "wrist": "rod.end piston.origin"}
+    joints: list[dict[str, Any]] = [{"name": n, "type": "pin", "between": ends.split()} for n, ends in pins.items()]
+    joints.append({"name": "bore", "type": "slide", "between": ["frame.O", "piston.origin"], "guess": 0.3, "friction": 0.1})
+    gear = {"type": "gear", "between": ["sun", "planet_pin"], "teeth": [60, 30], "internal": True, "pressure_angle": 0.35}
+    linkage = {"type": "linkage", "driver": "sun", "bodies": bodies, "joints": joints, "couplings": [gear]}
+    return crank_press(0.0, mechanism=linkage, load=[{"on": "bore", "force": "-2 kN", "while": "v > 0"}])
+
+
 ALL = {"yoke": yoke, "press": press, "shaper": shaper, "rotor": rotor}

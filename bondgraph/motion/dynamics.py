@@ -214,7 +214,7 @@ class Walk:
 
         places = [sympy.Dummy(name, real=True) for name in law.of]
         value = law.symbolic(dict(zip(law.of, places, strict=True)))
-        at = {place: sympy.sympify(argument) for place, argument in zip(places, arguments, strict=True)}
+        at = {place: sympy.sympify(argument, strict=True) for place, argument in zip(places, arguments, strict=True)}
         return value.xreplace(at), tuple(value.diff(place).xreplace(at) for place in places)
 
     def _both(self, motion: Motion) -> tuple[Any, Any]:

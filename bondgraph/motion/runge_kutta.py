@@ -1,25 +1,28 @@
-"""Explicit Runge-Kutta methods of order 5 and 8 of Dormand and Prince, for motions of a few states in plain numbers.
+"""Runge-Kutta methods: the explicit ones of Dormand and Prince, of order 5 and 8, and the implicit one of Radau.
 
 The loose tolerances are met for the least work by order 5: 6 evaluations of the rates a step, and a polynomial of order 4
 within it that costs none. Order 8 takes 12; its error is an estimate of order 5 corrected by one of order 3; the motion
 within a step is a polynomial of order 7, whose 3 further evaluations are made when somebody asks for it. The arithmetic of a
 step is written out for the number of states, without arrays: of two or three states that is ten times as fast.
 
+Implicit steps (`Implicit`) are collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's
+method: for motions in which small changes die out many times over within a step, to which an explicit step must keep.
+
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, sections II.4 to II.6,
-with the coefficients of their codes DOPRI5 and DOP853.
+with the coefficients of their codes DOPRI5 and DOP853; II, 1996, sections IV.5 and IV.8.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
-
-from bondgraph.records import NamedTuple
 
 Array = NDArray[np.float64]
 State = tuple[float, ...]
@@ -27,6 +30,7 @@ Rates = Callable[[float, Any], Any]
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0  # of one step's length over that of the one before
 _SHORTEST = 10.0  # spacings of the numbers at a step's time
+_SPACING = float(np.finfo(float).eps)
 _LOOSE = 3e-7  # tolerance of a step: down to it order 5 takes less work than order 8
 
 
@@ -331,3 +335,161 @@ class DormandPrince:
         largest = max(of_rates, bend)
         second = max(1e-6, 1e-3 * h) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.method.order)
         return min(100.0 * h, second, self.until - self.t)
+
+
+# -- implicit steps -----------------------------------------------------------------------------------------------------
+
+STAGES = 16  # order 31 at the end of a step, 16 within it
+STIFF = 20.0  # time constants: about the first number at which explicit steps are held up
+_TRIED = 1e-7  # of a state's size: how far it is moved to see what that changes
+_FIRST = 4.0  # time constants of the fastest change: what a step of this order resolves
+_MOST_NEWTON, _MOST_TRIES = 12, 40  # iterations in a step, and steps tried before one is accepted
+_GROWTH = 10.0  # of one step over the one before, at the most
+_SETTLED = 0.1  # of the tolerance: below it Newton's method has arrived
+_STALLED = 0.3  # of the change before: a change that is larger is rounding
+_ROUGH = 1e-8  # of a state: more than this is no rounding, but a Newton iteration that has lost its way
+_OPEN = 8.0  # times that rounding: below it, what is missing of a step is left open
+
+
+class RateField(NamedTuple):
+    """Rates of a motion at many instants at once: `rates(t, states)` for times (n,) and states (k, n) gives (k, n).
+
+    `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
+    fastest change must lie ahead for implicit steps to be the cheaper ones: 0 where instants are costly one at a time,
+    infinite where nothing brakes. `plain` are rates that cost next to nothing one at a time: whether these are stiff is
+    looked into once many steps were taken.
+    """
+
+    rates: Callable[[Array, Array], Array]
+    sizes: Array
+    stiff: float = STIFF
+    plain: bool = False
+
+
+def _radau() -> tuple[Array, Array, Array, Array]:
+    """Radau's points on (0, 1]; what turns values there into gains, into the series of gains, and into their own series."""
+    ends = np.zeros(STAGES + 1)
+    ends[-2:] = -1.0, 1.0
+    points = np.append(np.sort(legendre.legroots(ends).real)[:-1], 1.0)
+    to_series = np.linalg.inv(chebyshev.chebvander(points, STAGES - 1))
+    up_to = np.array([chebyshev.chebval(points, chebyshev.chebint(row, lbnd=-1.0)) for row in np.eye(STAGES)]).T
+    with_start = np.linalg.inv(chebyshev.chebvander(np.append(-1.0, points), STAGES))[:, 1:]
+    return 0.5 + 0.5 * points, 0.5 * up_to @ to_series, with_start, to_series
+
+
+_POINTS, _GAINS, _SERIES, _QUOTIENT = _radau()
+
+
+@np.errstate(all="ignore")  # an iterate that runs away is given up where it is found not to be finite
+def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
+    """Rates (k, n) at instants, and what they change with each state: (k, k, n), by differences; not finite far off."""
+    count, many = states.shape
+    moved = np.repeat(states[:, None, :], count + 1, axis=1)
+    for k in range(count):
+        moved[k, k + 1] += _TRIED * along.sizes[k]
+    found = along.rates(np.tile(t, count + 1), moved.reshape(count, -1)).reshape(count, count + 1, many)
+    steps = np.array([moved[k, k + 1] - states[k] for k in range(count)])
+    return found[:, 0], (found[:, 1:] - found[:, :1]) / steps
+
+
+def decay(along: RateField, t: float, state: Array) -> float:
+    """How fast the fastest of small changes of a state dies out, 1/s; 0 where none does, or nothing can be told."""
+    _, slope = slopes(along, np.array([t]), state[:, None])
+    scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
+    if not np.isfinite(scaled).all():
+        return 0.0
+    return max(0.0, -float(np.linalg.eigvals(scaled).real.min()))
+
+
+@dataclass(frozen=True, eq=False)
+class _Polynomial:
+    """The states within a step of h (s) from a time and a state, by their Chebyshev series over the share of the step."""
+
+    time: float
+    h: float
+    state: Array
+    series: Array
+
+    def __call__(self, t: Any) -> Array:
+        share = (np.asarray(t) - self.time) / self.h
+        return np.asarray((share * chebyshev.chebval(2.0 * share - 1.0, self.series)).T + self.state).T
+
+
+class Implicit:
+    """A motion stepped from (t, state), with relative and absolute errors allowed in a step as large as it can be."""
+
+    def __init__(self, along: RateField, t: float, state: Array, relative: float, absolute: Array) -> None:
+        self.along, self.relative, self.absolute = along, relative, np.maximum(absolute, 1e-300)
+        self.t, self.state = t, state
+        rate = decay(along, t, state)
+        self.h = _FIRST / rate if rate > 0.0 else np.inf
+
+    def step(self, longest: float, speed: float) -> Callable[[Any], Array] | None:
+        """Take a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
+
+        `speed` is the rate of the first state, by which Newton's method starts. At its start the states are exactly those
+        that it starts with, where a speed may be 0.
+        """
+        h = min(self.h, longest)
+        for _ in range(_MOST_TRIES):
+            if not h > 4 * _SPACING * abs(self.t):
+                return None
+            found = self._solved(h, speed)
+            change = 0.25 if found is None else self._change(*found)
+            if found is not None and change >= 1.0:
+                gained = found[0]
+                dense = _Polynomial(self.t, h, self.state, ((gained / _POINTS) @ _QUOTIENT.T).T)
+                self.h, self.t, self.state = h * min(change, _GROWTH), self.t + h, self.state + gained[:, -1]
+                return dense
+            h *= max(change, 0.2)
+        return None
+
+    def _allowed(self, states: Array) -> Array:
+        return np.asarray(self.absolute + self.relative * np.abs(states).max(axis=1))
+
+    def _change(self, gained: Array, rounding: Array) -> float:
+        """Factor for the length of a step, by the decay of its Chebyshev terms; below 1 the step is repeated."""
+        terms = np.abs(gained @ _SERIES.T)
+        allowed = self._allowed(self.state[:, None] + gained) + _OPEN * rounding
+        miss = float((terms[:, -2:].max(axis=1) / allowed).max())
+        if miss > 1.0:
+            return float(min(0.8 * miss ** (-1.0 / STAGES), 0.7))
+        counted = np.max(np.where(terms > allowed[:, None], np.arange(1, STAGES + 2), 1), axis=1)
+        share = np.minimum(allowed / np.maximum(terms.max(axis=1), 1e-300), 1.0)
+        growth = 0.9 * share ** (1.0 / (STAGES - 1) - 1.0 / counted)  # as terms fall as powers of the step
+        return max(1.0, float(np.where(counted > 1, growth, np.inf).min()))
+
+    def _solved(self, h: float, speed: float) -> tuple[Array, Array] | None:
+        """What the stages add to the states (k, stages), by Newton's method on all of them, and the rounding in it (k,).
+
+        The gains become the integrals of the rates; None where that does not settle.
+        """
+        count, times = self.state.size, self.t + h * _POINTS
+        gained = np.zeros((count, STAGES))
+        gained[0] = h * speed * _POINTS
+        before = np.inf
+        for _ in range(_MOST_NEWTON):
+            states = self.state[:, None] + gained
+            rates, slope = slopes(self.along, times, states)
+            if not (np.isfinite(rates).all() and np.isfinite(slope).all()):
+                return None
+            missing = h * rates @ _GAINS.T - gained
+            matrix = -h * np.einsum("ij,abj->aibj", _GAINS, slope).reshape(count * STAGES, -1)
+            matrix[np.diag_indices(count * STAGES)] += 1.0
+            try:
+                change = np.linalg.solve(matrix, missing.ravel()).reshape(count, STAGES)
+            except np.linalg.LinAlgError:
+                return None
+            gained = gained + change
+            size, allowed = np.abs(change).max(axis=1), self._allowed(states)
+            now = float((size / allowed).max())
+            rough = (size > _ROUGH * (np.abs(states).max(axis=1) + self.absolute)).any()
+            if now <= _SETTLED or (now > _STALLED * before and not rough):
+                return gained, size
+            rate = now / before if before < np.inf else 1.0
+            ahead = rate / (1.0 - rate) if rate < 1.0 else np.inf  # all the changes to come, of this one
+            # where the step is then too long, it matters how much of them is rounding
+            if now * ahead <= _SETTLED and self._change(gained, size * ahead) >= 1.0:
+                return gained, size * ahead
+            before = now
+        return None

@@ -25,8 +25,8 @@ from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
-from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
-from bondgraph.reduction import count, counting
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
+from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class Run:
     """
 
     dynamics: Dynamics
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[Step, ...]
     anchors: tuple[Mapping[str, float], ...]
     error: float
     rtol: float | None
@@ -192,7 +192,7 @@ class Run:
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
         steps = [stretch.dense for stretch in self.stretches]
         if self._plain:
-            return runge_kutta.at(steps, owners, times)  # type: ignore[arg-type]
+            return runge_kutta.at(steps, owners, times)
         values = np.empty((len(self.dynamics.state.names), times.size))
         order = np.argsort(owners, kind="stable")
         found, firsts = np.unique(owners[order], return_index=True)
@@ -440,7 +440,7 @@ class _Stepper:
         """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
         anywhere, taken, began = self._field({}), 0, self.evaluations
-        stretches: list[Stretch] = []
+        stretches: list[Step] = []
         within, lasts = dense or bool(self.breaks), [0.0]
         length: Callable[[float], float] | None = None
         if beside is not None:
@@ -449,7 +449,7 @@ class _Stepper:
             def length(t: float) -> float:
                 return float(widths[min(int(np.searchsorted(ends, t, side="right")), widths.size - 1)])
 
-        def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
+        def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Step]:
             nonlocal taken
             last = float(np.nextafter(stop, 0.0))
             field: Any = self._field(anchors, last)
@@ -490,14 +490,14 @@ class _Stepper:
         except GraphError as error:
             why = "" if self.undefined is None else self._undefined_reason()
             if isinstance(error, StepError) and (not why or WEIGHTLESS in why or _NOT_FINITE in why):
-                last = stretches[-1] if stretches else Stretch(0.0, 0.0, self.start, None)
+                last = stretches[-1] if stretches else Step(None, 0.0, 0.0, after=self.start)
                 dead = self._dead_centre(stretches, last.after, last.end)
                 if dead is not None:
                     raise _DeadCentreError(*dead, last.end) from error
             raise type(error)(f"{error} ({why})" if why else str(error)) from error
         return Run(self.dynamics, tuple(stretches), tuple(self.anchors), 0.0, rtol, 0)
 
-    def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Stretch, step: float, cost: float) -> None:
+    def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Step, step: float, cost: float) -> None:
         """Whether steps are as long as stability lets them be, by a mode that has decayed long ago."""
         at, here = stretch.end, field(stretch.end, stretch.after)
         nudge = 1e-7 * np.maximum(np.abs(stretch.after), self.scale)
@@ -576,7 +576,7 @@ class _Stepper:
             return str(error)
         return f"{_NOT_FINITE} at t = {t:.9g} s"
 
-    def _dead_centre(self, stretches: list[Stretch], state: Array, t: float) -> tuple[str, str] | None:
+    def _dead_centre(self, stretches: list[Step], state: Array, t: float) -> tuple[str, str] | None:
         """A flow and a position, where the inertia at a state is next to none beside its greatest around and before."""
         some = np.unique(np.linspace(0, len(stretches) - 1, _SAMPLES).astype(int)) if stretches else np.zeros(0, dtype=int)
         around = [(t, beside) for beside in self._beside(state, _BESIDE * (1.0 + np.abs(state)))]
@@ -768,7 +768,7 @@ class Bonds:
         }
 
 
-def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], evaluate: Callable[..., Instant]) -> Audit:
+def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Step], evaluate: Callable[..., Instant]) -> Audit:
     """Audit a run, from five points in each of its steps; `evaluate(times, owner)` gives the flows and efforts there."""
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])

@@ -1,45 +1,91 @@
-"""Time stepping: adaptive methods and three fixed-step ones, restarted where a law changes its branch.
+"""Time stepping: adaptive methods and three fixed-step ones, restarted where a law changes its branch or an event ends them.
 
-Every method gives the same thing, a chain of `Stretch`es with a dense output each, so that what is done with a motion does
+Every method gives the same thing, a chain of `Step`s with a dense output each, so that what is done with a motion does
 not depend on how it was found.
+
+`through` steps one smooth piece of a first state, of a crank's angle, to its end: laws are continued smoothly past it, so
+that the step which finds the end keeps its order, and so is what switches at a speed, which is watched over every step and
+found where it changes its sign. Its steps are explicit, and implicit where small changes die out many times over within a
+piece: an explicit step must stay within a few time constants of the fastest change, however smooth the motion is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.laws import GraphError
-from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Method
-from bondgraph.records import NamedTuple
+from bondgraph.motion import runge_kutta
+from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Implicit, Method, RateField, Rates, decay
+from bondgraph.numerics import JUST_STARTED, chebyshev_series, first_change, root
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Field = Callable[[float, Array], Array]
 
 PLAIN: Mapping[str, Method] = {"RK45": ORDER_5, "DOP853": ORDER_8}  # stepped without arrays
 ADAPTIVE = ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF")
+TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
 _NEAR = 1e-12  # of a period (or of 1): closer to a break than this is on it
-_MOST_STEPS = 1_000_000
-_MOST_HALVINGS = 2000
 _SPACING = float(np.finfo(float).eps)
+_MOST_STEPS = 1_000_000
 _MOST_STALLED = 200  # steps of LSODA after which the time is the same: it gets out of 60 of them
 
 
 class StepError(GraphError):
-    """A step that no method can take: the motion ends there, or the laws do."""
+    """A step that no method can take: the motion ends there, or the laws do; its time (s)."""
+
+    def __init__(self, text: str, time: float = math.nan) -> None:
+        super().__init__(text)
+        self.time = time
 
 
-class Stretch(NamedTuple):
-    """One step: from when to when, the state after it, and the state at any time within (None where nobody asks)."""
+class Step(NamedTuple):
+    """One accepted step: its dense output, the time it covers, which watched value ended it, if any, the state after it.
 
+    dense: the states at any time within, which several steps may share; None where nobody asks. after: None where it is that
+    of the dense output.
+    """
+
+    dense: Any
     start: float
     end: float
-    after: Array
-    dense: Callable[[Any], Array] | None
+    crossed: int | None = None
+    after: Any = None
+
+    @property
+    def first(self) -> Sequence[float]:
+        """The state at its start."""
+        return self.dense.state if isinstance(self.dense, runge_kutta.Step) else self.at(self.start)
+
+    @property
+    def last(self) -> Sequence[float]:
+        """The state at its end."""
+        return self.at(self.end) if self.after is None else self.after
+
+    def at(self, t: float) -> Sequence[float]:
+        """The state at a time within it: of an explicit step that of a shorter one, which is good to the same order."""
+        if isinstance(self.dense, runge_kutta.Step) and t > self.start:
+            return self.dense.shortened(t - self.start).after
+        return tuple(self.dense(t).tolist())
+
+    def steepest(self, k: int) -> float:
+        """The greatest rate of state k at the stages of an explicit step; infinite where it is not known."""
+        if isinstance(self.dense, runge_kutta.Step):
+            return max(abs(slope[k]) for slope in self.dense.slopes)
+        return np.inf
+
+
+class Tolerance(NamedTuple):
+    """Error allowed in a step: relative, and absolute for each variable."""
+
+    relative: float
+    absolute: Array
 
 
 class Tableau(NamedTuple):
@@ -89,7 +135,7 @@ def adaptive(
     *,
     dense: bool = True,
     length: Callable[[float], float] | None = None,
-) -> Iterator[Stretch]:
+) -> Iterator[Step]:
     """Steps of an adaptive method; `tolerance` is relative and, for every state, absolute; `longest` a step's, s.
 
     `length` gives a step's longest by the time that it starts at, for methods of one step. Explicit steps of order 5 and 8
@@ -101,7 +147,7 @@ def adaptive(
     from scipy import integrate
 
     relative, absolute = tolerance[0], tolerance[1]
-    given: Any = {"max_step": longest, "rtol": max(relative, 3e-14), "atol": absolute}
+    given: Any = {"max_step": longest, "rtol": max(relative, TIGHTEST), "atol": absolute}
     solver: Any = getattr(integrate, method)(field, t, state, until, **given)
     stalled = 0
     while solver.status == "running":
@@ -121,7 +167,7 @@ def adaptive(
         if message is not None:
             raise StepError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
         if not stalled:
-            yield Stretch(float(solver.t_old), float(solver.t), solver.y, solver.dense_output() if dense else None)
+            yield Step(solver.dense_output() if dense else None, float(solver.t_old), float(solver.t), after=solver.y)
 
 
 def _explicit(
@@ -134,9 +180,9 @@ def _explicit(
     longest: float,
     dense: bool,
     length: Callable[[float], float] | None,
-) -> Iterator[Stretch]:
+) -> Iterator[Step]:
     """Explicit steps, as `adaptive` gives them."""
-    relative, absolute = max(tolerance[0], 3e-14), np.broadcast_to(tolerance[1], state.shape).tolist()
+    relative, absolute = max(tolerance[0], TIGHTEST), np.broadcast_to(tolerance[1], state.shape).tolist()
     runner = DormandPrince(field, t, state.tolist(), until, relative, absolute, method=method)
     while runner.t < until:
         start = runner.t
@@ -145,10 +191,10 @@ def _explicit(
         if step is None or not np.isfinite(sum(step.after)):
             message = "Required step size is less than spacing between numbers." if step is None else "it is not finite"
             raise StepError(f"the motion cannot be followed past t = {start:.9g} s: {message}")
-        yield Stretch(start, runner.t, np.array(step.after), step if dense else None)
+        yield Step(step if dense else None, start, runner.t, after=np.array(step.after))
 
 
-def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Stretch]:
+def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Step]:
     """Equal steps of a fixed-step method, the last one cut to end at `until`; between them, Hermite's cubic."""
     tableau, rate = FIXED[method], field(t, state)
     count = max(1, int(np.ceil((until - t) / step * (1.0 - 1e-12))))
@@ -163,7 +209,7 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
                 f"the motion cannot be followed past t = {start:.9g} s: it is not finite; take shorter steps, or a "
                 "method for stiff equations that chooses its own (LSODA, Radau)"
             )
-        yield Stretch(float(start), float(end), after, hermite(float(start), float(end), state, after, rate, rate_after))
+        yield Step(hermite(float(start), float(end), state, after, rate, rate_after), float(start), float(end), after=after)
         state, rate = after, rate_after
 
 
@@ -183,13 +229,13 @@ def runge_kutta_step(tableau: Tableau, field: Field, t: float, state: Array, ste
 
 
 def through_breaks(
-    steps: Callable[[float, Array, float, Mapping[int, float]], Iterator[Stretch]],
+    steps: Callable[[float, Array, float, Mapping[int, float]], Iterator[Step]],
     rate: Callable[[float, Array], Array],
     breaks: Sequence[Breaks],
     times: Sequence[float],
     state: Array,
     until: float,
-) -> Iterator[Stretch]:
+) -> Iterator[Step]:
     """Steps from t = 0 to `until`, started afresh at every time and every break that a state passes.
 
     `steps(t, state, stop, anchors)` makes the steps of one piece up to a time; `anchors` are the middles of the pieces.
@@ -207,9 +253,15 @@ def through_breaks(
                 if np.isinf(low):
                     middle = high - 1.0 if np.isfinite(high) else 0.0
                 pieces[b.place], anchors[b.place] = (low, high), middle
-            for stretch in steps(t, state, stop, anchors):
-                left = _first_passage(stretch, pieces)
-                end, state = (stretch.end, stretch.after) if left is None else left
+            for step in steps(t, state, stop, anchors):
+                left, end, state = None, step.end, step.after
+                if pieces:
+                    events, places, ends = _breaks_around(pieces, step)
+                    step = crossing(events, step)
+                    left, end = step.crossed, step.end
+                if left is not None:
+                    state = np.array(step.dense(end))
+                    state[places[left]] = ends[left]
                 if left is not None and end == began:
                     names = ", ".join(
                         f"{b.name} = {state[b.place]:.9g}" for b in breaks if state[b.place] in pieces[b.place]
@@ -217,7 +269,7 @@ def through_breaks(
                     raise GraphError(
                         f"the motion sticks at {names}, t = {t:.9g} s: the laws on both sides drive it back there"
                     )
-                yield stretch._replace(end=end, after=state)
+                yield step._replace(crossed=None, after=state)
                 t, taken = end, taken + 1
                 if taken > _MOST_STEPS:
                     raise GraphError(
@@ -228,112 +280,15 @@ def through_breaks(
                     break
 
 
-_NODES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(14) + 0.5) / 14)  # a step's dense output is a polynomial: 14 values fix it
-_TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, 13))
-JUST_STARTED = 1e-9  # of a step
-
-
-def _first_passage(stretch: Stretch, pieces: Mapping[int, tuple[float, float]]) -> tuple[float, Array] | None:
-    """When a state first leaves its piece within a step, and the state then, put exactly on the break.
-
-    That is the step's start where the state leaves at once, on the side that it does not belong to.
-    """
-    if not pieces or stretch.dense is None:
-        return None
-    width = stretch.end - stretch.start
-    values = stretch.dense(stretch.start + width * _NODES)
-    found: tuple[float, int, float] | None = None
-    for index, piece in pieces.items():
-        coefficients = _TO_COEFFICIENTS @ values[index]
-        reach = np.abs(coefficients[1:]).sum()
-        for edge in piece:
-            if np.isfinite(edge) and abs(coefficients[0] - edge) <= reach * (1.0 + 1e-9) + 1e-15 * abs(edge):
-                outwards = 1.0 if edge == piece[1] else -1.0
-                part = _leaving(stretch, index, coefficients, edge, outwards)
-                if part is not None and (found is None or part < found[0]):
-                    found = part, index, edge
-    if found is None:
-        return None
-    when = stretch.end if found[0] == 1.0 else stretch.start + found[0] * width
-    state = np.array(stretch.dense(when))
-    state[found[1]] = found[2]
-    return when, state
-
-
-def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, outwards: float) -> float | None:
-    """The part of a step after which a state is first beyond an edge."""
-    dense = stretch.dense
-    assert dense is not None
-
-    def beyond(part: float) -> float:
-        time = stretch.start + part * (stretch.end - stretch.start)
-        return outwards * float(dense(time)[index] - edge)
-
-    crossings = roots(coefficients - edge * np.eye(coefficients.size)[0])
-    rounding = 8 * np.finfo(float).eps * max(abs(edge), float(np.abs(coefficients).max()))
-    while crossings.size and abs(beyond(0.5 * crossings[0])) <= rounding:  # a start at rest on the edge is a double root
-        crossings = crossings[1:]
-    if beyond(0.5 * (crossings[0] if crossings.size else 1.0)) > 0.0:
-        return 0.0
-    for low, high in pairwise([JUST_STARTED, *(0.5 * (crossings[1:] + crossings[:-1])), 1.0]):
-        if beyond(high) >= 0.0:
-            return instant(beyond, low, high)
-    return None
-
-
-def roots(series: Array) -> Array:
-    """Real roots of a Chebyshev series over a step, in parts of the step; none at its very start, none that is not finite.
-
-    >>> import numpy as np
-    >>> roots(np.array([0.0, 1.0]))
-    array([0.5])
-    """
-    chebyshev = np.polynomial.chebyshev
-    if not np.isfinite(series).all():
-        return np.empty(0)
-    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-15 * np.abs(series).max()))
-    real = found.real[np.abs(found.imag) < 1e-6]
-    return np.unique(real[(real > JUST_STARTED) & (real < 1.0)])
-
-
-def instant(value: Callable[[float], float], low: float, high: float) -> float:
-    """When a value changes its sign between two instants, to the last digit; `high` where it does not.
-
-    By inverse quadratic interpolation where that is safe, else by halves.
-    Source: T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
-
-    An instant next to zero is found to 1e-25 of the interval.
-
-    >>> abs(instant(lambda t: t * t - 2.0, 0.0, 2.0) - 2.0**0.5) < 1e-15
-    True
-    >>> instant(lambda t: t**3 - 1e-100, 0.0, 1.0) < 1e-24
-    True
-    """
-    a, b = float(low), float(high)
-    of_a, of_b = float(value(a)), float(value(b))
-    if not of_a * of_b < 0.0:
-        return high
-    close = max(1e-25 * (b - a), 1e-300)
-    share = 0.5
-    for _ in range(_MOST_HALVINGS):
-        x = a + share * (b - a)
-        of_x = float(value(x))
-        if (of_x > 0.0) == (of_a > 0.0):
-            c, of_c = a, of_a
-        else:
-            c, of_c, b, of_b = b, of_b, a, of_a
-        a, of_a = x, of_x
-        best = a if abs(of_a) < abs(of_b) else b
-        least = 0.5 * (4 * _SPACING * abs(best) + close) / abs(b - a)
-        if least > 0.5 or 0.0 in (of_a, of_b):
-            return best
-        place, height = (a - b) / (c - b), (of_a - of_b) / (of_c - of_b)
-        share = 0.5
-        if height**2 < place and (1.0 - height) ** 2 < 1.0 - place:  # the parabola x(value) through the three is monotonic
-            share = of_a / (of_b - of_a) * of_c / (of_b - of_c)
-            share += (c - a) / (b - a) * of_a / (of_c - of_a) * of_b / (of_c - of_b)
-        share = min(max(share, least), 1.0 - least)
-    return best
+def _breaks_around(pieces: Mapping[int, tuple[float, float]], step: Step) -> tuple[Events, Index, Array]:
+    """The distances of states from the ends of their pieces as events; the states that these belong to, and the ends."""
+    bounds = [(k, end, side) for k, piece in pieces.items() for end, side in zip(piece, (1.0, -1.0), strict=True)]
+    bounds = [bound for bound in bounds if np.isfinite(bound[1])]
+    places, ends, sides = (np.array([bound[k] for bound in bounds]) for k in range(3))
+    places = places.astype(int)
+    sizes = [np.abs(ends), *(np.abs(np.asarray(state)[places]) for state in (step.first, step.after))]
+    rounding = 8 * _SPACING * np.maximum.reduce(sizes)
+    return Events(lambda _, states: states[places] - ends[:, None], sides, rounding=rounding), places, ends
 
 
 def hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:
@@ -349,3 +304,237 @@ def hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> C
         )
 
     return dense
+
+
+# -- one piece of one state ----------------------------------------------------------------------------------------------
+
+_BEYOND = 1.05  # of the way to a piece's end: how far a step may try
+_NEARLY = 0.95  # of that way: a step that is longer is made to end there
+_SHORT = 0.03  # of a step: by how much it may be made longer to end there
+_LINEAR = 1e-8  # of a step: its square is rounding
+_MOST_LANDINGS = 8
+_STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
+_MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
+_PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
+
+
+class Events(NamedTuple):
+    """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
+
+    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the step. `clear` tells of an
+    explicit step, without looking closer, that nothing can leave its side there. `residuals` is by how much each may still
+    be on the other side where the stretch begins: the state that goes on is of a higher order than the dense output in which
+    the end of the stretch before was found, and what just changed its side may be short of it there by their difference.
+    A value of no more than its `rounding` is zero.
+    """
+
+    values: Callable[[Array, Array], Array]
+    sides: Array
+    clear: Callable[[runge_kutta.Step], bool] | None = None
+    residuals: Array | None = None
+    rounding: Array | None = None
+
+
+def residuals(sides: Array, start: Array) -> Array:
+    """By how much values at the start of a stretch are on the other side than within it.
+
+    >>> residuals(np.array([1.0, -1.0]), np.array([-2e-8, -5.0])).tolist()
+    [2e-08, 0.0]
+    """
+    return np.where(sides * start < 0.0, np.abs(start), 0.0)
+
+
+def through(
+    rates: Rates,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    hint: float | None,
+    events: Events | None = None,
+    along: RateField | None = None,
+    length: Callable[[float], float] | None = None,
+) -> Iterator[Step]:
+    """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
+
+    The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
+    die out many times over are stepped implicitly, and what is left of one that takes many steps. `length` gives the longest
+    of explicit steps by the time that they start at.
+    """
+    if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
+        stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
+    else:
+        stiff = along is not None and along.stiff == 0.0 and not along.plain
+    if along is not None and stiff:
+        done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance, events)
+        if done:
+            return
+        along = None
+    first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
+    switching = (
+        events is not None and events.clear is None
+    )  # which side it goes on to asks for states of the steps' own order
+    method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
+    solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
+    taken = 0
+    while solver.t < until:
+        speed = solver.f[0]
+        if speed:  # far past the piece's end the laws are only continued
+            far = abs(((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / speed)
+            if solver.h > _NEARLY * far:
+                solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
+        if length is not None:
+            solver.h = min(solver.h, length(solver.t))
+        accepted = solver.step()
+        if accepted is None:
+            raise StepError(f"no step is short enough past t = {solver.t:.9g} s", solver.t)
+        missing = (ends[1] if solver.f[0] > 0.0 else ends[0]) - accepted.after[0]
+        inside = speed * solver.f[0] > 0.0 and abs(missing) > 2.0 * _SHORT * accepted.h * abs(solver.f[0])
+        inside = inside and ends[0] < accepted.after[0] < ends[1]
+        step = None if inside else _landing(accepted, ends, until)
+        over = step is not None
+        if inside:
+            step = Step(accepted, accepted.t, solver.t, after=accepted.after)
+        elif step is None:
+            step = Step(accepted, accepted.t, solver.t, after=accepted.after)
+            step, over = _cut(rates, step, speed, solver.f[0], ends)
+        step = step if events is None else crossing(events, step)
+        yield step
+        if over or step.crossed is not None:
+            return
+        taken += 1
+        if along is not None and taken % _MANY == 0 and _held_up(along, solver, solver.t - t, taken, ends):
+            rest = along._replace(stiff=0.0, plain=False)
+            yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest, length)
+            return
+
+
+def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
+    """Whether implicit steps are the cheaper ones for the rest of a stretch, of which so many explicit ones were taken.
+
+    Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
+    """
+    if not along.plain:
+        return True
+    h, state = gone / taken, np.array(solver.y)
+    left = _rest(solver.f[0], solver.t, state, ends, solver.until)
+    fastest = decay(along, solver.t, state) if left > _MANY * h else 0.0
+    return h * fastest > 0.5 * _STABLE[solver.method.order]
+
+
+def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) -> Step | None:
+    """The step made to end where phi leaves the piece, by Newton's method; None where it ends well inside, or turns back.
+
+    None, too, where phi leaves the piece after `until`. What is missing at last is so little that the state changes in
+    proportion to it.
+    """
+    start, speed = step.slopes[0][0], step.slopes[-1][0]
+    end = ends[1] if speed > 0.0 else ends[0]
+    for _ in range(_MOST_LANDINGS):
+        if start * speed < 0.0 or speed == 0.0:
+            return None
+        missing = (end - step.after[0]) / speed
+        missing *= 1.0 - 0.5 * missing * (speed - start) / (step.h * speed)
+        if not -step.h < missing < _SHORT * step.h:
+            return None
+        if abs(missing) <= _LINEAR * step.h:
+            after = [y + missing * rate for y, rate in zip(step.after, step.slopes[-1], strict=True)]
+            last = step.t + step.h + missing
+            return Step(step, step.t, last, after=(end, *after[1:])) if last <= until else None
+        step = step.shortened(step.h + missing)
+        speed = step.slopes[-1][0]
+    return None
+
+
+def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> tuple[Step, bool]:
+    """A step cut where phi leaves the piece, and whether it does: it may leave it and turn back before the step is over."""
+    dense, start, turns = step.dense, step.start, step.end
+    if before * after < 0.0:
+        turns = root(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
+    for stop in turns, step.end:
+        phi = float(step.last[0] if stop == step.end else dense(stop)[0])
+        if phi >= ends[1] or phi < ends[0]:
+            end = ends[1] if phi >= ends[1] else ends[0]
+            leaves = root(lambda t: float(dense(t)[0]) - end, start, stop)  # noqa: B023 - called at once
+            return step._replace(end=leaves, after=None), True
+        start = stop
+    return step, False
+
+
+def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
+    """About how long it takes to the piece's end, or to the last time."""
+    return min(abs((ends[1] if speed > 0.0 else ends[0]) - float(state[0])) / abs(speed) if speed else np.inf, until - t)
+
+
+def _implicit_steps(
+    rates: Rates,
+    along: RateField,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    events: Events | None,
+) -> Generator[Step, None, tuple[bool, float, Array]]:
+    """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
+    solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
+    speed = float(rates(t, state)[0])
+    while solver.t < until:
+        start, rest = solver.t, _rest(speed, solver.t, solver.state, ends, until)
+        dense = solver.step(min(_BEYOND * rest, until - start), speed)
+        if dense is None:
+            return False, solver.t, solver.state
+        edges = np.linspace(start, solver.t, _PARTS + 1)
+        speeds = along.rates(edges, dense(edges))[0].tolist()
+        for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
+            step, over = _cut(rates, Step(dense, low, high), before, speed, ends)
+            step = step if events is None else crossing(events, step)
+            yield step
+            if over or step.crossed is not None:
+                return True, solver.t, solver.state
+    return True, solver.t, solver.state
+
+
+_EXPLICIT_SERIES, _IMPLICIT_SERIES = chebyshev_series(9), chebyshev_series(13)  # LSODA's dense output has degree 12
+_NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is looked for
+
+
+def crossing(events: Events, step: Step) -> Step:
+    """The step, cut where the first of the watched values leaves its side; at its start where one does so at once.
+
+    The share of a step after which a value is first below 0 is told by its values and by the roots of its polynomial.
+    """
+    width = step.end - step.start
+    if not (events.sides.size and width > 0.0):
+        return step
+    if events.clear is not None and isinstance(step.dense, runge_kutta.Step) and events.clear(step.dense):
+        return step
+
+    def inside(shares: Array) -> Array:
+        times = step.start + width * shares
+        found = events.sides[:, None] * events.values(times, step.dense(times))
+        found = found if events.residuals is None else found + events.residuals[:, None]
+        return found if events.rounding is None else np.where(np.abs(found) > events.rounding[:, None], found, 0.0)
+
+    nodes, to_series = _EXPLICIT_SERIES if isinstance(step.dense, runge_kutta.Step) else _IMPLICIT_SERIES
+    values = inside(nodes)
+    first: tuple[float, int] | None = None
+    for k, series in enumerate(values @ to_series.T):
+
+        def one(shares: Array, k: int = k) -> Array:
+            return np.asarray(inside(shares)[k])
+
+        found = first_change(one, nodes, values[k], series, JUST_STARTED)
+        if found is None or (first is not None and found[0] >= first[0]):
+            continue
+        low, high, roots = found
+        near = roots[(roots > low) & (roots < high)]
+        if near.size:  # close about a root of its polynomial, where that is one of its own
+            tried = np.clip(near[0] + np.array([-_NEAR_ROOT, _NEAR_ROOT]), low, high)
+            before, after = one(tried)
+            low, high = (float(tried[0]), float(tried[1])) if before > 0.0 > after else (low, high)
+        share = low if low == high else root(lambda share: float(one(np.array([share]))[0]), low, high)
+        if first is None or share < first[0]:
+            first = share, k
+    return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1], after=None)

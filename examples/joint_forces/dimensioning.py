@@ -22,7 +22,7 @@ import numpy as np
 
 from flywheel.mechanisms.linkages.positions import Poses, solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
-from flywheel.mechanisms.linkages.wrenches import Torque
+from flywheel.mechanisms.linkages.statics import Torque
 from flywheel.numerics.units import columns
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import click
 
-from flywheel.cli.common import STANDARD_OUTPUT, show, written
+from flywheel.cli.common import STANDARD_OUTPUT, exit_if_unwritten, show, written
 
 __all__ = ["main"]
 
-_MODULES = ("machines", "studies", "motions", "pages")  # of commands, those that are asked for most often first
+_MODULES = ("machines", "studies", "motions")  # of commands, those that are asked for most often first
 
 
 def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -33,7 +33,7 @@ def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -
     context.exit()
 
 
-class _Program(click.Group):
+class _Commands(click.Group):
     """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1.
 
     A module of commands is imported when one of them is asked for, or all.
@@ -70,10 +70,12 @@ class _Program(click.Group):
     def invoke(self, context: click.Context) -> Any:
         """Run the command that the arguments name."""
         with written(STANDARD_OUTPUT):
-            return super().invoke(context)
+            result = super().invoke(context)
+        exit_if_unwritten(context)
+        return result
 
 
-@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option(
     "--version",
     is_flag=True,
@@ -85,7 +87,8 @@ class _Program(click.Group):
 def main() -> None:
     """Flywheel design: from a mechanism to its reduced inertia and moment, and to an exact flywheel.
 
-    Start with `flywheel new press`, then `flywheel size press.toml`; `flywheel reference` explains the scene format.
+    Start with `flywheel new press`, then `flywheel size press.toml`. `flywheel reference` prints an overview of the scene
+    format and the names of all topics.
     """
 
 
@@ -128,7 +131,7 @@ def new(kind: str | None, file: Path | None) -> None:
         show(starter(kind))
         return
     path = file or Path(f"{kind}.toml")
-    with written(path):
+    with written(path, at_once=True):
         try:
             write_starter(kind, path)
         except FileExistsError:
@@ -137,11 +140,11 @@ def new(kind: str | None, file: Path | None) -> None:
     click.echo(f"wrote {path}", err=True)
 
 
-@click.command(short_help="Explain the scene format.")
+@click.command(short_help="Print the overview of the scene format, or one topic.")
 @click.argument("topic", callback=_known, required=False)
 @click.option("--schema", is_flag=True, help="Print the format as a JSON Schema, for editors, and nothing else.")
 def reference(topic: str | None, schema: bool) -> None:
-    """Explain the scene format: an overview, or one TOPIC.
+    """Print the overview of the scene format, or one TOPIC: `flywheel reference motor`. The overview ends with all topics.
 
     An editor that knows TOML (taplo, Even Better TOML) completes, explains and checks a scene by the schema: write it beside
     the scene with "flywheel reference --schema > flywheel.schema.json", and "#:schema ./flywheel.schema.json" into the
@@ -156,7 +159,7 @@ def reference(topic: str | None, schema: bool) -> None:
         return
     show(text(topic))
     if topic is None:
-        show(f"\nTopics: {', '.join(_names('topic'))}")
+        show(f"\nThis is the overview. `flywheel reference TOPIC` prints one of these topics:\n{', '.join(_names('topic'))}")
 
 
 for _command in (new, reference):

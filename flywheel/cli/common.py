@@ -20,6 +20,7 @@ PLOT_FORMATS = (".png", ".svg", ".pdf")
 FORMS = ("screen", "print")  # of pictures
 MOST_POINTS = 1_000_000
 STANDARD_OUTPUT = "standard output"
+_UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be written
 
 
 # -- arguments -------------------------------------------------------------------------------------------------------
@@ -71,21 +72,21 @@ def quantity(text: str, *dimensions: str) -> float | None:
 
 def speed(text: str, sliding: bool, option: str) -> float:
     """A speed of the crank, or of a driver that slides (SI), given to an option."""
-    found = quantity(text, "velocity" if sliding else "speed")
-    if found is None:
+    value = quantity(text, "velocity" if sliding else "speed")
+    if value is None:
         kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
         raise click.BadParameter(f"{text!r} is no {kind}.", param_hint=option)
-    return found
+    return value
 
 
 def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
     """Angles of the crank, or positions of a driver that slides (SI)."""
     dimension = "length" if sliding else "angle"
-    found = [quantity(text, dimension) for text in texts]
-    for text, value in zip(texts, found, strict=True):
+    values = [quantity(text, dimension) for text in texts]
+    for text, value in zip(texts, values, strict=True):
         if value is None:
             raise click.BadParameter(f"{text!r} is no {_PLACES[dimension]}.", param_hint="--at")
-    return [value for value in found if value is not None]
+    return [value for value in values if value is not None]
 
 
 SCENE = click.argument("scene", type=click.Path(path_type=Path, readable=False))
@@ -102,6 +103,12 @@ def csv_flag(help: str = "Print CSV, SI throughout.") -> Callable[[Any], Any]:
     return click.option("--csv", "as_csv", is_flag=True, help=help)
 
 
+def picture_option(endings: str, callback: Callable[..., Any], help: str) -> Callable[[Any], Any]:
+    """The option -o, --output or --plot of a command that does nothing but draw."""
+    file = click.Path(path_type=Path)
+    return click.option("-o", "--output", "--plot", "output", type=file, callback=callback, metavar=endings, help=help)
+
+
 def plot_option(help: str) -> Callable[[Any], Any]:
     """The option --plot, with the file of a picture, and --style, its form."""
     file = click.Path(path_type=Path)
@@ -111,9 +118,9 @@ def plot_option(help: str) -> Callable[[Any], Any]:
 
 def style_option(command: Any) -> Any:
     """The option --style: the form in which a command's pictures are drawn."""
-    told = "Pictures for the screen, in colours, or for print: greys, dashes and hatches."
+    help_text = "Pictures for the screen, in colours, or for print: greys, dashes and hatches."
     option = click.option(
-        "--style", type=click.Choice(FORMS), expose_value=False, callback=_in_form, default="screen", help=told
+        "--style", type=click.Choice(FORMS), expose_value=False, callback=_in_form, default="screen", help=help_text
     )
     return option(command)
 
@@ -151,7 +158,12 @@ def loaded(path: Path) -> Scene:
 
 def slides(scene: Scene) -> bool:
     """Whether a scene's driver slides, so that its coordinate is a position."""
-    return scene.reduction_element == "slide"
+    return scene.sliding
+
+
+def comma_names(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of a repeatable option, each of which may hold several with commas between."""
+    return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
 
 
 @contextmanager
@@ -187,8 +199,11 @@ def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
 
 
 @contextmanager
-def written(path: Path | str) -> Iterator[None]:
-    """Turn a file that cannot be written into one line on standard error and exit code 1."""
+def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
+    """Report a file that cannot be written in one line on standard error.
+
+    The command goes on to its other outputs and ends with exit code 1; at once where there is nothing to go on with.
+    """
     try:
         yield
     except BrokenPipeError:
@@ -201,6 +216,14 @@ def written(path: Path | str) -> Iterator[None]:
         lost = error.errno == errno.ENOENT and not folder.is_dir()
         tail = f": {str(folder)!r} is no folder" if lost and folder.exists() else f": there is no folder {str(folder)!r}"
         click.echo(f"{path}: cannot be written ({reason}){tail if lost else ''}", err=True)
+        if at_once or path == STANDARD_OUTPUT:
+            sys.exit(1)
+        click.get_current_context().meta[_UNWRITTEN] = True
+
+
+def exit_if_unwritten(context: click.Context) -> None:
+    """End with exit code 1 where a file could not be written."""
+    if context.meta.get(_UNWRITTEN):
         sys.exit(1)
 
 
@@ -218,7 +241,7 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
     if output is None:
         show(text)
         return
-    from bondgraph.storage.files import write_text
+    from bondgraph.files import write_text
     from flywheel.reading.scenes import input_files
 
     with written(output):
@@ -233,12 +256,12 @@ def spare(scene: Path, *outputs: Path | None) -> None:
     named = [output for output in outputs if output is not None]
     if not named:
         return
-    from bondgraph.storage.files import InputError, check
+    from bondgraph.files import InputError, check
     from flywheel.reading.scenes import input_files
 
     for output in named:
         ending = output.suffix.lower()
-        with written(output):
+        with written(output, at_once=True):
             try:
                 check(output, ending[1:] if ending in (*PLOT_FORMATS, ".gif", ".npz") else "text", input_files(scene))
             except InputError as error:

@@ -1,4 +1,4 @@
-"""Commands that compute: `size`, `power`, `tradeoff`, `reduce`, `graph`, `reactions`."""
+"""Commands of one machine: `size`, `power`, `tradeoff`, `reduce`, `graph`, `reactions`, and its page and report."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from flywheel.cli.common import (
     OUTPUT,
     SCENE,
     at_option,
+    comma_names,
     coordinates,
     csv_flag,
     exclusive,
@@ -36,7 +37,8 @@ from flywheel.cli.common import (
     written,
 )
 from flywheel.cli.common import speed as speed_of
-from flywheel.cli.motions import Course, course_options, watched
+from flywheel.cli.motions import CourseOptions, course_options, watched
+from flywheel.language import LANGUAGES
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
@@ -44,6 +46,9 @@ if TYPE_CHECKING:
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.transients import Transient
     from flywheel.scene.scene import Scene
+
+
+from contextlib import suppress
 
 
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
@@ -63,7 +68,7 @@ if TYPE_CHECKING:
     type=click.Choice(["si", "us"]),
     help="Of the page of answers: si (default), or us for WR² in lb ft², hp, psi, lbf ft, in.",
 )
-@click.option("--language", type=click.Choice(["en", "es"]), help="Of the page of answers (default en).")
+@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of the page of answers (default en).")
 @click.option("--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what it cost.")
 @plot_option("Draw moment, inertia, Wittenbauer's loop and speed into a file.")
 def size(
@@ -95,30 +100,30 @@ def size(
         from flywheel.reading.scenes import load
         from flywheel.sizing import sizing
 
-        found, told = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy), None
+        result, explained = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy), None
         if explain:
-            from flywheel.tables.explanation import explanation
+            from flywheel.tables.scene import explanation
 
-            told = explanation(found)
+            explained = explanation(result)
         if as_json or full:
             from flywheel.tables import sizing as page
         if as_json:
-            show(page.json(found, told))
-            remarked(scene, page.remarks(found))
-            for message in found.messages:
+            show(page.json(result, explained))
+            remarked(scene, page.remarks(result))
+            for message in result.messages:
                 click.echo(message, err=True)
         else:
             from flywheel.language import use
-            from flywheel.tables import answers
+            from flywheel.tables import summary
 
             with use(language or "en"):
-                text = page.text(found) if full else answers.text(found, units or "si")
-            show(text if told is None else f"{text}\n{told.text()}")
+                text = page.text(result) if full else summary.text(result, units or "si")
+            show(text if explained is None else f"{text}\n{explained.text()}")
         if plot is not None:
             from flywheel.pictures import sizing as picture
 
             with written(plot):
-                picture.plot(found, plot)
+                picture.plot(result, plot)
 
 
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -130,10 +135,10 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
 def _angle(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
     if text is None:
         return None
-    found = quantity(text, "angle")
-    if found is None:
+    angle = quantity(text, "angle")
+    if angle is None:
         raise click.BadParameter(f'{text!r} is no angle with its unit, such as "30 deg" or "0.5 rad".')
-    return found
+    return angle
 
 
 @click.command(short_help="Print reduced inertia, moment and influence coefficients.")
@@ -185,14 +190,14 @@ def reduce(
     with reported(scene):
         from flywheel.tables.reduction import reduced
 
-        found = loaded(scene)
-        own = None if speed is None else speed_of(speed, slides(found), "--speed")
+        given = loaded(scene)
+        own = None if speed is None else speed_of(speed, slides(given), "--speed")
         if plot is not None:
-            from flywheel.pictures import reduction as picture
+            from flywheel.pictures import courses as picture
 
             with written(plot):
-                picture.plot(found, plot, of=of, speed=own)
-        text, conditions = reduced(found, coordinates(at, slides(found)), points or 360, speed=own, as_json=as_json)
+                picture.plot_reduction(given, plot, of=of, speed=own)
+        text, conditions = reduced(given, coordinates(at, slides(given)), points or 360, speed=own, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)
     hand_over(text, output, scene)
@@ -216,11 +221,11 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     with reported(scene):
         from flywheel.tables.reduction import draw_graph, graph_table, machine_graph
 
-        shown, log = machine_graph(scene, simplified=simpler)
-        text = "\n".join([*log, graph_table(shown, form)])
+        drawn, log = machine_graph(scene, simplified=simpler)
+        text = "\n".join([*log, graph_table(drawn, form)])
         if plot is not None:
             with written(plot):
-                draw_graph(shown, plot, scene)
+                draw_graph(drawn, plot, scene)
         show(text)
 
 
@@ -235,7 +240,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
 @json_flag()
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
 @plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
-@click.option("--language", type=click.Choice(["en", "es"]), help="Of table and picture (default en).")
+@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of table and picture (default en).")
 def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
     """Print where the power of SCENE goes, from its input through every mesh to the loads, with all that is lost.
 
@@ -249,35 +254,33 @@ def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot
         from flywheel.numerics.faults import Fault, SceneError
         from flywheel.sizing import sizing
 
-        found = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
-        if found is None:
+        flow = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
+        if flow is None:
             raise SceneError([Fault("areas", "a diagram of areas", "a machine", "areas do not tell where power goes")])
-        from flywheel.tables import power_flow as page
+        from flywheel.tables import power as page
 
         with use(language or "en"):
-            show(page.json(found, at) if as_json else page.text(found, at))
+            show(page.json(flow, at) if as_json else page.text(flow, at))
             if plot is not None:
                 from flywheel.pictures import power_flow as picture
 
                 with written(plot):
-                    picture.plot(found, plot, at=at)
+                    picture.plot(flow, plot, at=at)
 
 
 # -- reactions -------------------------------------------------------------------------------------------------------
 
-_FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
-
-
-def _words(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Values of a repeatable option, each of which may hold several names with commas between."""
-    return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
+_TABLE_POINTS, _CURVE_POINTS = (
+    24,
+    360,
+)  # positions in tables for reading; in data, pictures and the search for the largest forces
 
 
 def _components(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
     from flywheel.motions.joint_forces import COMPONENTS
     from flywheel.numerics.faults import suggestion
 
-    names = _words(context, parameter, values)
+    names = comma_names(context, parameter, values)
     for name in names:
         if name not in COMPONENTS:
             raise click.BadParameter(f"{name!r} is no component; {suggestion(name, COMPONENTS)}")
@@ -306,7 +309,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     "--over", type=click.Choice(["driver", "time"]), help="Tables and curves over the driver's position or the time."
 )
 @click.option(
-    "--of", multiple=True, callback=_words, metavar="JOINT", help="A joint; repeatable, or with commas (default: all)."
+    "--of", multiple=True, callback=comma_names, metavar="JOINT", help="A joint; repeatable, or with commas (default: all)."
 )
 @click.option(
     "--component",
@@ -355,7 +358,7 @@ def reactions(
     That is in the steady regime, along the stroke, at a constant --speed, or along a motion in time: --from rest --until
     "5 s", as in `flywheel simulate`.
     """
-    course = Course(start, end, no_drive, wheel)
+    course = CourseOptions(start, end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
     exclusive(hodograph=hodograph, together=together)
     exclusive(**{"speed": speed, "a motion in time (from, until, no-drive)": course.wanted})
@@ -368,41 +371,41 @@ def reactions(
     over = over or ("time" if course.wanted else "driver" if components or together else None)
     kinds: dict[str, Any] = {"inertia": not quasi_static, "friction": not no_friction}
     as_data = as_json or as_csv
-    count = points or (_MANY if as_data else _FEW)
+    count = points or (_CURVE_POINTS if as_data else _TABLE_POINTS)
     spare(scene, output, plot)
     with reported(scene), watched(end) as watching:
         import numpy as np
 
         from flywheel.machine.machine import Machine
         from flywheel.motions.joint_forces import joint_errors, joint_forces
-        from flywheel.tables import forces
+        from flywheel.tables import reduction as forces
 
-        found = loaded(scene)
+        given = loaded(scene)
         if course.wanted:
-            watching.sliding = slides(found)
-            run = course.follow(found, at[0] if at else None, watching)
+            watching.sliding = slides(given)
+            run = course.follow(given, at[0] if at else None, watching)
             result, dense_forces = _along(run, count, breaks, kinds)
         else:
-            kinds["speed"] = None if speed is None else speed_of(speed, slides(found), "--speed")
-            result, dense_forces = _at(found, coordinates(at, slides(found)), count, breaks, kinds)
+            kinds["speed"] = None if speed is None else speed_of(speed, slides(given), "--speed")
+            result, dense_forces = _at(given, coordinates(at, slides(given)), count, breaks, kinds)
         dense = dense_forces() if dense_forces is not None and (plot is not None or not as_data) else None
         if plot is not None:
-            drawn = dense or joint_forces(found, np.unique(result.motion.phi), **kinds)
+            drawn = dense or joint_forces(given, np.unique(result.motion.phi), **kinds)
             if over is not None and not hodograph:
-                _draw_curves(found, forces.cleared(drawn), (over, of, components, together), plot)
+                _draw_curves(given, forces.cleared(drawn), (over, of, components, together), plot)
             else:
                 _draw_hodographs(forces.cleared(result if points and not course.wanted else drawn), of, plot)
         if as_json:
             errors = joint_errors(
-                result.machine or Machine(found), result, inertia=kinds["inertia"], friction=kinds["friction"]
+                result.machine or Machine(given), result, inertia=kinds["inertia"], friction=kinds["friction"]
             )
-            text = forces.json(found, result, errors, of, components)
+            text = forces.forces_json(given, result, errors, of, components)
         elif as_csv:
-            text = forces.csv(found, result, over, of, components)
+            text = forces.forces_csv(given, result, over, of, components)
         elif over is None and not of:
-            text = forces.text(found, result, dense)
+            text = forces.forces_text(given, result, dense)
         else:
-            text = forces.curves_text(found, result, dense, over or "driver", of, components)
+            text = forces.curves_text(given, result, dense, over or "driver", of, components)
     for message in result.messages if as_data else ():
         click.echo(message, err=True)
     hand_over(text, output, scene)
@@ -418,14 +421,14 @@ def _at(
     from flywheel.motions.joint_forces import close_angles, closely, joint_forces, spread
 
     machine = Machine(scene)
-    found = joint_forces(machine, places or spread(scene, count), **kinds)
+    result = joint_forces(machine, places or spread(scene, count), **kinds)
     if breaks:
-        found = joint_forces(machine, np.unique(np.concatenate((found.motion.phi, close_angles(found, 2)))), **kinds)
+        result = joint_forces(machine, np.unique(np.concatenate((result.motion.phi, close_angles(result, 2)))), **kinds)
 
     def along(phi: Array) -> JointForces:
         return joint_forces(machine, phi, **kinds)
 
-    return found, None if places else lambda: closely(found, along, max(count, _MANY))
+    return result, None if places else lambda: closely(result, along, max(count, _CURVE_POINTS))
 
 
 def _along(
@@ -433,7 +436,7 @@ def _along(
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
     """The same along a motion in time, from its start to its end."""
     from flywheel.motions.joint_forces import along_run, closely_along
-    from flywheel.motions.transients import evenly
+    from flywheel.motions.simulation import evenly
 
     trail = run.motion.trail
     assert trail is not None
@@ -454,28 +457,28 @@ def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
         file = path if len(found.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
         with written(file):
             polar(forces, file, joints)
-        click.echo(f"wrote {file}", err=True)
+            click.echo(f"wrote {file}", err=True)
 
 
 def _draw_curves(
     scene: Scene,
-    found: JointForces,
-    asked: tuple[str, Sequence[str], Sequence[str], bool],
+    forces: JointForces,
+    which: tuple[str, Sequence[str], Sequence[str], bool],
     path: Path,
 ) -> None:
     """Curves over the driver's position or the time, all in one picture."""
     from flywheel.motions.joint_forces import RESULTANT, axis, force_curves
     from flywheel.pictures.reactions import curves
 
-    over, of, components, together = asked
-    chosen, along = force_curves(found, of, components), axis(found, over)
+    over, of, components, together = which
+    chosen, along = force_curves(forces, of, components), axis(forces, over)
     if not components:  # its size beside a force would hide it
         chosen = [curve for curve in chosen if curve.component != RESULTANT]
     with written(path):
         curves(
-            chosen, along, f"{scene.title or 'Machine'}: forces in the joints, {found.condition}", path, together=together
+            chosen, along, f"{scene.title or 'Machine'}: forces in the joints, {forces.condition}", path, together=together
         )
-    click.echo(f"wrote {path}", err=True)
+        click.echo(f"wrote {path}", err=True)
 
 
 # -- tradeoff --------------------------------------------------------------------------------------------------------
@@ -515,18 +518,18 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
         with _progress(budget) as progress:
             from flywheel.study import tradeoff as study
 
-            found = study.tradeoff(loaded(scene), rtol, budget=budget, progress=progress)
-        from flywheel.tables import tradeoffs
+            result = study.tradeoff(loaded(scene), rtol, budget=budget, progress=progress)
+        from flywheel.tables import designs
 
-        show(tradeoffs.json(found) if as_json else tradeoffs.text(found))
-        for told in tradeoffs.unfinished(found) if as_json else ():
-            click.echo(told, err=True)
+        show(designs.tradeoff_json(result) if as_json else designs.tradeoff_text(result))
+        for line in designs.unfinished(result) if as_json else ():
+            click.echo(line, err=True)
         if plot is not None:
-            from flywheel.pictures import tradeoffs as picture
+            from flywheel.pictures import designs as picture
 
             with written(plot):
-                picture.plot(found, plot)
-    if found.interrupted:
+                picture.plot_tradeoff(result, plot)
+    if result.interrupted:
         sys.exit(_INTERRUPTED)
 
 
@@ -591,4 +594,107 @@ class _Progress:
             click.echo("\r\x1b[2K", err=True, nl=False, color=True)
 
 
-COMMANDS = (size, power, reduce, graph, reactions, tradeoff)
+@click.command("open", short_help="Open a scene as a live page in the browser.")
+@click.argument("scene", type=click.Path(path_type=Path, readable=False), required=False)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of this machine, else any free one.")
+@click.option("--no-browser", is_flag=True, help="Print the page's address without opening a browser.")
+@click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
+def open_page(scene: Path | None, port: int, no_browser: bool, language: str) -> None:
+    """Show SCENE, a TOML file, as a page in the browser: a form of its values, and figures that follow them.
+
+    Without SCENE the page offers starters. The page is served on this machine alone, at an address with a secret in it,
+    until Ctrl+C ends the command. The file is changed only where the page is told to save.
+    """
+    from flywheel.page.server import PageServer
+    from flywheel.page.session import Session
+
+    with reported(scene or Path("scene")):
+        session = Session(scene, language)
+    try:
+        server = PageServer(session, port)
+    except OSError as error:
+        raise click.UsageError(f"port {port} cannot be used ({error.strerror}): give another one, or none.") from error
+    show(f"{server.address}\nCtrl+C ends it.")
+    sys.stdout.flush()
+    if not no_browser:
+        import webbrowser
+
+        with suppress(webbrowser.Error):
+            webbrowser.open(server.invitation())
+    with suppress(KeyboardInterrupt):
+        server.serve_forever()
+    with suppress(KeyboardInterrupt):
+        server.server_close()
+
+
+def _report_path(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
+    if path.suffix.lower() not in (".html", ".htm", ".pdf"):
+        raise click.BadParameter(f"{str(path)!r} does not end in .html or .pdf.")
+    return path
+
+
+@click.command(short_help="Write a worked report, every step with its numbers, as HTML or PDF.")
+@SCENE
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    callback=_report_path,
+    metavar="FILE.(html|pdf)",
+    help="The report's file; a PDF is printed by a browser that is installed.",
+)
+@click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
+@click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
+@click.option("--page", type=click.Choice(["all", "summary"]), default="all", help="summary: the first page alone, to sign.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as of size.")
+@click.option(
+    "--printed",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A file with a printed solution, JSON or TOML, which is set beside ours (topic report).",
+)
+def report(
+    scene: Path,
+    output: Path,
+    language: str,
+    units: str,
+    page: str,
+    rtol: float | None,
+    accuracy: str | None,
+    printed: Path | None,
+) -> None:
+    """Write the worked report of SCENE, a TOML file: every step as formula, substitution with numbers, and result.
+
+    Its first page says what a designer signs: machine, motor, train, flywheel, what binds, speeds, remarks.
+    One file without anything from the network, to be printed on A4 and handed out. A scene without a flywheel gives the
+    steps that it has.
+    """
+    spare(scene, output)
+    with reported(scene):
+        from flywheel import language as languages
+        from flywheel.reading.scenes import input_files, load
+        from flywheel.report import contents
+        from flywheel.report.contents import sized
+        from flywheel.report.solutions import solution
+
+        if output.suffix.lower() == ".pdf":
+            try:
+                contents.browser()
+            except contents.PrintError as error:
+                click.echo(f"{output}: {error}", err=True)
+                sys.exit(1)
+        with languages.use(language):
+            beside = None if printed is None else solution(printed, scene)
+            document = sized(load(scene), rtol, accuracy)
+            with written(output):
+                try:
+                    read = [*input_files(scene), *([] if printed is None else [printed])]
+                    contents.write(document, output, units=units, printed=beside, page=page, inputs=read)
+                except contents.PrintError as error:
+                    click.echo(f"{output}: {error}", err=True)
+                    sys.exit(1)
+
+
+COMMANDS = (size, power, reduce, graph, reactions, tradeoff, open_page, report)

@@ -22,6 +22,7 @@ from flywheel.cli.common import (
     hand_over,
     json_flag,
     loaded,
+    picture_option,
     plot_option,
     plot_path,
     quantity,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
-_FEW = 4  # positions of a motion whose instant centres are told where none were asked for
+_ROWS = 4  # positions of a motion whose instant centres are told where none were asked for
 _EVERY = 5.0  # seconds between two words on a long motion
 
 
@@ -91,7 +92,7 @@ _END = (
 )
 
 
-class Course(NamedTuple):
+class CourseOptions(NamedTuple):
     """What options say of a motion in time: its start, its end, whether the drive is off, the flywheel (kg m²)."""
 
     start: str | None
@@ -124,7 +125,7 @@ class Course(NamedTuple):
 def course_options(*, start: str | None) -> Callable[[Any], Any]:
     """The options of a motion in time, but for where it begins; `start` is its start where nothing is said."""
     words = 'rest, regime, or "200 rpm".'
-    found = (
+    declared = (
         click.option(
             "--from",
             "start",
@@ -142,7 +143,7 @@ def course_options(*, start: str | None) -> Callable[[Any], Any]:
     )
 
     def options(command: Any) -> Any:
-        for option in reversed(found):
+        for option in reversed(declared):
             command = option(command)
         return command
 
@@ -192,20 +193,20 @@ def simulate(
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene), watched(end) as watching:
-        from flywheel.tables import transients
+        from flywheel.tables import motions
 
         given = loaded(scene)
         watching.sliding = slides(given)
-        found = Course(start, end, no_drive, wheel).follow(given, place, watching, rtol)
+        course = CourseOptions(start, end, no_drive, wheel).follow(given, place, watching, rtol)
         if plot is not None:
-            from flywheel.pictures import transients as picture
+            from flywheel.pictures import courses as picture
 
             with written(plot):
-                picture.plot(found, plot)
+                picture.plot_transient(course, plot)
         if table is not None:
-            hand_over(transients.csv(found, points, breaks), table, scene)
-        write = transients.csv if csv_file == "-" else transients.json if as_json else None
-        text = transients.text(found) if write is None else write(found, points, breaks)
+            hand_over(motions.transient_csv(course, points, breaks), table, scene)
+        write = motions.transient_csv if csv_file == "-" else motions.transient_json if as_json else None
+        text = motions.transient_text(course) if write is None else write(course, points, breaks)
     hand_over(text, output, scene)
 
 
@@ -270,6 +271,7 @@ class _Watching:
 @click.option("--regime", is_flag=True, help="Along the steady regime, with the flywheel given or sized.")
 @click.option("--law", metavar="LAW", help='The driver in time: an expression such as "sin(t)" (rad or m), or a CSV file.')
 @course_options(start=None)
+@click.option("--full", is_flag=True, help="All bodies, joints and points, not the extremes of the ports alone.")
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
 @json_flag("Print JSON, SI throughout, with every figure's error.")
 @plot_option("Draw position, velocity and acceleration into a file; with --instant-centres these, at up to four positions.")
@@ -295,6 +297,7 @@ def motion(
     end: str | None,
     no_drive: bool,
     wheel: float | None,
+    full: bool,
     as_csv: bool,
     as_json: bool,
     plot: Path | None,
@@ -306,7 +309,7 @@ def motion(
     Per unit of the driver (g and g'), unless it moves at a constant --speed, in the steady --regime, by a --law of time
     that lasts --until "2 s", or along a motion in time: --from rest --until "5 s", as in `flywheel simulate`.
     """
-    course = Course(start, None if law else end, no_drive, wheel)
+    course = CourseOptions(start, None if law else end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
     given = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.wanted}
     named = [name for name, value in given.items() if value]
@@ -323,7 +326,7 @@ def motion(
     spare(scene, output, plot)
     with reported(scene), watched(end) as watching:
         from flywheel.motions import driver, kinematics
-        from flywheel.tables import kinematics as page
+        from flywheel.tables import motions as page
 
         lasting = None if law is None or end is None else _duration(end)
         machine = loaded(scene) if law is None else driver.scene_moved(scene, law, lasting)
@@ -331,7 +334,7 @@ def motion(
         watching.sliding = sliding = slides(machine)
         if wheel is not None and regime:
             machine = machine.with_flywheel(wheel)
-        found = kinematics.motion(
+        result = kinematics.motion(
             machine,
             of=[name.strip() for names in of for name in names.split(",")],
             over=over,
@@ -348,11 +351,10 @@ def motion(
         centres = None
         if with_centres:
             from flywheel.motions.velocities import instant_centres
-            from flywheel.tables import velocities
 
-            count = found.q.size
-            few = list(range(count)) if as_csv or as_json or listed else [k * (count - 1) // _FEW for k in range(_FEW)]
-            centres = instant_centres(machine, found.q[few], speed=None if found.rate is None else found.rate[few])
+            count = result.q.size
+            few = list(range(count)) if as_csv or as_json or listed else [k * (count - 1) // _ROWS for k in range(_ROWS)]
+            centres = instant_centres(machine, result.q[few], speed=None if result.rate is None else result.rate[few])
         if plot is not None:
             with written(plot):
                 if centres is not None:
@@ -362,31 +364,31 @@ def motion(
                 else:
                     from flywheel.pictures import kinematics as picture
 
-                    picture.plot(found, plot)
+                    picture.plot(result, plot)
         if as_csv or as_json:
-            text = (page.csv if as_csv else page.json)(found, centres)
+            text = (page.motion_csv if as_csv else page.motion_json)(result, centres)
         else:
-            text = page.text(found, listed=listed, tables=tables)
-            text += "" if centres is None else f"\n{velocities.text(centres)}"
-    for message in found.messages if as_csv else ():
+            text = page.motion_text(result, listed=listed, tables=tables, full=full or tables)
+            text += "" if centres is None else f"\n{page.velocities_text(centres)}"
+    for message in result.messages if as_csv else ():
         click.echo(message, err=True)
     hand_over(text, output, scene)
 
 
 def _duration(text: str) -> float:
-    found = quantity(text, "time")
-    if found is None or found <= 0.0:
+    time = quantity(text, "time")
+    if time is None or time <= 0.0:
         raise click.BadParameter(f'{text!r} is no duration such as "2 s".', param_hint="--until")
-    return found
+    return time
 
 
 def _times(texts: list[str]) -> list[float]:
     """Times (s) given to --at."""
-    found = [quantity(text, "time") for text in texts]
-    for text, value in zip(texts, found, strict=True):
+    times = [quantity(text, "time") for text in texts]
+    for text, value in zip(texts, times, strict=True):
         if value is None:
             raise click.BadParameter(f'{text!r} is no time with its unit, such as "0.2 s".', param_hint="--at")
-    return [value for value in found if value is not None]
+    return [value for value in times if value is not None]
 
 
 # -- pictures --------------------------------------------------------------------------------------------------------
@@ -404,7 +406,7 @@ def _target(scene: Path, output: Path | None, ending: str) -> Path:
         return output
     path = Path(scene.with_suffix(ending).name)
     if os.path.lexists(path):
-        click.echo(f"{path}: exists already and is left as it is; name a file with -o", err=True)
+        click.echo(f"{path}: exists already and is left as it is; name a file with --plot", err=True)
         sys.exit(1)
     return path
 
@@ -425,13 +427,10 @@ def _tell(output: Path | None, target: Path) -> None:
     metavar="NAME",
     help="A joint or a point whose path is drawn, such as B or rod.P; repeatable (default: all that move).",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Where the picture goes (default: the scene's name with .png, here, if there is no such file yet).",
+@picture_option(
+    "FILE.(png|svg|pdf)",
+    plot_path,
+    "Write the picture to this file (default: the scene's name with .png in this folder, if there is no such file yet).",
 )
 @style_option
 def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], output: Path | None) -> None:
@@ -440,23 +439,20 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
     with reported(scene):
         from flywheel.pictures.mechanisms import draw
 
-        found = loaded(scene)
-        wanted = coordinates(at, slides(found))
+        given = loaded(scene)
+        wanted = coordinates(at, slides(given))
         target = _target(scene, output, ".png")
         with written(target):
-            draw(found, target, at=wanted, points=points)
-    _tell(output, target)
+            draw(given, target, at=wanted, points=points)
+            _tell(output, target)
 
 
 @click.command("animate", short_help="Animate the mechanisms of a scene beside the curve of speed.")
 @SCENE
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    callback=_gif_path,
-    metavar="FILE.gif",
-    help="Where the animation goes (default: the scene's name with .gif, here, if there is no such file yet).",
+@picture_option(
+    "FILE.gif",
+    _gif_path,
+    "Write the animation to this file (default: the scene's name with .gif in this folder, if there is no such file yet).",
 )
 @click.option("--frames", type=click.IntRange(2, 600), default=60, show_default=True, help="Frames, evenly in time.")
 @click.option("--fps", type=click.IntRange(1, 50), default=20, show_default=True, help="Frames shown in a second.")
@@ -470,11 +466,11 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     with reported(scene):
         from flywheel.pictures.mechanisms import animate
 
-        found = loaded(scene)
+        given = loaded(scene)
         target = _target(scene, output, ".gif")
         with written(target):
-            animate(found, target, frames=frames, fps=fps)
-    _tell(output, target)
+            animate(given, target, frames=frames, fps=fps)
+            _tell(output, target)
 
 
 COMMANDS = (simulate, motion, draw_mechanisms, animate_mechanisms)

@@ -13,6 +13,8 @@ import click
 
 from flywheel.cli.common import (
     SCENE,
+    STANDARD_OUTPUT,
+    comma_names,
     csv_flag,
     exclusive,
     json_flag,
@@ -31,31 +33,31 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
 
 _RTOL = (1e-14, 0.1)
-_MOST = 1_000_000  # values of one number
+_MOST_VALUES = 1_000_000  # values of one number
 _ROWS = 20
 _ENGINE = "What sizes many designs at once, or size for one by one (default: numpy)."
 
 
 def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[str, list[str], int]]:
     """Paths with their values as texts, and how many values to put between two of them (0: they are the values)."""
-    found = []
+    columns = []
     for text in texts:
         path, equals, values = text.partition("=")
         parts = [part.strip() for part in values.split(":")]
         if not equals or not path.strip() or not all(parts) or len(parts) not in (1, 3):
-            told = "is no PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
-            raise click.BadParameter(f"{text!r} {told}.")
+            expected = "is no PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
+            raise click.BadParameter(f"{text!r} {expected}.")
         if len(parts) == 1:
-            found.append((path.strip(), [part.strip() for part in values.split(",")], 0))
+            columns.append((path.strip(), [part.strip() for part in values.split(",")], 0))
             continue
         count = int(parts[2]) if parts[2].isdecimal() and len(parts[2]) < 9 else 0
-        if not 2 <= count <= _MOST:
-            raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count from 2 to {_MOST}.")
-        found.append((path.strip(), parts[:2], count))
-    return found
+        if not 2 <= count <= _MOST_VALUES:
+            raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count from 2 to {_MOST_VALUES}.")
+        columns.append((path.strip(), parts[:2], count))
+    return columns
 
 
-def varied_columns(scene: Scene, asked: list[tuple[str, list[str], int]]) -> dict[str, Any]:
+def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -> dict[str, Any]:
     """The values (SI) of numbers of a scene, each of them in the unit that its key asks for, or as a bare number in SI."""
     import numpy as np
 
@@ -65,7 +67,7 @@ def varied_columns(scene: Scene, asked: list[tuple[str, list[str], int]]) -> dic
 
     columns: dict[str, Any] = {}
     faults = []
-    for path, texts, count in asked:
+    for path, texts, count in variations:
         name = dotted(path)
         if name in columns:
             faults.append(Fault(name, "two columns", "one --vary for each"))
@@ -139,37 +141,38 @@ def sweep(
     spare(scene, table, plot, npz)
     with reported(scene):
         from flywheel.designs import sweep as study
-        from flywheel.designs.sweep_files import csv_lines, write_csv
+        from flywheel.designs.sweep_results import csv_lines, write_csv
         from flywheel.numerics.faults import SceneError
         from flywheel.reading.paths import dotted
-        from flywheel.tables import sweeps
+        from flywheel.tables import designs
 
         given = loaded(scene)
         columns: dict[str, Any] = {dotted(path): () for path, *_ in asked}
         pool = jobs if jobs is not None and jobs > 1 else None
         try:
             columns = varied_columns(given, asked)
-            found = study.sweep(given, columns, rtol, grid=True, executor=pool, engine=engine, file=npz)
+            with written(STANDARD_OUTPUT if npz is None else npz, at_once=True):
+                result = study.sweep(given, columns, rtol, grid=True, executor=pool, engine=engine, file=npz)
         except SceneError as error:
             _refuse_arguments(error, npz, columns)
             raise
         if table is not None:
             with written(table):
-                write_csv(found, table)
+                write_csv(result, table)
         if plot is not None:
-            from flywheel.pictures import sweeps as picture
+            from flywheel.pictures import designs as picture
 
             with written(plot):
-                picture.plot(found, plot)
+                picture.plot_sweep(result, plot)
     if csv_file == "-":
-        for line in sweeps.notes(found):
+        for line in designs.notes(result):
             click.echo(line, err=True)
-        show("".join(csv_lines(found)))
+        show("".join(csv_lines(result)))
     else:
-        show(sweeps.text(found, rows))
-    if found.missing:
+        show(designs.sweep_text(result, rows))
+    if result.missing:
         sys.exit(130)
-    if len(found.reasons) == len(found):
+    if len(result.reasons) == len(result) or any(message.startswith(f"{npz}: ") for message in result.messages):
         sys.exit(1)
 
 
@@ -190,12 +193,7 @@ _OWN = ("paths", "figures", "figure", "samples", "engine", "vary", "over", "mini
 _COMPARED = re.compile(r"<=|>=|<|>")
 
 
-def _names(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of a repeatable option, each of which may hold several with commas between."""
-    return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
-
-
-_OF = click.option("--of", multiple=True, callback=_names, metavar="FIGURE", help=_PLOT_OF)
+_OF = click.option("--of", multiple=True, callback=comma_names, metavar="FIGURE", help=_PLOT_OF)
 
 
 def _value(text: str) -> str | float:
@@ -208,24 +206,24 @@ def _value(text: str) -> str | float:
 
 def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
     """Of each path the two ends, or for `tolerance` the one standard deviation after a sign ±."""
-    alone, found = parameter.name == "vary", dict[str, Any]()
+    alone, intervals = parameter.name == "vary", dict[str, Any]()
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
         sigma = next((values[len(sign) :].strip() for sign in ("±", "+-", "+/-") if values.startswith(sign)), "")
         parts = (sigma,) if sigma and alone else tuple(part.strip() for part in values.split(":"))
         if not equals or not path or not all(parts) or (len(parts) != 2 and not sigma):
-            told = "PATH=LOW:HIGH, such as mechanism.rod.length=590mm:610mm"
-            raise click.BadParameter(f"{text!r} is no {told}{', nor PATH=±SIGMA' if alone else ''}.")
-        if path in found:
+            expected = "PATH=LOW:HIGH, such as mechanism.rod.length=590mm:610mm"
+            raise click.BadParameter(f"{text!r} is no {expected}{', nor PATH=±SIGMA' if alone else ''}.")
+        if path in intervals:
             raise click.BadParameter(f"{path} is given twice.")
         values_found = [_value(part) for part in parts]
-        found[path] = values_found[0] if sigma else tuple(values_found)
-    return found
+        intervals[path] = values_found[0] if sigma else tuple(values_found)
+    return intervals
 
 
 def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, tuple[Any, Any]]:
     """Limits of figures from `power<=5kW`, `power >= 2 kW` or `2kW <= power <= 5kW`, those of one figure together."""
-    found: dict[str, tuple[Any, Any]] = {}
+    bounds: dict[str, tuple[Any, Any]] = {}
     for text in texts:
         parts, signs = [part.strip() for part in _COMPARED.split(text)], [sign[0] for sign in _COMPARED.findall(text)]
         if len(parts) not in (2, 3) or not all(parts) or len(set(signs)) != 1:
@@ -233,12 +231,12 @@ def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str,
         if signs[0] == ">":
             parts = parts[::-1]  # from the lowest on
         if len(parts) == 3:
-            found[parts[1]] = (_value(parts[0]), _value(parts[2]))
+            bounds[parts[1]] = (_value(parts[0]), _value(parts[2]))
         elif signs[0] == "<":
-            found[parts[0]] = (found.get(parts[0], (None, None))[0], _value(parts[1]))
+            bounds[parts[0]] = (bounds.get(parts[0], (None, None))[0], _value(parts[1]))
         else:
-            found[parts[1]] = (_value(parts[0]), found.get(parts[1], (None, None))[1])
-    return found
+            bounds[parts[1]] = (_value(parts[0]), bounds.get(parts[1], (None, None))[1])
+    return bounds
 
 
 @contextmanager
@@ -259,10 +257,10 @@ def _arguments(*options: dict[str, Any]) -> Iterator[None]:
         sys.exit(1)
 
 
-def _drawn(picture: Any, found: Any, plot: Path | None, names: tuple[str, ...] = ()) -> None:
+def _drawn(picture: Any, result: Any, plot: Path | None, names: tuple[str, ...] = ()) -> None:
     if plot is not None:
         with written(plot):
-            picture(found, plot, *([names] if names else []))
+            picture(result, plot, *([names] if names else []))
 
 
 @click.command(short_help="Print what figures change by as numbers of a scene change.")
@@ -282,7 +280,7 @@ def sensitivities(
     """
     spare(scene, plot)
     with reported(scene):
-        from flywheel.designs import sensitivities as study
+        from flywheel.designs import variation as study
         from flywheel.designs.variation import figure_names
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
@@ -290,13 +288,13 @@ def sensitivities(
         given = loaded(scene)
         with _arguments(dict.fromkeys((*paths, *of))):
             names = tuple(figure_names(of))
-            found = study.sensitivities(given, paths or None, engine=engine)
-            study.known_figures(found, names)
+            result = study.sensitivities(given, paths or None, engine=engine)
+            study.known_figures(result, names)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
-            _drawn(picture.plot_sensitivities, found, plot, names)
-        show(encoded(found.as_dict(), indent=2) if as_json else designs.sensitivities_text(found, names))
+            _drawn(picture.plot_sensitivities, result, plot, names)
+        show(encoded(result.as_dict(), indent=2) if as_json else designs.sensitivities_text(result, names))
 
 
 @click.command(short_help="Print what figures come to as numbers lie within tolerances.")
@@ -336,15 +334,15 @@ def tolerance(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        given, asked = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine)
+        given, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine)
         with _arguments(vary, dict.fromkeys(of)):
             names = tuple(figure_names(of))
-            found = study.tolerance(given, vary, figures=names or None, **asked)
+            result = study.tolerance(given, vary, figures=names or None, **options)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
-            _drawn(picture.plot_tolerance, found, plot, names)
-        show(encoded(found.as_dict(), indent=2) if as_json else designs.tolerance_text(found, names))
+            _drawn(picture.plot_tolerance, result, plot, names)
+        show(encoded(result.as_dict(), indent=2) if as_json else designs.tolerance_text(result, names))
 
 
 @click.command(short_help="Find the numbers of a scene that make a figure least, or greatest.")
@@ -396,17 +394,36 @@ def optimize(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        asked: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
+        options: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
         given = loaded(scene)
         with _arguments(over, limits):
-            found = study.optimize(given, minimize, **asked, engine=engine)
+            result = study.optimize(given, minimize, **options, engine=engine)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
-            _drawn(picture.plot_optimum, found, plot)
-        show(encoded(found.as_dict(), indent=2) if as_json else designs.optimum_text(found))
-        for message in found.messages if as_json else ():
+            _drawn(picture.plot_optimum, result, plot)
+        show(encoded(result.as_dict(), indent=2) if as_json else designs.optimum_text(result))
+        for message in result.messages if as_json else ():
             click.echo(message, err=True)
+
+
+_WHEEL = {"inertia": "inertia", "mass": "mass", "diameter": "length"}
+
+
+def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
+    """Bounds or prices of a wheel, by what they are of."""
+    inertias: dict[str, float] = {}
+    for text in values:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        limit = parameter.name == "wheel_limits"
+        number = quantity(value, _WHEEL[name] if limit else "number") if equals and name in _WHEEL else None
+        if number is None or name in inertias:
+            names, example = ", ".join(_WHEEL), "mass=300 kg" if limit else "mass=3.5"
+            raise click.BadParameter(
+                f'{text!r}: one of {names} once, with its {"bound" if limit else "price"}: "{example}".'
+            )
+        inertias[name] = number
+    return inertias
 
 
 @click.command(short_help="Choose a motor, with its flywheel, from a table of motors.")
@@ -424,7 +441,28 @@ def optimize(
     help="adjusted (default where the motor has a shaft of its own): the ratio of its shaft is chosen with each motor, so "
     "that the crank keeps its speed; fixed: it is the scene's.",
 )
-@click.option("--at", metavar="ANGLE", help='Crank angle from which the machine starts, such as "30 deg" (default: 0).')
+@click.option(
+    "--at",
+    metavar="ANGLE",
+    help='Crank angle from which the machine starts, such as "30 deg" (default: 0); worst: the one that asks for most.',
+)
+@click.option("--start-time", metavar="TIME", help='Longest time that a start may take, such as "10 s" (default: any).')
+@click.option(
+    "--wheel-limit",
+    "wheel_limits",
+    callback=_of_wheel,
+    multiple=True,
+    metavar="NAME=VALUE",
+    help='Greatest inertia, mass or diameter of the flywheel, such as "mass=300 kg"; repeatable.',
+)
+@click.option(
+    "--wheel-price",
+    "wheel_prices",
+    callback=_of_wheel,
+    multiple=True,
+    metavar="NAME=PRICE",
+    help='Price of the flywheel for each kg m^2 of inertia, kg of mass, m of diameter, such as "mass=3.5"; repeatable.',
+)
 @click.option("--skip-faulty", is_flag=True, help="Leave out rows of the table that are at fault, instead of refusing it.")
 @click.option("--rtol", type=float, callback=within(*_RTOL), help="Relative error asked of each flywheel.")
 @click.option("--rows", type=click.IntRange(1, 10_000), default=_ROWS, show_default=True, help="Motors in the table shown.")
@@ -435,6 +473,9 @@ def motor(
     catalogue: Path,
     ratio: str | None,
     at: str | None,
+    start_time: str | None,
+    wheel_limits: dict[str, float],
+    wheel_prices: dict[str, float],
     skip_faulty: bool,
     rtol: float | None,
     rows: int,
@@ -443,14 +484,17 @@ def motor(
 ) -> None:
     """Size SCENE with every motor of a table in place of its drive: those that do with their flywheel, the cheapest first.
 
-    The others are told with the reason: too weak to start the machine, or to carry it; too hot; a limit that no flywheel
-    reaches. Each stays within its rated heat and torque unless [flywheel.limits] say otherwise. Ctrl-C ends the search and
-    shows what is finished.
+    The others are told with the reason: too weak to start the machine, or to carry it; too hot, running or on starting; a
+    limit that no flywheel reaches. Each stays within its rated heat and torque unless [flywheel.limits] say otherwise.
+    Ctrl-C ends the search and shows what is finished.
     """
     exclusive(json=as_json, csv=as_csv)
-    angle = 0.0 if at is None else quantity(at, "angle")
+    angle = 0.0 if at is None else at if at == "worst" else quantity(at, "angle")
     if angle is None:
         raise click.BadParameter(f'{at!r} is no angle with its unit, such as "30 deg".', param_hint="--at")
+    longest = None if start_time is None else quantity(start_time, "time")
+    if start_time is not None and longest is None:
+        raise click.BadParameter(f'{start_time!r} is no time with its unit, such as "10 s".', param_hint="--start-time")
     with reported(scene):
         from flywheel.designs import catalogue as study
         from flywheel.numerics.faults import SceneError
@@ -468,17 +512,27 @@ def motor(
         for fault in table.faults:
             click.echo(f"left out: {fault}", err=True)
         with _arguments({"ratio": None}):
-            found = study.suitable_motors(given, table, ratio=ratio, at=angle, rtol=rtol, progress=None)
+            result = study.suitable_motors(
+                given,
+                table,
+                ratio=ratio,
+                at=angle,
+                start_time=longest,
+                wheel_limits=wheel_limits,
+                wheel_prices=wheel_prices,
+                rtol=rtol,
+                progress=None,
+            )
         if as_csv:
-            show(designs.motors_csv(found))
+            show(designs.motors_csv(result))
         else:
-            show(encoded(found.as_dict(), indent=2) if as_json else designs.motors_text(found, rows))
-        for note in found.notes if as_json or as_csv else ():
+            show(encoded(result.as_dict(), indent=2) if as_json else designs.motors_text(result, rows))
+        for note in result.notes if as_json or as_csv else ():
             click.echo(note, err=True)
-    if found.missing:
-        click.echo(f"interrupted: {found.missing} motors were not looked at; the table holds those before", err=True)
+    if result.missing:
+        click.echo(f"interrupted: {result.missing} motors were not looked at; the table holds those before", err=True)
         sys.exit(130)
-    if not found.suitable:
+    if not result.suitable:
         click.echo("no motor of the table does", err=True)
         sys.exit(1)
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.records import NamedTuple
-from flywheel.numerics.arguments import POSITIVE, array, number_faults, refuse
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
 Array = NDArray[np.float64]
@@ -66,13 +66,21 @@ class Energy(NamedTuple):
         """Energy in an hour, J."""
         return self.mean_power * HOUR
 
+    @property
+    def kilowatt_hours(self) -> float:
+        """Energy in an hour, kWh."""
+        return kilowatt_hours(self.mean_power, HOUR)
+
+    @property
+    def kilocalories(self) -> float:
+        """Energy in an hour, kcal."""
+        return kilocalories(self.mean_power, HOUR)
+
     def as_dict(self) -> dict[str, float | None]:
         """Everything for JSON: SI, and the hour's energy in kWh and kcal beside it."""
-        hour = {"energy_per_hour": self.per_hour, "kilowatt_hours": kilowatt_hours(self.mean_power, HOUR)}
-        ratios = {"peak_to_mean": self.peak_to_mean, "peak_to_mean_alone": self.peak_to_mean_alone}
-        figures = self._asdict()
-        del figures["errors"]
-        return {**figures, **ratios, **hour, "kilocalories": kilocalories(self.mean_power, HOUR)}
+        more = ("peak_to_mean", "peak_to_mean_alone", "kilowatt_hours", "kilocalories")
+        figures = {name: value for name, value in self._asdict().items() if name != "errors"}
+        return {**figures, "energy_per_hour": self.per_hour, **{name: getattr(self, name) for name in more}}
 
 
 def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: ArrayLike, speed: float | None = None) -> Energy:
@@ -171,3 +179,43 @@ def kilocalories(power: float, time: float, calorie: float = KILOCALORIE / 1000)
 def _energy(power: float, time: float) -> float:
     refuse(number_faults("power", power, unit="W") + number_faults("time", time, unit="s"))
     return power * time
+
+
+def mean_effective_pressure(work: float, swept_volume: float) -> float:
+    """Mean effective pressure (Pa): the constant one that would do the same work in one stroke, p = W/V.
+
+    Args:
+        work: W of the gas in a cycle of the engine (two strokes or four), J; the brake's work for the brake's pressure.
+        swept_volume: V of the pistons, m³.
+
+    Raises:
+        SceneError: if the volume is not above 0, or a number is not finite.
+
+    Source: Khurmi and Gupta, Theory of Machines, chapter 15.
+
+    >>> round(mean_effective_pressure(400.0, 500e-6) / 1e5, 12)  # bar
+    8.0
+
+    """
+    refuse(number_faults("work", work, unit="J") + number_faults("swept_volume", swept_volume, POSITIVE, "m³"))
+    return work / swept_volume
+
+
+def mechanical_efficiency(brake: float, indicated: float) -> float:
+    """Mechanical efficiency: the brake's work (or power) over the indicated one.
+
+    Args:
+        brake: what the engine gives, J or W.
+        indicated: what its gas gives, J or W.
+
+    Raises:
+        SceneError: if a number is below 0, or the second 0.
+
+    Source: Khurmi and Gupta, Theory of Machines, chapter 15.
+
+    >>> mechanical_efficiency(300.0, 400.0)
+    0.75
+
+    """
+    refuse(number_faults("brake", brake, NOT_NEGATIVE) + number_faults("indicated", indicated, POSITIVE))
+    return brake / indicated

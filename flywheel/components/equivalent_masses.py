@@ -251,7 +251,7 @@ def equivalent_masses(
 
 
 def compare(masses: ArrayLike, places: ArrayLike, mass: float, inertia: ArrayLike) -> Residual:
-    """What point masses have too much of, against a body: mass, centre and inertia, by the sums themselves.
+    """The excess of point masses over a body in mass, centre and inertia, by the sums themselves.
 
     Args:
         masses: kg, shape (n,).

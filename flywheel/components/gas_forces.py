@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import log, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.expressions import Expression, Node, between, compiled, numeral, variable
 
 Array = NDArray[np.float64]

@@ -9,9 +9,8 @@ drives and r tau eta where it is driven, r being the far speed over the near one
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, known, name_faults, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -161,16 +160,6 @@ def geared_torque(
     return train.at(acceleration, direction)
 
 
-class _Branch(NamedTuple):
-    """A shaft as seen from the one nearer to the root: their stage, and the ratio and efficiency between them."""
-
-    name: str
-    near: str
-    ratio: float
-    efficiency: float
-    stage: Stage
-
-
 class _Train:
     """A tree of shafts, ordered from its root outwards."""
 
@@ -179,7 +168,8 @@ class _Train:
         self.root = next(iter(shafts)) if on is None else on
         known("on", self.root, shafts)
         self.shafts, self.stages = shafts, stages
-        self.branches: list[_Branch] = []  # every shaft but the root once, after the one that it hangs on
+        # every shaft but the root once, after the one that it hangs on: both, the ratio between them, and their stage
+        self.branches: list[tuple[str, str, float, Stage]] = []
         self.gains = {self.root: 1.0}
         left = list(stages)
         for near in (reached := [self.root]):
@@ -190,7 +180,7 @@ class _Train:
                 if far not in reached:
                     reached.append(far)
                     ratio = stage.ratio if outward else 1.0 / stage.ratio
-                    self.branches.append(_Branch(far, near, ratio, stage.efficiency, stage))
+                    self.branches.append((far, near, ratio, stage))
                     self.gains[far] = self.gains[near] * ratio
         self.order = [name for name in shafts if name in self.gains]
         if apart := [name for name in shafts if name not in self.gains]:
@@ -220,14 +210,14 @@ class _Train:
         }
         slopes = {name: shaft.inertia * self.gains[name] for name, shaft in self.shafts.items()}
         meshes = {}
-        for branch in reversed(self.branches):
-            tau = asked[branch.name]
+        for far, near, ratio, stage in reversed(self.branches):
+            tau = asked[far]
             outward = tau * direction >= 0.0
-            felt = branch.ratio * (1.0 / branch.efficiency if outward else branch.efficiency)
-            asked[branch.near] += felt * tau
-            slopes[branch.near] += felt * slopes[branch.name]
-            stage, taken, given, forward = branch.stage, felt * tau, tau, outward
-            if stage.driving != branch.near:  # the root is on the driven side
+            felt = ratio * (1.0 / stage.efficiency if outward else stage.efficiency)
+            asked[near] += felt * tau
+            slopes[near] += felt * slopes[far]
+            taken, given, forward = felt * tau, tau, outward
+            if stage.driving != near:  # the root is on the driven side
                 taken, given, forward = -tau, -felt * tau, not outward
             meshes[stage] = Mesh(stage.driving, stage.driven, taken, given, forward, taken - stage.ratio * given)
         torque, inertia = asked[self.root], slopes[self.root]

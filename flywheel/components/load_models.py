@@ -13,6 +13,36 @@ from flywheel.numerics.expressions import Expression, compiled
 Array = NDArray[np.float64]
 
 
+class Model(NamedTuple):
+    """A load of a known kind: its words, its law in a sentence, and whether it is a loss, by which nothing is gained."""
+
+    words: str
+    formula: str
+    loss: bool = False
+
+
+_SQUARE = "T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."
+_STROKE = "F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."
+MODELS = {
+    "constant": Model("resistance", ""),
+    "fan": Model("fan", _SQUARE),
+    "pump": Model("pump", _SQUARE),
+    "losses": Model("losses", "T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares.", True),
+    "belt": Model("belt", "T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
+    "press": Model("press", _STROKE),
+    "punch": Model("punch", _STROKE),
+    "indicator": Model(
+        "gas", "F = −A (p − p₀), A the piston's area, p the pressure of the diagram, straight between its rows."
+    ),
+    "compressor": Model(
+        "compressor",
+        "F = −A (p − p₀), A the piston's area, p₀ the pressure behind it; p = pₛ ((1 + c)/(c + s))ⁿ while it compresses and "
+        "p = p_d (c/(c + s))ᵐ while what is left in the clearance expands, c the clearance, s the share of the stroke.",
+    ),
+}
+"""The loads of known kinds, by the type that a scene names."""
+
+
 def belt_torque(tight: float, slack: float, radius: float) -> float:
     """Torque of a belt on its pulley: T = (T1 - T2) r, in N m.
 
@@ -67,7 +97,7 @@ def resistance(speed: ArrayLike, law: Resistance) -> Array:
         speed: v of the place, m/s or rad/s, any shape.
         law: a, b, c.
 
-    Valid for either sense of motion; at rest it is 0, so that it holds nothing.
+    Valid for either sense of motion. At rest it is 0 here; followed in time, a machine is held there by up to a.
 
     Source: T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE 1992, chapter 4 (rolling resistance and drag of the
     air); W. Leonhard, Control of Electrical Drives, Springer 2001, section 1.4 (load torques).

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import exp, expm1, log, log1p, sqrt
 from typing import NamedTuple
 
+from bondgraph.numerics import root
 from flywheel.components.load_models import FULLNESS
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, fits, known, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
@@ -666,7 +667,7 @@ def inertia_on_line(
 ) -> float:
     """Inertia (kg m²) with which `steady_on_line` gives an irregularity.
 
-    (high - low)/mean falls from its value without inertia to 0 as the inertia grows; one root, found by bisection.
+    (high - low)/mean falls from its value without inertia to 0 as the inertia grows; one root.
 
     Args:
         irregularity: eps.
@@ -703,9 +704,7 @@ def inertia_on_line(
     if excess(low) <= 0.0:
         found = f"{irregularity:g}, which the motor holds without a flywheel"
         raise SceneError([Fault("irregularity", found, "a smaller one")])
-    while (middle := (low + high) / 2) not in (low, high):
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
-    return exp(middle)
+    return exp(root(excess, low, high))
 
 
 def _lags(inertia: float, starting: float, no_load: float, load: float, busy: float, cycle: float) -> Speeds:

@@ -156,7 +156,7 @@ def mass_matrix(arm: TwoLinkArm, q: ArrayLike) -> Array:
 
 
 def rest(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike) -> Array:
-    """What is left of the equations without accelerations, N m, shape (2, ...): centrifugal terms and gravity.
+    """The terms of the equations without accelerations, N m, shape (2, ...): centrifugal ones and gravity.
 
     B sin(q1 - q2) q2'² - G1 sin q1 and -B sin(q1 - q2) q1'² - G2 sin q2. (In the bars' own angles there is no product
     q1' q2'; it comes with the elbow's relative angle as a coordinate.)

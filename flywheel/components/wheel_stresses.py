@@ -19,11 +19,11 @@ is 1.2 m and the stress of the arms comes out 7 % too high.
 from __future__ import annotations
 
 from math import cos, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -51,7 +51,7 @@ class Material(NamedTuple):
 
     @property
     def reference(self) -> float | None:
-        """What a safety factor refers to, Pa: the strength, or the allowable stress where that alone is known."""
+        """The stress that a safety factor refers to, Pa: the strength, or the allowable stress where that alone is known."""
         return self.strength if self.strength is not None else self.allowable
 
 

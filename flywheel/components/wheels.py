@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import ceil, floor, inf, nextafter, pi
-from typing import Any
+from typing import Any, NamedTuple
 
-from bondgraph.records import NamedTuple
+from bondgraph.numerics import threshold
 from flywheel.components.wheel_stresses import (
     FEWEST,
     MOST,
@@ -81,7 +81,7 @@ class WheelAsked(NamedTuple):
 
     @property
     def thin(self) -> bool:
-        """Whether the rim is taken to run at its mean radius."""
+        """Tells whether the rim is taken to run at its mean radius."""
         return self.method == THIN
 
     @property
@@ -328,9 +328,7 @@ def least(holds: Callable[[float], bool], low: float, high: float = inf) -> floa
     end = next((end for end in ends if holds(end)), None)
     if end is None:
         return None
-    while low < (middle := 0.5 * (low + end)) < end:
-        low, end = (low, middle) if holds(middle) else (middle, end)
-    return end
+    return threshold(holds, low, end)
 
 
 class Radius(NamedTuple):
@@ -356,11 +354,11 @@ class Need(NamedTuple):
         return self._replace(asked=asked)
 
     def enough(self, body: Body) -> bool:
-        """Whether a body has the inertia."""
+        """Tells whether a body has the inertia."""
         return inertia(body, self.asked.material.density) >= self.inertia
 
     def allowed(self, body: Body) -> bool:
-        """Whether a body bears the speed."""
+        """Tells whether a body bears the speed."""
         allowable = self.asked.material.allowable
         found = stress(body, self.asked.material, self.speed, self.asked.torque)
         return allowable is None or max(found.values()) <= allowable
@@ -503,7 +501,7 @@ class Wheel:
 
     @property
     def place(self) -> str:
-        """Where the stress is greatest."""
+        """The place of the greatest stress."""
         return max(self.stresses, key=lambda name: self.stresses[name])
 
     @property
@@ -573,7 +571,7 @@ def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None =
 
 
 def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
-    """What a designer should know of the wheel, one sentence each."""
+    """Warnings about the wheel, one sentence each."""
     body, usual, allowable = wheel.body, wheel.material.rim_speed, wheel.material.allowable
     found = []
     if usual is not None and wheel.rim_speed > usual * (1 + ROUNDING):
@@ -657,7 +655,7 @@ def _stepped_section(need: Need, step: float) -> Body:
 
 
 def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
-    """What is asked with a radius that is on a step, or as it was given."""
+    """The request with a radius on a step, or as it was given."""
     if asked.outer_radius is not None or asked.mean_radius is not None:
         return asked
     free = asked._replace(rim_speed=None, max_radius=None)
@@ -738,7 +736,7 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
 
 
 def _checked(needed: float, speed: float, asked: WheelAsked) -> Need:
-    """What is asked, once nothing is wrong with it; the inertia rounded up to its step."""
+    """The request after its checks; the inertia is rounded up to its step."""
     require("asked", asked, WheelAsked, "a WheelAsked")
     faults = [*number_faults("needed", needed, POSITIVE, "kg m²"), *number_faults("speed", speed, POSITIVE, "rad/s")]
     refuse([*faults, *asked_faults(asked)])

@@ -19,13 +19,13 @@ from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Ar
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _EVALUATION = 24 * ROUNDING  # as in `turning_moment`
-_READ = 4 * ROUNDING  # of a figure that is the scene's own
-_INSIDE = 1.0 - 1e-12
+_READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
+_ROOT_RANGE = 1.0 - 1e-12
 _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
-_ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
+_GREATEST_WORK = 1e150  # of works and inertias: their squares and products would leave the floating-point range
 DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
 _NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one's size
-_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
+_TAIL_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
 _LAST = POINTS.size - 1
 
@@ -48,7 +48,7 @@ _SIGNS = (-1.0) ** np.arange(1, ORDER + 1)[:, None]
 Pieces = Sequence[tuple[slice, Program]]
 
 
-class Givens(NamedTuple):
+class DesignValues(NamedTuple):
     """What every design asks for: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
 
     `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
@@ -66,10 +66,10 @@ class Givens(NamedTuple):
     inertia: Array | None = None
     loose: Array | float = 0.0
 
-    def of(self, which: Index) -> Givens:
+    def of(self, which: Index) -> DesignValues:
         """Those of some designs."""
-        asked: dict[str, Any] = self._asdict()
-        return self._replace(**{name: value[which] for name, value in asked.items() if np.ndim(value)})
+        fields: dict[str, Any] = self._asdict()
+        return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
 
 class Sums(NamedTuple):
@@ -103,7 +103,7 @@ class Sums(NamedTuple):
     largest: Array
 
 
-Engine = Callable[[Pieces, Givens, Array, Array], Sums]
+Engine = Callable[[Pieces, DesignValues, Array, Array], Sums]
 
 
 class Cycles(NamedTuple):
@@ -137,12 +137,12 @@ class Cycles(NamedTuple):
 def _times(matrix: Array, values: Array) -> Array:
     """A matrix times the second axis of (rows, points, cells, designs), in products too small to be split over threads."""
     rows, _, *rest = values.shape
-    found = np.empty((rows, matrix.shape[0], *rest))
-    np.matmul(matrix, values.swapaxes(1, 2), out=found.swapaxes(1, 2))
-    return found
+    product = np.empty((rows, matrix.shape[0], *rest))
+    np.matmul(matrix, values.swapaxes(1, 2), out=product.swapaxes(1, 2))
+    return product
 
 
-def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
+def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> Sums:
     """The cycles of a chunk of designs on cells between edges, with everything that figures and errors follow from."""
     half = 0.5 * (edges[1:] - edges[:-1])
     middle = edges[:-1] + half
@@ -262,10 +262,10 @@ def _roots(cycles: Cycles, factors: Array, tails: Array) -> tuple[Index, Index, 
     Signs are looked at at the nodes and ends. Rows that come near to zero without a change of sign, that are no more than
     noise somewhere, or that the nodes do not resolve, are looked at as those of one design are.
     """
-    found = [_near(cycles, function, factors, tails) for function in range(5)]
-    which, cell, design = (np.concatenate([each[k] for each in found]) for k in range(3))
-    values, quiet = (np.concatenate([each[k] for each in found], axis=-1) for k in (3, 4))
-    size, unresolved = np.abs(values), np.concatenate([each[5] for each in found])
+    near_rows = [_near(cycles, function, factors, tails) for function in range(5)]
+    which, cell, design = (np.concatenate([each[k] for each in near_rows]) for k in range(3))
+    values, quiet = (np.concatenate([each[k] for each in near_rows], axis=-1) for k in (3, 4))
+    size, unresolved = np.abs(values), np.concatenate([each[5] for each in near_rows])
     for end, beside in ((0, 1), (_LAST, _LAST - 1)):  # an end that is no more than noise is an extreme's place as it is
         values[end] = np.where(size[end] <= quiet, values[beside], values[end])
     positive = values > 0.0
@@ -301,7 +301,7 @@ def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[
         level, cut = (each[0] + np.abs(factor) * each[1] for each in (cycles.noise, tails))
     low, high = values.min(axis=0), values.max(axis=0)
     nearest, farthest = np.where(low > 0.0, low, np.where(high < 0.0, -high, 0.0)), np.maximum(-low, high)
-    unresolved = cut > _SHARE * farthest
+    unresolved = cut > _TAIL_SHARE * farthest
     cell, design = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | unresolved)
     here = cell, design
     return np.full(cell.size, function), *here, values[:, cell, design], level[here], unresolved[here]
@@ -342,8 +342,8 @@ def _places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) 
     angle = np.where(np.abs(t) < 1.0, cycles.middle[cell, design] + half * t, cycles.edges[edge, design])
     slope = np.maximum(np.abs(cells.slope(series, t)) / half, 1e-300)
     noise = level[cell, design] + loose * factor * np.abs(cells.value(cycles.series[1, :, cell, design], t))
-    error = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
-    at_end = np.flatnonzero(np.abs(t) >= _INSIDE - 8 * ROUNDING * end / half)
+    error = np.where(np.abs(t) < _ROOT_RANGE, np.minimum(noise / slope, 2 * half), 0.0)
+    at_end = np.flatnonzero(np.abs(t) >= _ROOT_RANGE - 8 * ROUNDING * end / half)
     edge = edge[at_end]
     beside = np.stack(((edge - 1) % number, edge % number))
     moment, slope = (np.stack((row[_LAST, beside[0], at_end], row[0, beside[1], at_end])) for row in cycles.values)
@@ -369,7 +369,7 @@ def _places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) 
 # -- the motion with an inertia --------------------------------------------------------------------------------------------
 
 
-def moved(engine: Callable[[Givens], Sums], givens: Givens, inertia: Array) -> tuple[Sums, Givens, Array]:
+def moved(engine: Callable[[DesignValues], Sums], givens: DesignValues, inertia: Array) -> tuple[Sums, DesignValues, Array]:
     """The motion with an inertia J on the crank (kg m²), by Newton's method on its irregularity eps; its relative error.
 
     max(W - z+ w²V/2) - min(W - z- w²V/2) = eps w² (J + I*(0)), V = I* - I*(0), z± = (1 ± eps/2)²: with this irregularity
@@ -399,7 +399,7 @@ def moved(engine: Callable[[Givens], Sums], givens: Givens, inertia: Array) -> t
 # -- figures ---------------------------------------------------------------------------------------------------------------
 
 
-def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
+def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[str, Array], Array]:
     """Figures by their names, their errors, and the one error that halving cells is to bring within rtol, of every design.
 
     They are those of `wittenbauer.figures_of`, `flywheel` and `flywheel_errors`, and scaled as those; with the flywheel
@@ -454,7 +454,7 @@ def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Arr
     return values, errors, missed
 
 
-def of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
+def of_cycle(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[str, Array], Array]:
     """Figures of the cycle itself, which do not tell what flywheel it needs; their errors, and the one to bring within rtol.
 
     That is infinite where nothing but rounding varies the speed, where net work is left over, and beyond all proportion.
@@ -480,7 +480,7 @@ def of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Ar
         "reduced_inertia_mean": sums.mean[0],
     }
     errors = {
-        "speed": 0.0 * givens.speed + _READ,
+        "speed": 0.0 * givens.speed + _READING_ERROR,
         "energy_fluctuation": 2 * of_work,
         "accumulated_max": of_work,
         "accumulated_min": of_work,
@@ -492,7 +492,7 @@ def of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Ar
     missed = np.maximum(of_work, np.minimum(sums.inertia, sums.variation) / np.maximum(sums.largest, 1e-300))
     even = (fluctuation <= 4 * sums.work) & (greatest - least <= np.maximum(4 * sums.variation, sums.inertia))
     left_over = (not givens.unknown) & (np.abs(sums.net) > sums.work)
-    enormous = ~((sums.exchanged <= _ENORMOUS) & (sums.largest <= _ENORMOUS))
+    enormous = ~((sums.exchanged <= _GREATEST_WORK) & (sums.largest <= _GREATEST_WORK))
     return values, errors, np.where(even | left_over | enormous, np.inf, missed)
 
 
@@ -502,20 +502,20 @@ def _least_inertia(sums: Sums) -> Array:
     return np.asarray(np.maximum(np.where(sums.variation <= error, sums.start + sums.least[INERTIA], least), 0.0))
 
 
-def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, givens: Givens) -> None:
-    """The balance and the drive's mean power, with their errors."""
+def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, givens: DesignValues) -> None:
+    """Adds the balance and the drive's power at the mean of the extreme speeds, with their errors."""
     exchanged = np.maximum(sums.exchanged, 1e-300)
     by_balance = np.abs(sums.balance * sums.by_unknown)
     of_balance = np.divide(sums.work, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
     torque = givens.torque
     if givens.unknown:
         values["balance"] = sums.balance
-        errors["balance"] = np.where(sums.balance != 0.0, of_balance + _READ, sums.work / exchanged)
+        errors["balance"] = np.where(sums.balance != 0.0, of_balance + _READING_ERROR, sums.work / exchanged)
     if givens.drive is None:
         return
     work = (sums.balance if torque is None else torque) * givens.drive * givens.span
-    error = of_balance * np.abs(work) + sums.work if torque is None else _READ * np.abs(work)
+    error = of_balance * np.abs(work) + sums.work if torque is None else _READING_ERROR * np.abs(work)
     work = np.where(np.abs(work) <= sums.work, 0.0, work)
     size = np.abs(work)
     values["power"] = work * givens.speed / givens.span
-    errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + 2 * _READ
+    errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + 2 * _READING_ERROR

@@ -1,15 +1,20 @@
-"""The motors of a table that do for a machine, each with the flywheel that it needs, the cheapest first.
+"""The motors of a table that do for a machine, each with the flywheel that it needs, by what is paid in all.
 
-Every motor takes the place of the scene's drive in turn. One that cannot set the machine going from rest, that stalls, or
-that no flywheel keeps within what is asked of it is told with its reason. What is asked: the scene's irregularity or its
-`[flywheel.limits]`; where these have none of the motor's, its heat and the root mean square of its torque stay within the
-rated point. The flywheel is the smallest that keeps all of that.
+Every motor takes the place of the scene's drive in turn. One that cannot set the machine going from rest, that stalls, that
+no flywheel keeps within what is asked of it, or that its start with that flywheel overheats, is told with its reason. It is
+asked to keep the scene's irregularity or its `[flywheel.limits]`; where these have none of the motor's, its heat and the
+root mean square of its torque stay within the rated point. The flywheel is the smallest that keeps all of that. It may have
+bounds and a price; the order is by the price of motor and flywheel together.
+
+A start is followed through the motor's torque map (`flywheel.motions.starting`), which takes a few hundredths of a second;
+that of the first motor in the order, and those that no map tells, are followed in time.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -17,21 +22,42 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.motors import Induction, Motor
+from flywheel.components.motors import Motor
+from flywheel.components.motors.starting import as_started
 from flywheel.designs.figures import progress_bar
 from flywheel.machine.machine import Machine
+from flywheel.motions.starting import RunUp, load_at_rest, mapped_run_up, maps, torque_at_rest
+from flywheel.motions.transients import Transient, Until, transient
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.units import figure, parse_quantity
+from flywheel.numerics.units import QuantityError, figure, parse_quantity
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
-from flywheel.scene.scene import Scene
+from flywheel.regime.free_motion import neighbours
+from flywheel.regime.joint_friction import dynamics_of
+from flywheel.scene.scene import TURN, Scene
+from flywheel.sizing.drive import MotorShaft
 from flywheel.sizing.limits import of_motor, shares
-from flywheel.sizing.results import MotorShaft, Sizing
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
 ADJUSTED, FIXED = "adjusted", "fixed"
 RATIOS = (ADJUSTED, FIXED)
 RATED = {"motor_heat": 1.0, "motor_rms": 1.0}
 """What is asked of a motor where the scene asks for nothing: within its rated point."""
+WORST = "worst"
+"""The crank angle from which the machine asks for most at rest."""
+IN_TIME, MAPPED = "time", "map"
+"""How a start was followed."""
+WHEEL = {"inertia": "kg m^2", "mass": "kg", "diameter": "m"}
+"""What a wheel may be bounded and priced by, with its unit."""
+UP_TO_SPEED = 0.98
+"""Share of the steady mean speed at which a start is over, where the rated speed is not come to before."""
+_MOST_TURNS = 200  # of the crank in a start that is followed in time, too
+_TOLERANCE = 1e-6  # of a start in time
+_CLOSE = 0.02  # share by which a start may miss a bound and its map does not decide
+_IN_STEP = 0.02  # share by which the speed of a synchronous rotor may swing that has come into step
+_PLACES = np.linspace(0.0, 1.0, 34)[1:-1]  # of a piece of the cycle, where the load at rest is looked at
+_NO_START = ("cannot start the machine", "does not get the machine through its start")
+_FEW = 4  # motors that a note names
 _TIE = 1e-9
 _BEST = re.compile(r"at best, (?P<where>.*), it is (?P<share>[-+.\de]+)")
 _WORDS = {
@@ -43,12 +69,40 @@ _WORDS = {
 }
 
 
+class StartOfMotor(NamedTuple):
+    """A motor's start with rotor and flywheel, from rest up to its rated speed, or `UP_TO_SPEED` of the steady one if less.
+
+    That of a synchronous motor lasts until its speed has settled, in step.
+
+    `time` (s), `turns` of the crank; `current_squared`, the integral of (I/I_n)² dt of the windings (s), None where table or
+    kind do not tell the current; `allowed`, what the warm motor bears of that by its locked-rotor time (s; the cold one,
+    where that time alone is known), None without one; `share`, the one over the other. `route` is how it was followed: in
+    "time", or through the torque "map".
+    """
+
+    time: float
+    turns: float
+    current_squared: float | None
+    allowed: float | None
+    route: str
+
+    @property
+    def share(self) -> float | None:
+        """Share of what the motor bears that the start takes."""
+        return None if self.current_squared is None or self.allowed is None else self.current_squared / self.allowed
+
+
 class MotorChoice(NamedTuple):
     """A motor of the table in the machine: whether it does, or else the `reason` why not; None where that was not found out.
 
     `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None
     where none was found; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated
     point; `load_share`, the mean power over the rated one; `binding`, the limit that decides the flywheel.
+
+    `starting_torque` is the motor's at rest, `load_at_start` what the machine asks for (N m, on the motor's shaft);
+    `hardest_start` the crank angle (rad) at which it asks for most, `hardest_load` how much; `start` the start itself.
+    `wheel_inertia` is that of the wheel as built, or the flywheel's (kg m²); `wheel_mass` (kg) and `wheel_diameter` (m) are
+    known where the scene asks for a wheel; `wheel_price` and `total_price` are in the table's currency.
     """
 
     motor: CatalogueMotor
@@ -63,10 +117,20 @@ class MotorChoice(NamedTuple):
     rms_torque_share: float | None = None
     load_share: float | None = None
     binding: str | None = None
+    starting_torque: float | None = None
+    load_at_start: float | None = None
+    hardest_start: float | None = None
+    hardest_load: float | None = None
+    start: StartOfMotor | None = None
+    wheel_inertia: float | None = None
+    wheel_mass: float | None = None
+    wheel_diameter: float | None = None
+    wheel_price: float | None = None
+    total_price: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON, SI: what the table says of the motor beside what was found."""
-        row, rated = self.motor, self.motor.motor.rated
+        row, rated, start = self.motor, self.motor.motor.rated, self.start
         own = {
             "name": row.name,
             "line": row.line,
@@ -76,12 +140,29 @@ class MotorChoice(NamedTuple):
             "rated_speed": None if rated is None else rated.speed,
             "inertia": row.motor.inertia,
         }
-        return own | {name: value for name, value in self._asdict().items() if name != "motor"}
+        told = {name: value for name, value in self._asdict().items() if name not in ("motor", "start")}
+        names = (*StartOfMotor._fields, "share")
+        return own | told | {f"start_{name}": None if start is None else getattr(start, name) for name in names}
+
+    @property
+    def starts_anywhere(self) -> bool:
+        """Whether the motor sets the machine going from every crank angle."""
+        known = self.starting_torque is not None and self.hardest_load is not None
+        return known and self.starting_torque > self.hardest_load  # type: ignore[operator]
+
+
+class Terms(NamedTuple):
+    """What is asked of a start and of the flywheel: crank angle (rad) or "worst", longest start (s), bounds, prices."""
+
+    at: float | str
+    start_time: float | None
+    wheel_limits: Mapping[str, float]
+    wheel_prices: Mapping[str, float]
 
 
 @dataclass(frozen=True, repr=False)
 class SuitableMotors:
-    """The motors of a table for a machine: those that do, cheapest first, then the others in the order of the table.
+    """The motors of a table for a machine: those that do, by what is paid in all, then the others in the table's order.
 
     `on` is the flywheel's shaft; `ratio` "adjusted" where that of the motor's shaft was chosen for each, so that the crank
     turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". Those of `refused` whose `suits` is None are left
@@ -127,20 +208,29 @@ def suitable_motors(
     catalogue: Catalogue | str | Path,
     *,
     ratio: str | None = None,
-    at: float = 0.0,
+    at: float | str = 0.0,
+    start_time: float | None = None,
+    wheel_limits: Mapping[str, float] | None = None,
+    wheel_prices: Mapping[str, float] | None = None,
     rtol: float | None = None,
     skip_faulty: bool = False,
     progress: bool | None = False,
 ) -> SuitableMotors:
-    """The motors of a table that do for a machine, with the flywheel that each needs.
+    """The motors of a table that do for a machine, with the flywheel that each needs and the start that it then has.
 
     Args:
         scene: with a [drive], whose motor or torque the motors take the place of, and a flywheel that is asked for or given.
+            How its motor is started holds for theirs, too.
         catalogue: a table that was read, or its file.
         ratio: "adjusted": the ratio of the motor's shaft is chosen for each motor such that the crank turns at the scene's
             speed at the motor's rated point (without a speed, at that of the scene's own motor); "fixed": it is the
             scene's. If None adjusted where the motor has a shaft of its own and that speed is known.
-        at: crank angle (rad) from which the machine is started.
+        at: crank angle (rad) from which the machine is started, or "worst": the one at which it asks for most at rest.
+        start_time: longest time that a start may take, s; any if None.
+        wheel_limits: greatest "inertia" (kg m², on its own shaft), "mass" (kg) and "diameter" (m) of the flywheel; the last
+            two of a scene that asks for a wheel by its `shape`.
+        wheel_prices: price of the flywheel in the table's currency, for each kg m² of its inertia, kg of its mass and m of
+            its diameter, by the same names.
         rtol: relative error asked of each flywheel; the scene's own if None.
         skip_faulty: whether rows at fault are left out.
         progress: whether to show a bar on standard error; None where that is a terminal.
@@ -151,34 +241,37 @@ def suitable_motors(
     """
     if not isinstance(catalogue, Catalogue):
         catalogue = read_catalogue(catalogue, skip_faulty=skip_faulty)
+    terms = Terms(at, start_time, dict(wheel_limits or {}), dict(wheel_prices or {}))
     crank = _crank_speed(scene)
-    ratio = _checked(scene, ratio, crank)
+    ratio = _checked(scene, ratio, crank, terms)
+    adjusted = crank if ratio == ADJUSTED else None
     found: list[MotorChoice] = []
-    with progress_bar(len(catalogue.motors), progress, "motors") as told:
-        try:
-            for motor in catalogue.motors:
-                found.append(_choice(scene, motor, crank if ratio == ADJUSTED else None, at, rtol))
-                told(1)
-        except KeyboardInterrupt:
-            pass
-    suitable = sorted((choice for choice in found if choice.suits), key=_cheapest)
+    with progress_bar(len(catalogue.motors), progress, "motors") as told, suppress(KeyboardInterrupt):
+        for motor in catalogue.motors:
+            found.append(_choice(scene, motor, adjusted, terms, rtol))
+            told(1)
+    ordered = sorted((choice for choice in found if choice.suits), key=_cheapest)
+    suitable, failed = ordered, dict[str, MotorChoice]()
+    with suppress(KeyboardInterrupt):
+        suitable, failed = _confirmed(scene, ordered, adjusted, terms)
+    refused = [failed.get(choice.motor.name, choice) for choice in found]
     return SuitableMotors(
         scene=scene,
         suitable=tuple(suitable),
-        refused=tuple(choice for choice in found if not choice.suits),
+        refused=tuple(choice for choice in refused if not choice.suits),
         ratio=ratio,
-        crank_speed=crank if ratio == ADJUSTED else None,
-        notes=tuple(_notes(scene, catalogue, ratio, crank)),
+        crank_speed=adjusted,
+        notes=(*_notes(scene, catalogue, ratio, crank), *_start_notes(suitable, refused, terms)),
         skipped=catalogue.faults,
         missing=len(catalogue.motors) - len(found),
     )
 
 
 def _cheapest(choice: MotorChoice) -> tuple[float, float, float]:
-    """By price, those without one last; then by power and inertia."""
+    """By what is paid in all, motors without a price last; then by power and inertia."""
     row = choice.motor
     power = 0.0 if row.motor.rated is None else row.motor.rated.power
-    return inf if row.price is None else row.price, power, row.motor.inertia
+    return inf if choice.total_price is None else choice.total_price, power, row.motor.inertia
 
 
 def _crank_speed(scene: Scene) -> float | None:
@@ -189,7 +282,7 @@ def _crank_speed(scene: Scene) -> float | None:
     return None if rated is None else rated.speed / scene.shafts[scene.drive.on]
 
 
-def _checked(scene: Scene, ratio: str | None, crank: float | None) -> str:
+def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms) -> str:
     """How ratios are taken; faults of a scene that no motor can be chosen for."""
     faults = []
     if scene.drive is None:
@@ -208,9 +301,26 @@ def _checked(scene: Scene, ratio: str | None, crank: float | None) -> str:
         )
     elif ratio == ADJUSTED and crank is None:
         faults.append(Fault("regime.speed", "nothing", "the crank's speed, for which a ratio is chosen"))
+    faults += _faults_of(terms, scene)
     if faults:
         raise SceneError(faults)
     return ratio or (ADJUSTED if own and crank is not None else FIXED)
+
+
+def _faults_of(terms: Terms, scene: Scene) -> Iterator[Fault]:
+    """What is wrong with bounds, prices and the place of the start."""
+    if isinstance(terms.at, str) and terms.at != WORST:
+        yield Fault("at", f'"{terms.at}"', f'an angle or "{WORST}"')
+    if terms.start_time is not None and not 0.0 < terms.start_time < inf:
+        yield Fault("start_time", f"{terms.start_time:g} s", "a time above 0")
+    for name, given in (("wheel_limits", terms.wheel_limits), ("wheel_prices", terms.wheel_prices)):
+        for what, value in given.items():
+            if what not in WHEEL:
+                yield Fault(name, f'"{what}"', " or ".join(f'"{each}"' for each in WHEEL))
+            elif not 0.0 <= value < inf:
+                yield Fault(f"{name}.{what}", f"{value:g}", "a number, at least 0")
+            elif what != "inertia" and scene.wheel is None:
+                yield Fault("flywheel.shape", "nothing", f"the shape of a wheel, of which the {what} is asked for")
 
 
 def _notes(scene: Scene, catalogue: Catalogue, ratio: str, crank: float | None) -> Iterator[str]:
@@ -221,6 +331,9 @@ def _notes(scene: Scene, catalogue: Catalogue, ratio: str, crank: float | None) 
         yield f"the ratio of {scene.drive.on} is chosen for each motor: at its rated point the crank turns at {rpm} rpm"
     elif scene.drive.on != "crank":
         yield f"the ratio of {scene.drive.on} is the scene's for every motor: each sets its own speed of the crank"
+    if scene.motor is not None and scene.motor.start is not None:
+        own = "switched at the same share of its rated speed" if scene.motor.rated is not None else "as the scene's"
+        yield f"each motor that can be is started as the scene's own ({scene.motor.start.title}), {own}"
     if not of_motor(scene):
         yield "each motor stays within its rated heat and rms torque, as the scene limits none of them"
     if scene.mechanisms and any(m.shaft == scene.drive.on and m.shaft != "crank" for m in scene.mechanisms):
@@ -246,34 +359,62 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
     assert scene.document is not None
     tables, on = scene.document.tables, scene.drive.on
     changes: dict[str, Any] = {f"drive.{key}": None for key in ("torque", "motor") if key in tables["drive"]}
-    changes["drive.motor"] = dict(motor.table)
+    changes["drive.motor"] = {**motor.table, **_start_of(scene, motor)}
     rated = motor.motor.rated
-    if crank_speed is not None and rated is not None:
+    if crank_speed is not None:
+        if rated is None:
+            advice = "give it speed with torque or power, or take --ratio fixed"
+            expected = "one, for which the ratio of its shaft is chosen"
+            raise SceneError([Fault(f"shafts.{on}.ratio", f"a {motor.motor.title} without a rated point", expected, advice)])
         own = parse_quantity(tables["shafts"][on]["ratio"], "number")
         changes[f"shafts.{on}.ratio"] = own * rated.speed / crank_speed / scene.shafts[on]
     return scene.with_(changes)
 
 
-def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, at: float, rtol: float | None) -> MotorChoice:
+def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
+    """How a motor of the table is started: as the scene's own, its switches at the same shares of the rated speed."""
+    assert scene.document is not None
+    motor = scene.document.tables["drive"].get("motor")
+    start = motor.get("start") if isinstance(motor, Mapping) else None
+    if scene.motor is None or not isinstance(start, Mapping):
+        return {}
+    if str(start["type"]) not in row.motor.starts or row.motor.circuit is not None:
+        return {}
+    before, now = scene.motor.rated, row.motor.rated
+    factor = 1.0 if before is None or now is None else now.speed / before.speed
+
+    def switch(until: Any) -> Any:
+        try:
+            return f"{factor * parse_quantity(until, 'speed')!r} rad/s"
+        except QuantityError:
+            return until
+
+    untils = start.get("until")
+    if untils is None:
+        return {"start": dict(start)}
+    return {"start": {**start, "until": [*map(switch, untils)] if isinstance(untils, list) else switch(untils)}}
+
+
+def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, terms: Terms, rtol: float | None) -> MotorChoice:
     """What becomes of a machine with a motor."""
     try:
-        driven = with_motor(scene, row, crank)
-        if reason := _held(driven, at):
-            return MotorChoice(row, False, reason, _ratio(driven))
-        found = _sized(driven, rtol)
+        machine = Machine(with_motor(scene, row, crank))
+    except SceneError as error:
+        return MotorChoice(row, False, "; ".join(map(str, error.faults[:2])))
+    choice = MotorChoice(row, None, ratio=_ratio(machine.scene))
+    try:
+        choice = _at_rest(choice, machine, terms)
+        if choice.reason:
+            return choice
+        found = _sized(machine, rtol)
     except SceneError as error:
         told = [_told(fault) for fault in error.faults]
         decided = [reason for reason, known in told if known]
-        if decided:
-            return MotorChoice(row, False, "; ".join(decided[:2]))
-        return MotorChoice(row, None, told[0][0])
-    choice = _figures(row, found)
-    if scene.inertia is not None:  # a given flywheel: it is looked at alone
-        over = [name for name, share in _loads(found).items() if share > RATED[name] + _TIE]
-        if over:
-            why = "; ".join(f"{_WORDS[name]}: {figure(100 * _loads(found)[name], most=4)} % of its rating" for name in over)
-            return choice._replace(suits=False, reason=why)
-    return choice
+        return choice._replace(suits=False if decided else None, reason="; ".join(decided[:2]) or told[0][0])
+    choice = _figures(choice, found, terms)
+    if reason := _beyond(choice, found, terms):
+        return choice._replace(suits=False, reason=reason)
+    return _started(choice, found, machine, terms)
 
 
 def _ratio(scene: Scene) -> float:
@@ -281,39 +422,212 @@ def _ratio(scene: Scene) -> float:
     return scene.shafts[scene.drive.on]
 
 
-def _held(scene: Scene, at: float) -> str:
-    """Why the machine does not start from rest at a crank angle (rad); nothing where it does."""
-    assert scene.motor is not None
-    assert scene.drive is not None
-    machine = Machine(scene)
-    phi = np.array([at % scene.cycle])
-    with np.errstate(all="ignore"):
-        parts = machine.reduction.moments(phi, machine.anchors(phi), 0.0, speed=np.zeros(1))
-    load = -float(sum(np.sum(part) for name, part in parts.items() if name != "drive"))
-    asked = load / _ratio(scene) / scene.efficiencies.get(scene.drive.on, 1.0)
-    torque = starting_torque(scene.motor)
-    if torque > asked:
-        return ""
-    angle = figure(np.degrees(at), most=4)
-    told = f"starting torque {figure(torque, most=4)} N m, the load at rest at {angle} deg is {figure(asked, most=4)} N m"
-    return f"cannot start the machine: {told} on its shaft"
+# -- its start ---------------------------------------------------------------------------------------------------------
 
 
 def starting_torque(motor: Motor) -> float:
-    """A motor's torque at rest (N m): that of its plate where it tells, else that of its curve."""
-    if isinstance(motor, Induction) and motor.plate.starting_torque is not None:
-        return motor.plate.starting_torque * motor.rated.torque
-    return motor.starting_torque
+    """A motor's greatest torque at rest (N m), as it is started: that of its plate where it tells, else of its curve."""
+    return torque_at_rest(motor)
 
 
-def _sized(scene: Scene, rtol: float | None) -> Sizing:
+def _at_rest(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice:
+    """Whether a motor sets the machine going from rest, and where the machine asks for most."""
+    motor, edges = machine.scene.motor, machine.restarts
+    assert motor is not None
+    around = np.concatenate([(edges[:-1, None] + np.diff(edges)[:, None] * _PLACES).ravel(), edges[:-1]])
+    with np.errstate(all="ignore"):
+        loads = load_at_rest(machine, around)
+        worst = int(np.nanargmax(loads))
+        at = float(around[worst]) if isinstance(terms.at, str) else terms.at % machine.scene.cycle
+        load = float(loads[worst] if isinstance(terms.at, str) else load_at_rest(machine, np.array([at]))[0])
+    torque = starting_torque(motor)
+    choice = choice._replace(
+        starting_torque=torque, load_at_start=load, hardest_start=float(around[worst]), hardest_load=float(loads[worst])
+    )
+    angle = figure(np.degrees(at), most=4)
+    told = f"starting torque {figure(torque, most=4)} N m, the load at rest at {angle} deg is {figure(load, most=4)} N m"
+    told = f"{_NO_START[0]}: {told} on its shaft"
+    if torque > load and machine.has_joint_friction and not _breaks_away(machine, at):
+        told += ", and friction in its joints holds it"
+    elif torque > load:
+        return choice
+    return choice._replace(suits=False, reason=told)
+
+
+def _breaks_away(machine: Machine, at: float) -> bool:
+    """Whether a machine with friction in its joints moves forwards from rest at a crank angle (rad)."""
+    dynamics = dynamics_of(machine, 0.0)
+    states = () if dynamics.circuit is None else dynamics.circuit.steady(0.0)
+    with np.errstate(all="ignore"):
+        return bool(dynamics.from_rest(at, *neighbours(machine, at), np.zeros(1), states)[0][0] > 0.0)
+
+
+def _started(choice: MotorChoice, found: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
+    """The motor with its start, followed through the torque map, or in time where that does not tell it."""
+    motor = machine.scene.motor
+    assert motor is not None
+    if not maps(motor) or motor.keeps_step:
+        return _in_time(choice, machine, terms)
+    inertia = _wheel_inertia(found) * machine.scene.flywheel_ratio**2
+    at = _place(choice, terms)
+    rough = found.machine if machine.has_joint_friction and found.machine is not None else machine
+    with np.errstate(all="ignore"):
+        run = mapped_run_up(rough, inertia, at, _full_speed(motor, choice))
+    if not run.reached:
+        return choice._replace(suits=None if run.reached is None else False, reason=_short_of_it(run, choice))
+    limit = motor.locked_rotor_limit() or motor.locked_rotor_limit(cold=True)
+    start = StartOfMotor(run.time, run.turns, run.current_squared, limit, MAPPED)
+    choice = choice._replace(start=start)
+    shares = start.share, None if terms.start_time is None else start.time / terms.start_time
+    close = any(share is not None and abs(share - 1.0) < _CLOSE for share in shares)
+    timed = _in_time(choice, machine, terms) if close and start.turns <= _MOST_TURNS else choice
+    return _judged(choice, terms) if timed.start is start else timed
+
+
+def _place(choice: MotorChoice, terms: Terms) -> float:
+    """The crank angle (rad) of the start."""
+    assert choice.hardest_start is not None
+    return choice.hardest_start if isinstance(terms.at, str) else terms.at
+
+
+def _full_speed(motor: Motor, choice: MotorChoice) -> float:
+    """The crank's speed (rad/s) at which a start is over."""
+    assert choice.speed is not None
+    assert choice.ratio is not None
+    steady = UP_TO_SPEED * choice.speed
+    return steady if motor.rated is None else min(motor.rated.speed / choice.ratio, steady)
+
+
+def _wheel_inertia(found: Sizing) -> float:
+    """Inertia (kg m², on its own shaft) of the flywheel as it is built."""
+    return found.built.wheel.inertia if found.built is not None else found.inertia or 0.0
+
+
+def _short_of_it(run: RunUp, choice: MotorChoice) -> str:
+    """Why a start fails, or was not followed to its end."""
+    wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
+    count = f"{figure(run.turns, most=3)} turns"
+    if run.stop is not None:
+        return f"{_NO_START[1]} {wheel}: it stops at {figure(np.degrees(run.stop), most=4)} deg, after {count}"
+    speed = f"{figure(run.speed * 60 / TURN, most=4)} rpm of the crank"
+    if run.reached is None:
+        return f"its start {wheel} was not followed to its end: {speed} after {count}, {figure(run.time, most=3)} s"
+    return f"does not come up to speed {wheel}: it stays at {speed}"
+
+
+def _judged(choice: MotorChoice, terms: Terms) -> MotorChoice:
+    """The motor, refused where its start heats it too much, or takes longer than asked."""
+    start = choice.start
+    assert start is not None
+    wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
+    told = f"the start {wheel} takes {figure(start.time, most=3)} s"
+    if start.share is not None and start.share > 1.0 + _TIE:
+        share = f"{figure(100 * start.share, most=3)} % of what its locked-rotor time bears (I² t)"
+        return choice._replace(suits=False, reason=f"too hot a start: {told} and {share}")
+    if terms.start_time is not None and start.time > terms.start_time * (1.0 + _TIE):
+        told = f"{told}, {figure(terms.start_time, most=4)} s at most are asked for"
+        return choice._replace(suits=False, reason=f"too slow a start: {told}")
+    return choice._replace(suits=True)
+
+
+def _in_time(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice:
+    """The motor with its start followed in time, up to its speed and through all of its switches."""
+    motor = machine.scene.motor
+    assert motor is not None
+    switches = () if motor.start is None else motor.start.connections
+    speeds = [connection.until.speed for connection in switches if connection.until.speed is not None]
+    full = max([_full_speed(motor, choice), *((1.0 + _TIE) * speed / _ratio(machine.scene) for speed in speeds)])
+    asked: dict[str, Any] = {"at": _place(choice, terms), "inertia": choice.wheel_inertia or 0.0, "rtol": _TOLERANCE}
+    try:
+        run = transient(machine, end="regime" if motor.keeps_step else Until("speed", full, False), **asked)
+        last = max(as_started(run.scene.motor or motor).times, default=0.0)
+        if run.reason == "speed" and last > run.time:
+            run = transient(machine, end=1.0000001 * last, **asked)
+    except SceneError as error:
+        if choice.start is not None:  # of the map: that no other route confirms it is no reason against it
+            return choice
+        return choice._replace(suits=None, reason=f"its start could not be followed: {error.faults[0]}")
+    return _along(choice, run, motor, terms)
+
+
+def _along(choice: MotorChoice, run: Transient, motor: Motor, terms: Terms) -> MotorChoice:
+    """The motor with its start as it was followed in time."""
+    if run.reason not in ("speed", "regime", "time"):
+        wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
+        return choice._replace(suits=False, reason=f"does not come up to speed {wheel}: {run.ended}")
+    speed = run.omega * (choice.ratio or 1.0)
+    if motor.keeps_step and abs(speed / (motor.no_load_speed or speed) - 1.0) > _IN_STEP:
+        told = f"it stays at {figure(speed * 60 / TURN, most=4)} rpm on its shaft, after {figure(run.time, most=3)} s"
+        return choice._replace(suits=False, reason=f"does not pull into step on starting: {told}")
+    heat = run.start_heat
+    squared = None if choice.start is None else choice.start.current_squared  # of the map, for a motor with states
+    squared = squared if heat is None else heat.current_squared
+    limit = motor.locked_rotor_limit() or motor.locked_rotor_limit(cold=True)
+    return _judged(choice._replace(start=StartOfMotor(run.time, run.turns, squared, limit, IN_TIME)), terms)
+
+
+def _confirmed(
+    scene: Scene, ordered: list[MotorChoice], crank: float | None, terms: Terms
+) -> tuple[list[MotorChoice], dict[str, MotorChoice]]:
+    """The motors in their order, the first with its start followed in time; and those that this refused, by name."""
+    failed: dict[str, MotorChoice] = {}
+    for k, choice in enumerate(ordered):
+        assert choice.start is not None
+        if choice.start.route == MAPPED and choice.start.turns <= _MOST_TURNS:
+            choice = _in_time(choice, Machine(with_motor(scene, choice.motor, crank)), terms)
+        if choice.suits:
+            return [choice, *ordered[k + 1 :]], failed
+        failed[choice.motor.name] = choice
+    return [], failed
+
+
+def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: Terms) -> Iterator[str]:
+    """Where starts begin and how they were followed, and what is not known of them or does not hold everywhere."""
+    if any(choice.reason.startswith(_NO_START) for choice in found) and not isinstance(terms.at, str):
+        yield f"starts begin at crank angle {figure(np.degrees(terms.at), most=4)} deg (--at names another)"
+    timed = [choice for choice in suitable if choice.start is not None and choice.start.route == IN_TIME]
+    if suitable:
+        rest = "" if len(timed) == len(suitable) else "the others' through their torque maps, to about a thousandth"
+        followed = f"starts of {_named(timed)} were followed in time" if timed else ""
+        yield ", ".join(filter(None, (followed, rest)))
+    unknown = [choice for choice in suitable if choice.start is not None and choice.start.share is None]
+    if unknown:
+        yield (
+            f"whether {_named(unknown)} bear the heat of their starts is not known: the table has no locked_rotor_time "
+            "for them, or their type tells no current"
+        )
+    engines = [choice for choice in suitable if choice.motor.motor.governed and choice.motor.motor.covers[0] > 0.0]
+    if engines:
+        yield f"{_named(engines)} run by themselves from idle on: below it their curves stand for a starter and a clutch"
+    held = [choice for choice in suitable if not choice.starts_anywhere]
+    if held and terms.at != WORST:
+        yield f"{_named(held)} do not set the machine going from every crank angle (--at worst asks for that)"
+    if terms.wheel_prices and suitable and all(choice.total_price is None for choice in suitable):
+        yield "the table has no prices, so that the order is by power"
+    elif terms.wheel_prices and suitable:
+        yield "the order is by the price of motor and flywheel together"
+
+
+def _named(choices: list[MotorChoice]) -> str:
+    """The names of motors, the first few."""
+    names = [choice.motor.name for choice in choices[:_FEW]]
+    more = len(choices) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
+
+
+# -- its flywheel ------------------------------------------------------------------------------------------------------
+
+
+def _sized(machine: Machine, rtol: float | None) -> Sizing:
     """The sizing for what the scene asks, and within the rated point where it asks nothing of its motor."""
-    found = size(scene, rtol, simulate=False)
+    scene = machine.scene
+    found = size(machine, rtol, simulate=False)
     if scene.inertia is not None or of_motor(scene):
         return found
-    if all(share <= RATED[name] for name, share in _loads(found).items()):
+    loads = _loads(found)
+    if all(share <= RATED[name] for name, share in loads.items()):
         return found  # no smaller one keeps the irregularity
-    limits = RATED | dict(scene.limits)
+    limits = {name: RATED[name] for name in loads} | dict(scene.limits)
     if scene.irregularity is not None:
         limits["irregularity"] = scene.irregularity
     duty = tuple(
@@ -323,27 +637,35 @@ def _sized(scene: Scene, rtol: float | None) -> Sizing:
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:
-    """Heat and torque of a motor over those of its rated point, over the duty where there is one."""
+    """Heat and torque of a motor over those of its rated point, as far as it has them; over the duty where there is one."""
     if sizing.duty is not None:
         known = {"motor_heat": sizing.duty.heat_share, "motor_rms": sizing.duty.rms_torque_share}
         return {name: share for name, share in known.items() if share is not None}
-    cycle, run = sizing.cycle, sizing.run
-    if cycle is None or run is None:
+    cycle, run, motor = sizing.cycle, sizing.run, sizing.scene.motor
+    if cycle is None or run is None or motor is None or motor.rated is None:
         return {}
     shaft = MotorShaft(sizing.scene, cycle, run, sizing.speed, sizing.rtol)
-    return {name: share.value for name, share in shares(RATED, shaft).items()}
+    names = [name for name in RATED if name != "motor_heat" or motor.heated is not None]
+    return {name: share.value for name, share in shares(names, shaft).items()}
 
 
-def _figures(row: CatalogueMotor, found: Sizing) -> MotorChoice:
-    """A motor that does, with what its machine's sizing says."""
+def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
+    """A motor that does so far, with what its machine's sizing says."""
+    row = choice.motor
     loads, energy, rated = _loads(found), found.energy, row.motor.rated
     power = None if energy is None else energy.mean_power
     if found.duty is not None:
         power = found.duty.mean_power
-    return MotorChoice(
-        motor=row,
+    wheel = None if found.built is None else found.built.wheel
+    without = not found.inertia
+    own = {
+        "inertia": _wheel_inertia(found),
+        "mass": 0.0 if without else None if wheel is None else wheel.mass,
+        "diameter": 0.0 if without else None if wheel is None else 2.0 * wheel.body.outer,
+    }
+    paid = sum(price * (own[name] or 0.0) for name, price in terms.wheel_prices.items()) if terms.wheel_prices else None
+    return choice._replace(
         suits=True,
-        ratio=_ratio(found.scene),
         flywheel=found.inertia,
         error=found.error.exact,
         speed=found.speed,
@@ -353,7 +675,32 @@ def _figures(row: CatalogueMotor, found: Sizing) -> MotorChoice:
         load_share=None if power is None or rated is None else power / rated.power,
         binding=found.binding
         or ("irregularity" if found.scene.irregularity is not None and found.flywheel.needed else None),
+        wheel_inertia=own["inertia"],
+        wheel_mass=own["mass"],
+        wheel_diameter=own["diameter"],
+        wheel_price=paid,
+        total_price=None if row.price is None else row.price + (paid or 0.0),
     )
+
+
+def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
+    """Why a motor does not do though a flywheel was found, or given: its rating, the wheel's bounds or stresses."""
+    if found.scene.inertia is not None:  # a given flywheel: it is looked at alone
+        over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + _TIE}
+        if over:
+            return "; ".join(f"{_WORDS[name]}: {share} % of its rating" for name, share in over.items())
+    wheel = {"inertia": choice.wheel_inertia, "mass": choice.wheel_mass, "diameter": choice.wheel_diameter}
+    for name, most in terms.wheel_limits.items():
+        value = wheel[name]
+        if value is not None and value > most * (1.0 + _TIE):
+            sizes = f"{figure(value, most=4)} {WHEEL[name]}, {figure(most, most=4)} {WHEEL[name]} at most are asked for"
+            return f"too large a flywheel: its {name} is {sizes}"
+    built = None if found.built is None else found.built.wheel
+    if built is not None and (built.utilisation or 0.0) > 1.0 + _TIE:
+        allowed = figure((built.material.allowable or 0.0) / 1e6, most=4)
+        stress = figure(built.greatest_stress / 1e6, most=4)
+        return f"too weak a flywheel: {stress} MPa ({built.place}), {allowed} MPa allowed"
+    return ""
 
 
 def _told(fault: Fault) -> tuple[str, bool]:
@@ -361,6 +708,8 @@ def _told(fault: Fault) -> tuple[str, bool]:
     name = fault.path.removeprefix("flywheel.limits.")
     if name in _WORDS and (best := _BEST.search(fault.found)):
         return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}", True
+    if fault.path.endswith(".starts"):  # of a phase of its duty
+        return f"{_NO_START[1]}: {fault.found}", True
     if "stalls" in fault.advice:
         return f"stalls: {fault.found}", True
     return f"{fault.path}: {fault.found}, expected {fault.expected}", fault.path == "flywheel.limits"

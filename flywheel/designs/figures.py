@@ -11,11 +11,13 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.components.wheels import Wheel, WheelAsked
 from flywheel.designs import batch as cycles
 from flywheel.designs.structures import Structure, Structures
 from flywheel.machine.machine import Machine
@@ -23,42 +25,58 @@ from flywheel.numerics.cells import Index
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
-from flywheel.sizing.results import Estimate, Sizing, estimates, figure_errors
+from flywheel.sizing.errors import estimates, figure_errors
+from flywheel.sizing.findings import FINDINGS, Finding
+from flywheel.sizing.results import Estimate, Sizing
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
 
 
-class Figure(NamedTuple):
-    """A figure of a design: its unit in SI, what it is, and the key of its error, which several may share."""
+class FigureKind(NamedTuple):
+    """A figure of a design: its unit in SI, what it is, the key of its error (several may share one), its keys in JSON."""
 
     unit: str
     about: str
     error: str
+    keys: tuple[str, ...] = ()
 
 
+_FIRST = ("flywheel.", "simulation", "speed", "balance", "power", "energy_fluctuation")  # the order of the columns
+
+
+def _columns() -> dict[str, Finding]:
+    """The figures of a sizing that are columns, by their names, in their order."""
+
+    def rank(one: Finding) -> int:
+        return next((k for k, first in enumerate(_FIRST) if one.key.startswith(first)), len(_FIRST))
+
+    known = [one for one in FINDINGS if one.column is not None]
+    return {one.column.name or one.key: one for one in sorted(known, key=rank) if one.column is not None}
+
+
+_OF_SIZING = _columns()
 FIGURES = {
-    "exact": Figure("kg m^2", "exact flywheel, at its own shaft", "exact"),
-    "approximate": Figure("kg m^2", "approximate flywheel, without the machine's least inertia", "approximate"),
-    "approximate_total": Figure("kg m^2", "approximate flywheel, the machine's least inertia included", "approximate_total"),
-    "inertia_torque": Figure("kg m^2", "total by the inertia torque at constant speed", "inertia_torque"),
-    "inertia_torque_flywheel": Figure("kg m^2", "the flywheel's share of that", "inertia_torque_flywheel"),
-    "needed": Figure("", "1 where a flywheel is needed, 0 where the machine's own inertia suffices", ""),
-    "irregularity": Figure("", "irregularity of the speed, with the flywheel that is given", "simulation"),
-    "speed": Figure("rad/s", "mean of the crank's greatest and least speed", "speed"),
-    "balance": Figure("", "the unknown that makes the net work zero", "balance"),
-    "power": Figure("W", "mean power of the drive", "power"),
-    "energy_fluctuation": Figure("J", "fluctuation of energy", "energy_fluctuation"),
-    "accumulated_max": Figure("J", "greatest accumulated area", "accumulated_max"),
-    "accumulated_min": Figure("J", "least accumulated area", "accumulated_min"),
-    "angle_speed_max": Figure("rad", "crank angle of the greatest speed", "angle_speed_max"),
-    "angle_speed_min": Figure("rad", "crank angle of the least speed", "angle_speed_min"),
-    "reduced_inertia_least": Figure("kg m^2", "least I* of the machine without flywheel", "reduced_inertia"),
-    "reduced_inertia_greatest": Figure("kg m^2", "greatest I*", "reduced_inertia"),
-    "reduced_inertia_mean": Figure("kg m^2", "mean I* over the cycle", "reduced_inertia"),
-    "mass": Figure("kg", "mass of the wheel that the scene asks for", "wheel"),
+    **{
+        name: FigureKind(
+            one.unit.replace("²", "^2"),
+            one.column.about,
+            (one.column.error or name).strip("-"),
+            (one.column.key or one.key,),
+        )
+        for name, one in _OF_SIZING.items()
+        if one.column is not None
+    },
+    "mass": FigureKind("kg", "mass of the wheel that the scene asks for", "wheel", ("flywheel.mass", "wheel.mass")),
+    "wheel.stress": FigureKind("Pa", "greatest stress in the wheel", "wheel", ("wheel.greatest_stress",)),
+    "wheel.utilisation": FigureKind("", "greatest stress in the wheel over the allowable one", "wheel"),
+    "wheel.safety": FigureKind("", "safety factor of the wheel", "wheel"),
+    "wheel.rim_speed": FigureKind("m/s", "rim speed of the wheel", "wheel"),
+    "wheel.outer_diameter": FigureKind("m", "outer diameter of the wheel", "wheel"),
 }
 """Figures of a design by their names; nan where a scene has none of a kind."""
+OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wheel")
+"""Those of the wheel as built."""
 
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
 """How a design was sized: with many at once, so and refined, one by one; refused; or not yet."""
@@ -67,11 +85,11 @@ ENGINES = ("numpy", "numba", "size")
 """What sizes designs: many at once by numpy or numba, or `size` one by one."""
 
 
-_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
-_LARGE = 24_000  # of one for machine code, which keeps little of it at a time
+_CACHED_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
+_MACHINE_CODE_CELLS = 24_000  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
-_FEW = 16  # designs that are finished before a bar could be read
-_MOST_MARKS = 64  # machines of which they are kept
+_DESIGNS_WITHOUT_BAR = 16  # designs that are finished before a bar could be read
+_KEPT_MACHINES = 64  # machines of which they are kept
 
 
 class Batch(NamedTuple):
@@ -103,14 +121,14 @@ def sized(
     """
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
-    batch, by_structure = empty(columns.shape[1]), structures_of(scene, paths).sorted(columns)
-    for structure, which in by_structure.groups:
-        found = at_once(structure, columns[:, which], rtol, engine)
-        every = (found.halvings >= 0).all()
-        known: Any = slice(None) if every else found.halvings >= 0
+    batch, structures = empty(columns.shape[1]), structures_of(scene, paths)
+    for structure, which in structures.sorted(columns):
+        group = at_once(structure, columns[:, which], rtol, engine)
+        every = (group.halvings >= 0).all()
+        known: Any = slice(None) if every else group.halvings >= 0
         place: Any = slice(None) if every and which.size == batch.ways.size else which[known]  # a structure's ascend
-        batch.ways[place] = np.where(found.halvings[known] > 0, REFINED, TRACED)
-        for into, given in ((batch.values, found.values), (batch.errors, found.errors)):
+        batch.ways[place] = np.where(group.halvings[known] > 0, REFINED, TRACED)
+        for into, given in ((batch.values, group.values), (batch.errors, group.errors)):
             for name, value in given.items():
                 into[name][place] = value[known]
     left = np.flatnonzero(batch.ways == MISSING)
@@ -120,8 +138,8 @@ def sized(
             into[name][left] = value
     batch.ways[left] = alone.ways
     batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
-    if by_structure.why:
-        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), by_structure.why))
+    if structures.why:
+        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), structures.why))
     return batch._replace(interrupted=alone.interrupted)
 
 
@@ -135,15 +153,15 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
         same = known is scene or (scene.document and known.document and scene.document.tables == known.document.tables)
         if same and structures.paths == paths:
             return structures
-    found = Structures(scene, paths)
-    _recent[:] = [(scene, found)]
-    return found
+    fresh = Structures(scene, paths)
+    _recent[:] = [(scene, fresh)]
+    return fresh
 
 
 # -- designs of one structure, chunk by chunk ------------------------------------------------------------------------------
 
 
-class Found(NamedTuple):
+class Chunks(NamedTuple):
     """Figures of designs by their names with their errors, and how often their cells were halved; -1 where none is known."""
 
     values: dict[str, Array]
@@ -151,7 +169,7 @@ class Found(NamedTuple):
     halvings: NDArray[np.int8]
 
 
-def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Found:
+def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Chunks:
     """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
 
     Not known are those of designs that this does not bring there, whose net work is left over, whose speed nothing varies,
@@ -165,26 +183,26 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
         threads: of machine code; as many as there are processors if None. Numpy has one.
 
     """
-    count, sums_of, size = columns.shape[1], cycles.sums, _CELLS
+    count, sums_of, size = columns.shape[1], cycles.sums, _CACHED_CELLS
     engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
     if engine == "numba":
         from flywheel.designs import kernels  # an extra
 
-        sums_of, size = kernels.sums, _LARGE
+        sums_of, size = kernels.sums, _MACHINE_CODE_CELLS
     threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
-    found = Found({}, {}, np.full(count, -1, np.int8))
+    outcome = Chunks({}, {}, np.full(count, -1, np.int8))
     left: Any = np.arange(count)
     for halvings in range(_HALVINGS + 1):
         most = size // structure.programs[-1][0].stop >> halvings
         parts = _parts(left, min(most, cycles.DESIGNS) if engine == "numpy" else most, threads)
         chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
         if threads == 1 or len(parts) < 2:
-            missed = [_put(found, part, *chunk(part)) for part in parts]
+            missed = [_put(outcome, part, *chunk(part)) for part in parts]
         else:
             with ThreadPoolExecutor(threads) as pool:
-                missed = [_put(found, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
+                missed = [_put(outcome, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
         left = np.concatenate([*missed, left[:0]])
-    return found
+    return outcome
 
 
 def _parts(which: Index, size: int, threads: int) -> list[Index]:
@@ -193,17 +211,17 @@ def _parts(which: Index, size: int, threads: int) -> list[Index]:
     return np.split(which, range(size, which.size, size)) if which.size else []
 
 
-def _put(found: Found, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
+def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
     """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
     missed = which[halvings < 0]
     good: Any = halvings >= 0 if missed.size else slice(None)
     consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend
     known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
-    found.halvings[known] = halvings[good]
-    for into, given in ((found.values, values), (found.errors, errors)):
+    outcome.halvings[known] = halvings[good]
+    for into, given in ((outcome.values, values), (outcome.errors, errors)):
         for name, value in given.items():
             if name not in into:
-                into[name] = np.full(found.halvings.size, np.nan)
+                into[name] = np.full(outcome.halvings.size, np.nan)
             into[name][known] = np.broadcast_to(value, halvings.shape)[good]
     return missed
 
@@ -220,7 +238,7 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
         given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
-        sums, givens, error = cycles.moved(lambda asked: sums_of(pieces, asked, columns, edges), given, inertia)
+        sums, givens, error = cycles.moved(lambda moving: sums_of(pieces, moving, columns, edges), given, inertia)
         values, errors, missed = cycles.of_cycle(sums, givens)
         values["irregularity"], errors["irregularity"] = givens.irregularity, error
         return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
@@ -230,7 +248,7 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
     if alone.size:  # the machine runs without a flywheel, at its own irregularity
         few, at = columns[:, alone], edges[:, alone]
         moved, _, missed[alone] = cycles.moved(
-            lambda asked: sums_of(pieces, asked, few, at), givens.of(alone), np.zeros(alone.size)
+            lambda moving: sums_of(pieces, moving, few, at), givens.of(alone), np.zeros(alone.size)
         )
         values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
         errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
@@ -248,20 +266,20 @@ def one_by_one(
     Where the user interrupts it, those that are finished are returned.
     """
     batch = empty(columns.shape[1])
-    with progress_bar(len(which) if len(which) > _FEW else 0, progress, "designs one by one") as told:
+    with progress_bar(len(which) if len(which) > _DESIGNS_WITHOUT_BAR else 0, progress, "designs one by one") as advance:
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
-                found = figures_of(size(_with_known_marks(design), rtol, accuracy="normal"))
+                sizing_figures = figures_of(size(_with_known_marks(design), rtol, accuracy="normal"))
             except SceneError as error:
                 batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             except KeyboardInterrupt:
                 return batch._replace(interrupted=True)
             else:
                 batch.ways[k] = ALONE
-                for name, (value, error_of) in found.items():
+                for name, (value, error_of) in sizing_figures.items():
                     batch.values[name][k], batch.errors[name][k] = value, error_of
-            told(1)
+            advance(1)
     return batch
 
 
@@ -277,7 +295,7 @@ def _with_known_marks(scene: Scene) -> Machine | Scene:
             machine = Machine(scene)
             key = machine.breaks
             if key not in _marks:
-                if len(_marks) >= _MOST_MARKS:
+                if len(_marks) >= _KEPT_MACHINES:
                     _marks.pop(next(iter(_marks)))
                 _marks[key] = machine.breakpoints, machine.landmarks
     except (SceneError, ArithmeticError):  # `size` says what is wrong with it
@@ -289,8 +307,8 @@ def _with_known_marks(scene: Scene) -> Machine | Scene:
 @contextmanager
 def progress_bar(count: int, progress: bool | None, label: str = "designs") -> Iterator[Callable[[int], object]]:
     """What tells of finished designs: a bar on standard error where that is a terminal."""
-    shown = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
-    if not shown or not count:
+    visible = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
+    if not visible or not count:
         yield lambda finished: None
         return
     import click
@@ -307,25 +325,35 @@ def empty(count: int) -> Batch:
 
 def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
     """The figures of one sizing, each with its error; nan where there is none."""
-    wheel, inertia, motion = sizing.flywheel, sizing.reduced_inertia, sizing.simulation
-    analysis = sizing.scene.inertia is not None
-    own: dict[str, float | None] = {
-        **{name: getattr(wheel, name) for name in ("exact", "approximate", "approximate_total")},
-        **{name: getattr(wheel, name) for name in ("inertia_torque", "inertia_torque_flywheel", "needed")},
-        "irregularity": motion.irregularity if analysis and motion is not None else None,
-        "balance": sizing.balance and sizing.balance.value,
-        **{name: getattr(sizing, name) for name in ("speed", "power", "energy_fluctuation")},
-        **{name: getattr(sizing, name) for name in ("accumulated_max", "accumulated_min")},
-        **{name: getattr(sizing, name) for name in ("angle_speed_max", "angle_speed_min")},
-        "reduced_inertia_least": inertia and inertia.least,
-        "reduced_inertia_greatest": inertia and inertia.greatest,
-        "reduced_inertia_mean": inertia and inertia.mean,
-        "mass": sizing.built and sizing.built.wheel.mass,
-    }
+    own = {name: ((one.column and one.column.value) or one.of)(sizing) for name, one in _OF_SIZING.items()}
+    if sizing.scene.wheel is not None:
+        own |= wheel_figures(sizing.scene.wheel, sizing.built and sizing.built.wheel)
     errors: Mapping[str, Estimate] = figure_errors(sizing) if sizing.built is None else estimates(sizing)
-    found = {}
-    for name, value in own.items():
+    figures = {}
+    for name in FIGURES:
+        value = own.get(name)
         error = errors.get(FIGURES[name].error) if FIGURES[name].error else 0.0
         known = error if isinstance(error, float) else np.nan
-        found[name] = (np.nan, np.nan) if value is None else (float(value), known)
-    return found
+        figures[name] = (np.nan, np.nan) if value is None else (float(value), known)
+    return figures
+
+
+def wheel_figures(request: WheelAsked, wheel: Wheel | None) -> dict[str, float | None]:
+    """The figures of the wheel that a design asks for; where none is needed it has no mass, no stress and no end of safety.
+
+    >>> from flywheel.components.wheel_stresses import material
+    >>> from flywheel.components.wheels import Body, wheel_of
+    >>> asked = WheelAsked("rim", material("grey cast iron"))
+    >>> found = wheel_figures(asked, wheel_of(asked, Body("rim", 1.05, 0.95, 0.1, 0.2, thin=True), 25.0))
+    >>> [found[name] for name in ("wheel.stress", "wheel.rim_speed", "wheel.outer_diameter")]
+    [4500000.0, 25.0, 2.1]
+    >>> wheel_figures(asked, None)["wheel.utilisation"]
+    0.0
+
+    """
+    if wheel is None:
+        unloaded = None if request.material.allowable is None else 0.0
+        bounds = 0.0, 0.0, unloaded, None if request.material.reference is None else inf, 0.0, 0.0
+        return dict(zip(OF_WHEEL, bounds, strict=True))
+    stress = wheel.mass, wheel.greatest_stress, wheel.utilisation, wheel.safety
+    return dict(zip(OF_WHEEL, (*stress, wheel.rim_speed, 2 * wheel.body.outer), strict=True))

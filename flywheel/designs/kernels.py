@@ -16,14 +16,14 @@ import threading
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 
 from bondgraph.recording import Program
 from flywheel.designs import batch
-from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Givens, Pieces, Sums
+from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, DesignValues, Pieces, Sums
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
 
@@ -42,13 +42,13 @@ _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 
 def _compiled(function: Function) -> Function:
     """Machine code that is kept on disk, runs without the interpreter's lock, and divides by zero as numpy does."""
-    found: Function = numba.njit(cache=True, **_options)(function)
-    return found
+    machine_code: Function = numba.njit(cache=True, **_options)(function)
+    return machine_code
 
 
 # -- sine and cosine in lanes ----------------------------------------------------------------------------------------------
 
-_FAR = 1e5  # of an angle: within it the remainder of quarter turns is exact
+_GREATEST_ANGLE = 1e5  # of an angle: within it the remainder of quarter turns is exact
 _MAGIC = 6755399441055744.0  # 1.5 * 2^52: added and taken away it rounds to the nearest whole number
 _QUARTER, _QUARTER_REST = 1.57079632673412561417e00, 6.07710050650619224932e-11  # pi/2 in 33 bits, and what is left
 _S1, _S2, _S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
@@ -66,7 +66,7 @@ def sine_cosine(rows: Any, a: int, s: int, c: int) -> None:
     far = False
     for i in range(_L):
         x = rows[a, i]
-        far |= not abs(x) < _FAR
+        far |= not abs(x) < _GREATEST_ANGLE
         k = (x * (2.0 / math.pi) + _MAGIC) - _MAGIC
         r = (x - k * _QUARTER) - k * _QUARTER_REST
         z = r * r
@@ -115,21 +115,13 @@ _INLINE = {
 """Operations that a compiler makes one instruction of for several lanes; others are calls, lane by lane."""
 
 
-class Lanes(NamedTuple):
-    """A program as loops over lanes.
-
-    `before` gives what depends on the design alone, from all inputs; `text` is the source of `fill`, which has the rest; it
-    needs `rows` (rows, LANES), the first of them `before`'s outputs.
-    """
-
-    before: Program
-    text: str
-    rows: int
-
-
 @lru_cache(maxsize=64)
-def lanes(program: Program) -> Lanes:
-    """Split a program by whether it needs the angle, its first input, and write that part as loops over lanes."""
+def lanes(program: Program) -> tuple[Program, str, int]:
+    """A program as loops over lanes, split by whether it needs the angle, its first input.
+
+    What depends on the design alone, from all inputs; the source of `fill`, which has the rest; how many `rows` that
+    needs (rows, LANES), the first of them the outputs of the former.
+    """
     names, places, operations, outputs = program
     base = len(names) + len(places)
     needs = [True] + [False] * (base - 1)
@@ -163,7 +155,7 @@ def lanes(program: Program) -> Lanes:
     body = "\n                ".join(lines)
     constants = [f"x{len(names) + k} = places[{k}]" for k in range(len(places))]
     text = _FILL.format(constants="\n    ".join(constants or ["pass"]), given=len(given), angle=place[0], body=body)
-    return Lanes(before, text, len(place) + 1)  # and one for what is not needed
+    return before, text, len(place) + 1  # and one for what is not needed
 
 
 _ROW_OF = (2, 1, 0, 5, 3, 4)  # of the program's outputs I*, dI*/dphi, M*, dM*/du and the two sizes, among the values
@@ -230,8 +222,8 @@ def _calls(wanted: list[int], operations: Any, base: int, inputs: int, place: di
         given = [_value(m, inputs, base, place) for m in operands]
         call = f"math.{'pow' if name == 'power' else name}({', '.join(given)})"
         lines += ["for i in range(_L):", f"    {_value(n, inputs, base, place)} = {call}"]
-    for operand, found in angles.items():
-        rows = [found.setdefault(name, len(place)) for name in ("sin", "cos")]
+    for operand, angle in angles.items():
+        rows = [angle.setdefault(name, len(place)) for name in ("sin", "cos")]
         lines.append(f"sine_cosine(table, {place[operand]}, {rows[0]}, {rows[1]})")
     return lines
 
@@ -268,13 +260,16 @@ _fillers: dict[str, Any] = {}
 _lock = threading.Lock()
 
 
-def filler(program: Program) -> tuple[Lanes, Any]:
-    """What fills the values of a piece's cells, compiled once for programs of the same operations."""
-    found = lanes(program)
+def filler(program: Program) -> tuple[Program, int, Any]:
+    """What depends on the design alone, how many rows the rest has, and what fills the values of a piece's cells with it.
+
+    That is compiled once for programs of the same operations.
+    """
+    before, text, rows = lanes(program)
     with _lock:
-        if found.text not in _fillers:
-            _fillers[found.text] = _kept(found.text)
-    return found, _fillers[found.text]
+        if text not in _fillers:
+            _fillers[text] = _kept(text)
+    return before, rows, _fillers[text]
 
 
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
@@ -294,8 +289,8 @@ _GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARG
 )
 _EVALUATION = 24 * ROUNDING
 _TAIL = cells.TAIL_OF_INTEGRAL
-_INSIDE = 1.0 - 1e-12
-_SHARE, _NO_EFFECT = 1e-6, 1e-9
+_ROOT_RANGE = 1.0 - 1e-12
+_TAIL_SHARE, _NO_EFFECT = 1e-6, 1e-9
 _EPS = ROUNDING
 # rows of LANES numbers that belong to one cell
 (_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CELL) = (
@@ -407,9 +402,9 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
         for i in range(_L):  # steepness: sizes of the slope's coefficients, d[k-1] = d[k+1] + 2 k c[k]
             steep, after, here = 0.0, 0.0, 0.0
             for k in range(ORDER - 1, 1, -1):
-                found = after + 2.0 * k * s[(row * ORDER + k) * _L + i]
-                steep += abs(found)
-                after, here = here, found
+                derivative = after + 2.0 * k * s[(row * ORDER + k) * _L + i]
+                steep += abs(derivative)
+                after, here = here, derivative
             steep += 0.5 * abs(after + 2.0 * s[(row * ORDER + 1) * _L + i])
             w[_NOISE + own + i] = _EPS * w[_RIGHT + i] * steep / w[_HALF + i] + w[_TAILS + own + i]
         for i in range(_L):
@@ -493,7 +488,7 @@ def candidates(values: Any, cellwise: Any, factors: Any, doubt: Any, row: Any, w
 
     `where` takes function, cell and lane, `between` the gap's ends and the secant's root. What is in doubt is marked.
     """
-    found, most = 0, where.shape[1]
+    number, most = 0, where.shape[1]
     low, high = np.zeros(_L), np.zeros(_L)
     for function in range(5):
         of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function]
@@ -514,16 +509,16 @@ def candidates(values: Any, cellwise: Any, factors: Any, doubt: Any, row: Any, w
                 level = of_work * w[_NOISE + i] + size * w[_NOISE + _L + i]
                 far = max(-low[i], high[i])
                 near = low[i] if low[i] > 0.0 else -high[i] if high[i] < 0.0 else 0.0
-                if of_work * w[_TAILS + i] + size * w[_TAILS + _L + i] > _SHARE * far:
+                if of_work * w[_TAILS + i] + size * w[_TAILS + _L + i] > _TAIL_SHARE * far:
                     doubt[i] = 1.0
                 elif near <= 0.5 * (far - near) or near <= level:
-                    found = _gaps(row, i, level, function, cell, found, most, doubt, where, between)
-    return found
+                    number = _gaps(row, i, level, function, cell, number, most, doubt, where, between)
+    return number
 
 
 @_compiled
 def _gaps(
-    row: Any, i: int, level: float, function: int, cell: int, found: int, most: int, doubt: Any, where: Any, between: Any
+    row: Any, i: int, level: float, function: int, cell: int, number: int, most: int, doubt: Any, where: Any, between: Any
 ) -> int:
     """The changes of sign of one row of one lane."""
     first, last = 1, _P - 2  # points that may be the lowest of a dip
@@ -541,26 +536,26 @@ def _gaps(
             lowest = same and size <= abs(before) and size <= abs(after) and first <= point <= last
             if size <= level or (lowest and size < 0.5 * (max(abs(before), abs(after)) - size)):
                 doubt[i] = 1.0
-                return found
+                return number
         if (here > 0.0) != (after > 0.0):
-            if found == most:
+            if number == most:
                 doubt[i] = 1.0
-                return found
-            where[0, found], where[1, found], where[2, found] = function, cell, i
+                return number
+            where[0, number], where[1, number], where[2, number] = function, cell, i
             left, right = POINTS[point], POINTS[point + 1]
-            between[0, found], between[1, found] = left, right
-            between[2, found] = left + (right - left) * here / (here - after)
-            found += 1
-    return found
+            between[0, number], between[1, number] = left, right
+            between[2, number] = left + (right - left) * here / (here - after)
+            number += 1
+    return number
 
 
 @_compiled
-def polished(series: Any, factors: Any, where: Any, between: Any, found: int, doubt: Any, rows: Any, state: Any) -> None:
+def polished(series: Any, factors: Any, where: Any, between: Any, number: int, doubt: Any, rows: Any, state: Any) -> None:
     """Newton's method towards all roots at once, kept in their gaps; what does not settle is in doubt.
 
     `rows` (3 * ORDER roots) holds the series of M*, of dI*/dphi, and the function's; `state` intermediate rows.
     """
-    for r in range(found):
+    for r in range(number):
         function, cell, i = where[0, r], where[1, r], where[2, r]
         of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function, i]
         for k in range(ORDER):
@@ -570,7 +565,7 @@ def polished(series: Any, factors: Any, where: Any, between: Any, found: int, do
             rows[(2 * ORDER + k) * _ROOTS + r] = of_work * moment + factor * slope
     for step in range(5):
         # values by Clenshaw's recurrence, slopes by the one of the second kind: T_k' = k U_(k-1)
-        for r in range(found):
+        for r in range(number):
             t = between[2, r]
             value, before, slope, earlier = 0.0, 0.0, 0.0, 0.0
             for k in range(ORDER - 1, 0, -1):
@@ -580,22 +575,22 @@ def polished(series: Any, factors: Any, where: Any, between: Any, found: int, do
             value = rows[2 * ORDER * _ROOTS + r] + t * value - before
             state[r] = value / slope if slope != 0.0 else 0.0
         largest = 0.0
-        for r in range(found):
+        for r in range(number):
             between[2, r] = min(max(between[2, r] - state[r], between[0, r]), between[1, r])
             largest = max(largest, abs(state[r]))
         if step > 1 and largest <= 1e-9:
             break
-    for r in range(found):
+    for r in range(number):
         if abs(state[r]) > 1e-5 and between[1, r] > between[0, r]:
             doubt[where[2, r]] = 1.0
 
 
 @_compiled
-def accumulated(cellwise: Any, where: Any, between: Any, found: int, rows: Any, state: Any) -> None:
+def accumulated(cellwise: Any, where: Any, between: Any, number: int, rows: Any, state: Any) -> None:
     """W and I* - I*(0) at all roots, from the series of M* and dI*/dphi integrated: into the first rows of `state`."""
     for which in range(2):
         base = which * ORDER
-        for r in range(found):
+        for r in range(number):
             t = between[2, r]
             value, before, start = 0.0, 0.0, 0.0
             for k in range(ORDER, 0, -1):  # of T_k: (c[k-1] - c[k+1])/2k, and 2 c[0] for c[0]
@@ -604,7 +599,7 @@ def accumulated(cellwise: Any, where: Any, between: Any, found: int, rows: Any, 
                 value, before = c + 2.0 * t * value - before, value
                 start += c if k % 2 == 0 else -c
             state[which * _ROOTS + r] = t * value - before - start
-    for r in range(found):
+    for r in range(number):
         cell, i = where[1, r], where[2, r]
         half = cellwise[cell, _HALF // _L, i]
         state[r] = cellwise[cell, _START // _L, i] + half * state[r]
@@ -730,12 +725,12 @@ def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, d
                 out[_FASTEST + k, i] = w[_MIDDLE // _L, i] + half * t
             else:
                 out[_FASTEST + k, i] = 0.0 if edge == 0 else cellwise[edge - 1, _RIGHT // _L, i]
-            if abs(t) < _INSIDE:
+            if abs(t) < _ROOT_RANGE:
                 slope = abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / half
                 noise = w[of_noise, i] + size * w[of_noise + 1, i] + own
                 noise += factors[5, i] * size * abs(value_at(series, 1, cell, i, t))
                 error = min(noise / max(slope, _TINY), 2 * half)
-            if abs(t) >= _INSIDE - 8 * _EPS * end / half:
+            if abs(t) >= _ROOT_RANGE - 8 * _EPS * end / half:
                 before, after = (edge - 1) % number, edge % number
                 left = values[before, 0, _P - 1, i] + factor * values[before, 1, _P - 1, i]
                 right = values[after, 0, 0, i] + factor * values[after, 1, 0, i]
@@ -775,10 +770,10 @@ def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknow
 
 # -- chunks ----------------------------------------------------------------------------------------------------------------
 
-_BLOCK = 48  # cells of a group of lanes that are filled before they are worked on: so much stays in the cache
+_BLOCK_CELLS = 48  # cells of a group of lanes that are filled before they are worked on: so much stays in the cache
 
 
-def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
+def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> Sums:
     """The cycles of a chunk of designs, as `batch.sums`."""
     count = edges.shape[1]
     groups = -(-count // _L)
@@ -797,12 +792,12 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
     middle = at[:, :-1] + half
     prepared = []
     for piece, program in pieces:
-        split, fill = filler(program)
-        before = [np.broadcast_to(row, (count,)) for row in split.before.function()(0.0, *columns)]
+        of_design, row_count, fill = filler(program)
+        before = [np.broadcast_to(row, (count,)) for row in of_design.function()(0.0, *columns)]
         given = grouped(np.stack(before)) if before else np.zeros((groups, 1, _L))
-        table = np.zeros((split.rows, _L))
+        table = np.zeros((row_count, _L))
         prepared.append((fill, piece, given, np.array([*program.places, 0.0]), table, table.reshape(-1)))
-    size = max(1, _BLOCK // half.shape[1])
+    size = max(1, _BLOCK_CELLS // half.shape[1])
     values, out = np.zeros((size, half.shape[1], 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
     for first in range(0, groups, size):
         part = slice(first, min(first + size, groups))
@@ -811,7 +806,7 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
             fill(piece.start, piece.stop, middle[part], half[part], given[part], places, table, flat, block)
         cycles(block, at[part], middle[part], half[part], factors[part], givens.unknown, out[part])
     rows = out.swapaxes(0, 1).reshape(_DOUBT + 1, -1)[:, :count]
-    found = Sums(
+    totals = Sums(
         **dict(zip(Sums._fields, rows[:9], strict=False)),
         greatest=rows[_GREATEST:_LEAST],
         least=rows[_LEAST:_FASTEST],
@@ -826,6 +821,6 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
     doubtful = np.flatnonzero(rows[_DOUBT])
     if doubtful.size:
         own = givens.of(doubtful)
-        for into, value in zip(found, batch.sums(pieces, own, columns[:, doubtful], edges[:, doubtful]), strict=True):
+        for into, value in zip(totals, batch.sums(pieces, own, columns[:, doubtful], edges[:, doubtful]), strict=True):
             into[..., doubtful] = value
-    return found
+    return totals

@@ -1,48 +1,60 @@
 """The best design: numbers of a scene within bounds that make a figure least, or greatest, while others keep their limits.
 
 Quasi-random designs first, then searches from the best of them (`flywheel.numerics.optima`); the best of all is sized by
-itself, and designs around it must not be better.
+itself, designs around it must not be better, and slopes around it must leave no way on. The wheel keeps its allowable
+stress, and what `size` says of the design is said of the optimum.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs.figures import figures_of
-from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, figure_name, quantity
+from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
-from flywheel.numerics.faults import Fault, SceneError, show
-from flywheel.numerics.optima import KEPT, merit, minimum
+from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum
 from flywheel.numerics.units import DIMENSIONS, figure
-from flywheel.reading.paths import with_numbers
+from flywheel.reading.paths import by_path, dotted, with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
+from flywheel.sizing.sizing import size
 
 _RTOL = 1e-11
 _SAMPLES, _STARTS = 64, 4
-_APART = 0.1  # of the bounds: starts that are no closer
-_AROUND = (1e-4, 1e-3, 1e-2, 0.1)  # of the bounds: designs beside the best one
+_DISTANCE = 0.1  # of the bounds: starts that are no closer
+_ASIDE = (1e-4, 1e-3, 1e-2, 0.1)  # of the bounds: designs beside the best one
 _SCATTERED = 32
-_BETTER = 1e-9  # relative: what a design must be better by to count
-_AGAIN = 3  # times that a better design around the best one starts another search
-_AT_BOUND = 1e-9  # of the bounds
-_SAME = 1e-6  # relative: values of optima that are one
-_FLAT = 1e-12
+_GAIN = 1e-9  # relative: what a design must be better by to count
+_RESTARTS = 3  # times that a better design around the best one starts another search
+_AT_BOUND = 1e-8  # of the bounds: what counts as there
+_VALUE_TIE = 1e-6  # relative: values of optima that are one
+_GAIN_ROUNDING = 1e-12
+_SLOPE_LIMIT = 5 * STATIONARY  # from which on a design is no optimum
+_SLOPE_PER_ERROR = 2e7  # more of it by the figures' errors
+_REASONS = 3  # of refused designs that are given
+_DIGITS = re.compile(r"\d[\d.e+-]*")
+_NOISE_LIMIT, _STEP_BACK = 1e-2, 1e-5  # slope at most that errors may explain; of the bounds: a step back from one
+_UTILISATION, _STRESS = "wheel.utilisation", "wheel.stress"
 _NAME = re.compile(r"[A-Za-z_][\w]*(?:\.\w+)*")
 
 
-class Limit(NamedTuple):
-    """A figure that is held between `low` and `high` (SI; None: open), what it comes to, and which end of it binds."""
+class KeptLimit(NamedTuple):
+    """A figure that is held between `low` and `high` (SI; None: open), what it comes to, and which end of it binds.
+
+    `implied`: the wheel's allowable stress, which is kept without being asked for.
+    """
 
     name: str
     low: float | None
@@ -50,6 +62,7 @@ class Limit(NamedTuple):
     unit: str
     value: float
     binds: str = ""
+    implied: bool = False
 
     @property
     def text(self) -> str:
@@ -59,7 +72,7 @@ class Limit(NamedTuple):
         return f"{low}{self.name}" + ("" if self.high is None else f" <= {figure(self.high, most=6)}{unit}")
 
 
-class Course(NamedTuple):
+class SearchCourse(NamedTuple):
     """The designs of the searches in their order: numbers (paths, designs), figure, whether limits are kept, the search."""
 
     numbers: Array
@@ -73,8 +86,11 @@ class Optimum:
     """The best design within bounds (SI).
 
     `value` is that of `objective` with its absolute `error`; `numbers` are those of the design, `at_bounds` which of them
-    are at an end; `figures` all figures of it, `sizing` the design sized by itself. `confirmed` tells that this agrees and
-    that none of the `around` designs beside it is better. `starts` are the searches' ends, `messages` what is to be said.
+    are at an end; `figures` all figures of it, `sizing` the design sized by itself, as `flywheel.size` does. `confirmed`
+    tells that this agrees, that none of the `around` designs beside it is better, and that slopes of their own show no way
+    down, `descent` being what they show of one (a share of the figure for that of the bounds). `starts` are the searches'
+    ends, `refused` counts designs within the bounds that are no machines, by reason, `messages` what is to be said: of the
+    search, then everything that the sizing says of the design.
     """
 
     scene: Scene
@@ -89,15 +105,17 @@ class Optimum:
     before: dict[str, float]
     value_before: float | None
     at_bounds: dict[str, str]
-    limits: tuple[Limit, ...]
+    limits: tuple[KeptLimit, ...]
     figures: dict[str, float]
     errors: dict[str, float]
     figure_units: dict[str, str]
     sizing: Sizing
     confirmed: bool
     around: int
+    descent: float
     starts: tuple[float, ...]
-    course: Course
+    course: SearchCourse
+    refused: dict[str, int]
     messages: tuple[str, ...]
     designs: int
 
@@ -138,6 +156,8 @@ class Optimum:
             },
             "confirmed": self.confirmed,
             "around": self.around,
+            "descent": self.descent,
+            "refused": self.refused,
             "starts": list(self.starts),
             "designs": self.designs,
             "messages": list(self.messages),
@@ -165,7 +185,8 @@ def optimize(
             numbers that vary (`reduced_inertia_greatest - reduced_inertia_least`).
         maximize: the same, to be made greatest.
         over: of each path the bounds (low, high); SI, or texts with units.
-        subject_to: of figures or expressions the limits (low, high), None where open.
+        subject_to: of figures or expressions the limits (low, high), None where open. The allowable stress of a wheel that
+            the scene asks for is kept without being asked.
         samples: quasi-random designs among which searches begin, a power of two.
         starts: how many searches.
         seed: of the designs.
@@ -186,12 +207,13 @@ def optimize(
     """
     scene = scene_of(scene)
     if (minimize is None) == (maximize is None):
-        found = "nothing to minimize" if minimize is None else "minimize beside maximize"
-        raise SceneError([Fault("minimize", found, "one figure, to minimize or to maximize")])
+        given = "nothing to minimize" if minimize is None else "minimize beside maximize"
+        raise SceneError([Fault("minimize", given, "one figure, to minimize or to maximize")])
     require("over", over, Mapping, "paths of numbers, each with its bounds (low, high)")
+    over = by_path(over)
     family = Variation(scene, over, rtol, engine)
     aim = "minimize" if maximize is None else "maximize"
-    problem = _Problem(family, aim, minimize if maximize is None else maximize, _bounds(family, over), subject_to or {})
+    problem = _Optimization(family, aim, minimize if maximize is None else maximize, _bounds(family, over), subject_to or {})
     surveyed = _survey(problem, samples, seed)
     ends = []
     for start in _starts(problem, surveyed, max(starts, 1)):
@@ -202,11 +224,11 @@ def optimize(
     return _optimum(problem, best, ends, better)
 
 
-class _Formula:
+class _FigureFormula:
     """A figure, or an expression of figures and of numbers that vary."""
 
     def __init__(self, family: Variation, text: object, path: str) -> None:
-        self.text, self.names = text if isinstance(text, str) else "", dict[str, str]()
+        self.text, self.names = dotted(text) if isinstance(text, str) else "", dict[str, str]()
         if self.text in BY_NAME:
             self.title = self.text
             self.figure: str | None = BY_NAME[self.text]
@@ -214,16 +236,25 @@ class _Formula:
             return
         self.figure, self.unit, self.title = None, "", self.text
         known = {**{name: name for name in BY_NAME}, **{number: number for number in family.paths}}
-        found = [word for word in _NAME.findall(self.text) if word in known]
-        if not found:
-            figure_name(path, text)  # refuses it, with the nearest
-        self.names = {word: f"n{k}" for k, word in enumerate(dict.fromkeys(found))}
+        words = [word for word in _NAME.findall(self.text) if word in known]
+        if not words:
+            self._refuse(path, text, known)
+        self.names = {word: f"n{k}" for k, word in enumerate(dict.fromkeys(words))}
         plain = _NAME.sub(lambda match: self.names.get(match.group(), match.group()), self.text)
         try:
             self.expression: Expression = parse(plain, frozenset(self.names.values()))
         except ExpressionError as error:
+            for word in _NAME.findall(self.text):
+                if word in error.found and word not in known:
+                    self._refuse(path, word, known)
             what = "an expression of figures, and of numbers that vary"
             raise SceneError([Fault(path, show(self.text), what, f"{error.found}: expected {error.expected}")]) from None
+
+    def _refuse(self, path: str, name: object, known: Mapping[str, str]) -> None:
+        """SceneError for a name that is none, with the nearest and all that there are."""
+        near = suggestion(str(name), known)
+        own = [*NAMES, *(number for number in known if number not in BY_NAME)]
+        raise SceneError([Fault(path, shown(name), f"one of {', '.join(own)}", near)])
 
     def __call__(self, family: Variation, columns: Array, values: Array) -> Array:
         """Its values at designs."""
@@ -240,12 +271,13 @@ class _Formula:
         return [self.figure] if self.figure is not None else [BY_NAME[word] for word in self.names if word in BY_NAME]
 
 
-class _Held(NamedTuple):
+class _Constraint(NamedTuple):
     """A formula between limits, in SI."""
 
-    formula: _Formula
+    formula: _FigureFormula
     low: float | None
     high: float | None
+    implied: bool = False
 
     @property
     def size(self) -> float:
@@ -253,29 +285,32 @@ class _Held(NamedTuple):
         return max(abs(self.low or 0.0), abs(self.high or 0.0)) or 1.0
 
 
-class _Problem:
+class _Optimization:
     """What is least, over what and under which limits; all designs that were tried."""
 
     def __init__(self, family: Variation, aim: str, objective: str | None, bounds: Array, limits: Mapping[str, Any]) -> None:
         self.family, self.greatest = family, aim == "maximize"
         self.low, self.high = bounds
-        self.objective = _Formula(family, objective, aim)
+        self.objective = _FigureFormula(family, objective, aim)
         require("subject_to", limits, Mapping, "figures, each with its limits (low, high)")
-        self.held = [_held(family, name, pair) for name, pair in limits.items()]
+        self.constraints = [_constraint(family, name, pair) for name, pair in limits.items()]
+        wheel = family.scene.wheel
+        if wheel is not None and wheel.material.allowable is not None:
+            self.constraints.append(_Constraint(_FigureFormula(family, _UTILISATION, "subject_to"), None, 1.0, implied=True))
         self.search = 0
         self.points: list[tuple[Array, Array, int]] = []
 
     def rows(self, columns: Array) -> Array:
         """The objective, to be least, and breaches of limits relative to them; NaN where a design is refused."""
         values, _ = self.family(columns)
-        found = self.objective(self.family, columns, values)
-        rows = [-found if self.greatest else found]
-        for held in self.held:
-            value = held.formula(self.family, columns, values)
-            if held.high is not None:
-                rows.append((value - held.high) / held.size)
-            if held.low is not None:
-                rows.append((held.low - value) / held.size)
+        objective = self.objective(self.family, columns, values)
+        rows = [-objective if self.greatest else objective]
+        for limit in self.constraints:
+            value = limit.formula(self.family, columns, values)
+            if limit.high is not None:
+                rows.append((value - limit.high) / limit.size)
+            if limit.low is not None:
+                rows.append(np.where(value == inf, -1.0, (limit.low - value) / limit.size))  # safe without a wheel
         result = np.array(rows)
         result[~np.isfinite(result)] = np.nan
         inside = (columns >= self.low[:, None]).all(axis=0) & (columns <= self.high[:, None]).all(axis=0)
@@ -291,6 +326,30 @@ class _Problem:
         rows = np.array([row for _, row, _ in self.points]).T
         k = int(np.argmin(merit(rows, self.size(rows))))
         return self.points[k][0], rows[:, k]
+
+    def descent(self, best: Array) -> float:
+        """How steeply the objective still falls from a design on, within bounds and limits."""
+        return descent(self.rows, best, self.low, self.high)
+
+    def gain(self, best: Array, i: int) -> float:
+        """What a step back from a bound of the i-th number costs; 0 where it changes nothing."""
+        moved = best.copy()
+        width = self.high[i] - self.low[i]
+        moved[i] += _STEP_BACK * width if best[i] - self.low[i] < self.high[i] - best[i] else -_STEP_BACK * width
+        own, other = merit(self.rows(np.array([best, moved]).T), 1.0)
+        return 0.0 if abs(other - own) <= _GAIN_ROUNDING * max(abs(own), _GAIN_ROUNDING) else float(other - own)
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """How many designs were refused, by one reason of each kind, the most frequent first: numbers make no kind."""
+        kinds, example = Counter[str](), dict[str, str]()
+        for point, row, _ in self.points:
+            if np.isnan(row).any():
+                reason = self.family.reasons.get(tuple(point.tolist()), "a figure has no value")
+                kind = _DIGITS.sub("#", reason)
+                kinds[kind] += 1
+                example.setdefault(kind, reason)
+        return {example[kind]: many for kind, many in kinds.most_common()}
 
     def size(self, rows: Array) -> float:
         """The objective's own size."""
@@ -317,23 +376,23 @@ def _bounds(family: Variation, over: Mapping[str, Any]) -> Array:
     return np.array(rows).T
 
 
-def _held(family: Variation, name: str, pair: Any) -> _Held:
+def _constraint(family: Variation, name: str, pair: Any) -> _Constraint:
     """A limit, in SI."""
     path = f"subject_to {show(name)}"
-    formula = _Formula(family, name, "subject_to")
+    formula = _FigureFormula(family, name, "subject_to")
     if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or all(end is None for end in pair):
         raise SceneError([Fault(path, show(pair), "limits (low, high), None where one is open")])
-    dimension = next((own for own, found in DIMENSIONS.items() if found.si == formula.unit), "number")
+    dimension = next((own for own, known in DIMENSIONS.items() if known.si == formula.unit), "number")
     low, high = (None if end is None else quantity(end, dimension, path) for end in pair)
     if low is not None and high is not None and low > high:
         raise SceneError([Fault(path, f"from {low:g} to {high:g}", "the lower one first")])
-    return _Held(formula, low, high)
+    return _Constraint(formula, low, high)
 
 
 # -- searches ----------------------------------------------------------------------------------------------------------
 
 
-def _survey(problem: _Problem, samples: int, seed: int) -> Array:
+def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     """Designs all over the bounds, the scene's own among them; SceneError where none is a machine, or has the figure."""
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
@@ -347,7 +406,7 @@ def _survey(problem: _Problem, samples: int, seed: int) -> Array:
     if not machines.any():
         why = next(iter(family.reasons.values()), "")
         raise SceneError([Fault("over", "no design within the bounds that is a machine", "one at least", why)])
-    for formula in (problem.objective, *(held.formula for held in problem.held)):
+    for formula in (problem.objective, *(limit.formula for limit in problem.constraints)):
         for name in formula.figures():
             if not np.isfinite(values[NAMES.index(name), machines]).any():
                 own_figures = [other for other, row in zip(NAMES, values, strict=True) if np.isfinite(row).any()]
@@ -359,20 +418,20 @@ def _survey(problem: _Problem, samples: int, seed: int) -> Array:
     return rows
 
 
-def _starts(problem: _Problem, rows: Array, many: int) -> list[Array]:
+def _starts(problem: _Optimization, rows: Array, many: int) -> list[Array]:
     """The best designs of a survey that are apart from one another."""
     width, chosen = problem.high - problem.low, list[Array]()
     order = np.argsort(merit(rows, problem.size(rows)), kind="stable")
     for k in order:
         point = problem.points[k][0]
-        if np.isfinite(rows[:, k]).all() and all(np.abs((point - other) / width).max() > _APART for other in chosen):
+        if np.isfinite(rows[:, k]).all() and all(np.abs((point - other) / width).max() > _DISTANCE for other in chosen):
             chosen.append(point)
         if len(chosen) == many:
             break
     return chosen
 
 
-def _best(problem: _Problem, ends: list[Array]) -> Array:
+def _best(problem: _Optimization, ends: list[Array]) -> Array:
     """The best of all designs; SceneError where none keeps the limits, with the one that comes nearest."""
     best, row = problem.best()
     if (row[1:] <= KEPT).all():
@@ -389,34 +448,37 @@ def _best(problem: _Problem, ends: list[Array]) -> Array:
     nearest = min(problem.points, key=lambda point: np.nan_to_num(point[1][1:], nan=np.inf).max())
     column = nearest[0][:, None]
     values, _ = problem.family(column)
-    faults, numbers = [], _told(problem.family, nearest[0])
-    for held in problem.held:
-        value = float(held.formula(problem.family, column, values)[0])
-        limit = Limit(held.formula.title, held.low, held.high, held.formula.unit, value)
-        over = held.high is not None and value > held.high + KEPT * held.size
-        if over or (held.low is not None and value < held.low - KEPT * held.size):
+    pairs = zip(problem.family.paths, nearest[0].tolist(), strict=True)
+    numbers = ", ".join(f"{path} = {figure(value, most=6)}{_unit(problem.family, path)}" for path, value in pairs)
+    faults = []
+    for limited in problem.constraints:
+        value = float(limited.formula(problem.family, column, values)[0])
+        over = limited.high is not None and value > limited.high + KEPT * limited.size
+        if over or (limited.low is not None and value < limited.low - KEPT * limited.size):
+            limit = _limit(problem, limited, nearest[0], values)
             unit = limit.unit and f" {limit.unit}"
-            found = f"{figure(value, most=6)}{unit} at the best, where {numbers}"
-            faults.append(Fault(f"subject_to {limit.name}", found, limit.text, "widen bounds, or the limit"))
+            nearest_value = f"{figure(limit.value, most=6)}{unit} at the best, where {numbers}"
+            advice = "widen bounds, or take another material or shape" if limited.implied else "widen bounds, or the limit"
+            faults.append(Fault(f"subject_to {limit.name}", nearest_value, limit.text, advice))
     raise SceneError(faults)
 
 
-def _around(problem: _Problem, best: Array, seed: int) -> tuple[Array, int]:
+def _around(problem: _Optimization, best: Array, seed: int) -> tuple[Array, int]:
     """The best design once none around it is better, and how many better ones there still are."""
     random = np.random.default_rng([seed, 1])
     width, count, better = problem.high - problem.low, len(best), 0
-    for again in range(_AGAIN):
+    for again in range(_RESTARTS):
         best, row = problem.best()
-        at = [best + sign * share * width * np.eye(count)[i] for i in range(count) for share in _AROUND for sign in (-1, 1)]
-        at += [best + _AROUND[2] * width * random.uniform(-1.0, 1.0, count) for _ in range(_SCATTERED)]
+        at = [best + sign * share * width * np.eye(count)[i] for i in range(count) for share in _ASIDE for sign in (-1, 1)]
+        at += [best + _ASIDE[2] * width * random.uniform(-1.0, 1.0, count) for _ in range(_SCATTERED)]
         columns = np.clip(np.array(at).T, problem.low[:, None], problem.high[:, None])
         rows = problem.rows(columns)
-        size = max(abs(row[0]), _FLAT)
+        size = max(abs(row[0]), _GAIN_ROUNDING)
         kept = (rows[1:] <= KEPT).all(axis=0)
-        better = int((kept & (rows[0] < row[0] - _BETTER * size)).sum())
+        better = int((kept & (rows[0] < row[0] - _GAIN * size)).sum())
         if not better:
             break
-        if again + 1 < _AGAIN:
+        if again + 1 < _RESTARTS:
             problem.minimum(problem.best()[0])
     return problem.best()[0] if not better else best, better
 
@@ -424,34 +486,35 @@ def _around(problem: _Problem, best: Array, seed: int) -> tuple[Array, int]:
 # -- what is found -----------------------------------------------------------------------------------------------------
 
 
-def _optimum(problem: _Problem, best: Array, ends: list[Array], better: int) -> Optimum:
+def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int) -> Optimum:
     """The record of the best design."""
     family, sign = problem.family, -1.0 if problem.greatest else 1.0
     best = _at_ends(problem, best)
-    sizing = family.at(best)
+    sizing = size(with_numbers(family.scene, dict(zip(family.paths, best.tolist(), strict=True))))
     values, errors = family(best[:, None])
+    alone = figures_of(sizing)
     value = float(problem.objective(family, best[:, None], values)[0])
     known = {name: k for k, name in enumerate(NAMES) if isfinite(values[k, 0])}
     error = _error(problem.objective, family, best, values, errors)
-    apart = {
-        name: abs(own - values[known[name], 0])
-        for name, (own, _) in figures_of(sizing).items()
-        if name in known and name in problem.objective.figures()
-    }
-    agree = all(gap <= 2 * errors[known[name], 0] + _BETTER * abs(values[known[name], 0]) for name, gap in apart.items())
+    agree = all(
+        abs(alone[name][0] - values[known[name], 0]) <= 2 * errors[known[name], 0] + _GAIN * abs(values[known[name], 0])
+        for name in problem.objective.figures()
+    )
+    slope, noise = problem.descent(best), error / max(abs(value), 1e-300)
+    stationary = slope <= _SLOPE_LIMIT + min(_SLOPE_PER_ERROR * noise, _NOISE_LIMIT)
     rows = np.array([row for _, row, _ in problem.points]).T
     reached = tuple(sign * float(problem.rows(end[:, None])[0, 0]) for end in ends)
     width = problem.high - problem.low
     at_bounds = {
-        path: "low" if x <= low else "high"
+        path: "low" if x - low < high - x else "high"
         for path, x, low, high, w in zip(family.paths, best, problem.low, problem.high, width, strict=True)
-        if x <= low + _AT_BOUND * w or x >= high - _AT_BOUND * w
+        if min(x - low, high - x) <= _AT_BOUND * w
     }
-    limits = tuple(_limit(problem, held, best, values) for held in problem.held)
+    limits = tuple(_limit(problem, limit, best, values) for limit in problem.constraints)
     own: float | None = None
     if len(problem.points) and np.array_equal(problem.points[0][0], family.nominal) and isfinite(problem.points[0][1][0]):
         own = sign * float(problem.points[0][1][0])
-    course = Course(
+    course = SearchCourse(
         np.array([point for point, _, _ in problem.points]).T,
         sign * rows[0],
         np.asarray((rows[1:] <= KEPT).all(axis=0) & np.isfinite(rows[0])),
@@ -475,28 +538,36 @@ def _optimum(problem: _Problem, best: Array, ends: list[Array], better: int) -> 
         errors={name: float(errors[k, 0]) for name, k in known.items()},
         figure_units={name: family.unit(name) for name in known},
         sizing=sizing,
-        confirmed=agree and not better,
-        around=2 * len(_AROUND) * len(best) + _SCATTERED,
+        confirmed=agree and stationary and not better,
+        around=2 * len(_ASIDE) * len(best) + _SCATTERED,
+        descent=slope,
         starts=reached,
         course=course,
-        messages=(*_messages(problem, best, at_bounds, limits, (reached, agree, better), rows), *family.said),
+        refused=problem.refused,
+        messages=(
+            *_messages(problem, best, at_bounds, limits, rows),
+            *_doubts(problem, reached, better, agree=agree, slope=0.0 if stationary else slope),
+            *_refusals(problem),
+            *family.said,
+            *sizing.messages,
+        ),
         designs=family.count,
     )
 
 
-def _at_ends(problem: _Problem, best: Array) -> Array:
-    """The design with numbers that are at a bound but for rounding put there, unless that makes it worse."""
+def _at_ends(problem: _Optimization, best: Array) -> Array:
+    """The design with numbers that are at a bound but for rounding put there, unless that makes it worse by what counts."""
     width = problem.high - problem.low
     moved = np.where(best - problem.low <= 1e-6 * width, problem.low, best)
     moved = np.where(problem.high - moved <= 1e-6 * width, problem.high, moved)
     if np.array_equal(moved, best):
         return best
     rows = problem.rows(np.array([best, moved]).T)
-    own, other = merit(rows, max(abs(rows[0, 0]), _FLAT))
-    return moved if other <= own + _FLAT * abs(own) else best
+    own, other = merit(rows, max(abs(rows[0, 0]), _GAIN_ROUNDING))
+    return moved if other <= own + _GAIN * abs(own) else best
 
 
-def _error(formula: _Formula, family: Variation, best: Array, values: Array, errors: Array) -> float:
+def _error(formula: _FigureFormula, family: Variation, best: Array, values: Array, errors: Array) -> float:
     """The error of a formula: of each figure in it as it is, added up."""
     at = best[:, None]
     middle, total = float(formula(family, at, values)[0]), 0.0
@@ -508,42 +579,55 @@ def _error(formula: _Formula, family: Variation, best: Array, values: Array, err
     return total
 
 
-def _limit(problem: _Problem, held: _Held, best: Array, values: Array) -> Limit:
-    """A limit as the best design keeps it."""
-    value = float(held.formula(problem.family, best[:, None], values)[0])
-    close = 1e-7 * held.size
-    binds = "high" if held.high is not None and value >= held.high - close else ""
-    binds = "low" if held.low is not None and value <= held.low + close else binds
-    return Limit(held.formula.title, held.low, held.high, held.formula.unit, value, binds)
+def _limit(problem: _Optimization, limited: _Constraint, best: Array, values: Array) -> KeptLimit:
+    """A limit as a design keeps it; the allowable stress of the wheel as a stress."""
+    value = float(limited.formula(problem.family, best[:, None], values)[0])
+    close = 1e-7 * limited.size
+    if limited.implied:
+        scene = with_numbers(problem.family.scene, dict(zip(problem.family.paths, best.tolist(), strict=True)))
+        assert scene.wheel is not None
+        stress = float(values[NAMES.index(_STRESS), 0])
+        binds = "high" if value >= 1.0 - close else ""
+        return KeptLimit(_STRESS, None, scene.wheel.material.allowable, "Pa", stress, binds, implied=True)
+    binds = "high" if limited.high is not None and value >= limited.high - close else ""
+    binds = "low" if limited.low is not None and value <= limited.low + close else binds
+    return KeptLimit(limited.formula.title, limited.low, limited.high, limited.formula.unit, value, binds)
 
 
 def _messages(
-    problem: _Problem,
+    problem: _Optimization,
     best: Array,
     at_bounds: Mapping[str, str],
-    limits: tuple[Limit, ...],
-    checks: tuple[tuple[float, ...], bool, int],
+    limits: tuple[KeptLimit, ...],
     rows: Array,
 ) -> Iterator[str]:
-    """What is to be said of an optimum: bounds and limits that hold it, other optima, and what does not confirm it."""
-    family, (reached, agree, better), name = problem.family, checks, problem.objective.title
+    """What is to be said of an optimum: bounds and limits that hold it."""
+    family, name = problem.family, problem.objective.title
     known = rows[0][np.isfinite(rows[0])]
-    if np.ptp(known) <= _BETTER * max(np.abs(known).max(), 1e-300):
+    if np.ptp(known) <= _GAIN * max(np.abs(known).max(), 1e-300):
         yield f"no optimum: {name} is the same for all designs, whatever {' and '.join(family.paths)}"
         return
     further = "rises" if problem.greatest else "falls"
     for path, end in at_bounds.items():
-        side = "lower" if end == "low" else "upper"
-        bound = (problem.low if end == "low" else problem.high)[family.paths.index(path)]
-        yield f"at its {side} bound: {path} = {figure(bound, most=6)}{_unit(family, path)}, beyond which {name} {further} on"
+        side, i = "lower" if end == "low" else "upper", family.paths.index(path)
+        bound = (problem.low if end == "low" else problem.high)[i]
+        gains = problem.gain(best, i)
+        beyond = f", beyond which {name} {further} on" if gains > 0.0 else ", where it holds nothing" if gains == 0.0 else ""
+        yield f"at its {side} bound: {path} = {figure(bound, most=6)}{_unit(family, path)}{beyond}"
     for limit in limits:
+        if limit.implied:
+            yield f"the wheel's allowable stress is kept without being asked for: {limit.text}"
         if limit.binds:
             yield f"held by a limit: {limit.text}"
     yield from _edges(problem, best, at_bounds)
+
+
+def _doubts(problem: _Optimization, reached: tuple[float, ...], better: int, *, agree: bool, slope: float) -> Iterator[str]:
+    """Other optima, and what does not confirm this one."""
     sign = -1.0 if problem.greatest else 1.0
     value = sign * problem.best()[1][0]
-    close = sum(abs(end - value) <= _SAME * max(abs(value), 1e-300) for end in reached)
-    others = sorted({float(f"{end:.4g}") for end in reached if abs(end - value) > _SAME * max(abs(value), 1e-300)})
+    close = sum(abs(end - value) <= _VALUE_TIE * max(abs(value), 1e-300) for end in reached)
+    others = sorted({float(f"{end:.4g}") for end in reached if abs(end - value) > _VALUE_TIE * max(abs(value), 1e-300)})
     if others:
         ends = ", ".join(figure(end, most=4) for end in others)
         yield f"{close} of {len(reached)} searches came to it; others ended at {ends}"
@@ -551,9 +635,20 @@ def _messages(
         yield "not confirmed: the design sized by itself differs"
     if better:
         yield f"not confirmed: {better} designs around it are still better, within what the searches reach"
+    if slope:
+        yield f"not confirmed: slopes show a way on, of {slope:.1g} of the figure for all of the bounds"
 
 
-def _edges(problem: _Problem, best: Array, at_bounds: Mapping[str, str]) -> Iterator[str]:
+def _refusals(problem: _Optimization) -> Iterator[str]:
+    """How many designs within the bounds are refused, and why."""
+    count = sum(problem.refused.values())
+    if count:
+        kinds = [f"{many} x {reason}" for reason, many in list(problem.refused.items())[:_REASONS]]
+        more = f"; and {len(problem.refused) - _REASONS} more reasons" if len(problem.refused) > _REASONS else ""
+        yield f"{count} of {len(problem.points)} designs within the bounds are refused: {'; '.join(kinds)}{more}"
+
+
+def _edges(problem: _Optimization, best: Array, at_bounds: Mapping[str, str]) -> Iterator[str]:
     """Whether the best design is at the edge of those that are machines, so that there is no best one."""
     family, width = problem.family, problem.high - problem.low
     for i, path in enumerate(family.paths):
@@ -567,12 +662,6 @@ def _edges(problem: _Problem, best: Array, at_bounds: Mapping[str, str]) -> Iter
                 why = family.reasons.get(tuple(column.tolist()), "a figure has no value")
                 at = f"{figure(best[i], most=6)}{_unit(family, path)}"
                 yield f"no optimum within the bounds: the best ends at {path} = {at}, beyond which there is none: {why}"
-
-
-def _told(family: Variation, column: Array) -> str:
-    """Numbers of a design in words."""
-    pairs = zip(family.paths, column.tolist(), strict=True)
-    return ", ".join(f"{path} = {figure(value, most=6)}{_unit(family, path)}" for path, value in pairs)
 
 
 def _unit(family: Variation, path: str) -> str:

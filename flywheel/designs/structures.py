@@ -21,13 +21,14 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
-from flywheel.designs.batch import Givens
+from flywheel.designs.batch import DesignValues
 from flywheel.machine.machine import WIDEST, Machine
-from flywheel.machine.recorded import RecordedMachine, UnrecordedError, deciders, plain
+from flywheel.machine.programs import RecordedMachine, UnrecordedError, deciders
 from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
+from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.switching import narrow
@@ -38,15 +39,15 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-_NEAR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
-_SAME = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
-_SLACK = 1e-12  # of a cell's width: what rounding may add
-_MOST, _TRIES = 64, 200  # structures of one set of paths, and designs tried for them
-_FEWEST, _LEAST = 12, 0.02  # designs, and their share of those left, that a structure is worth
+_BREAK_ERROR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
+_VALUE_ERROR = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
+_WIDTH_ROUNDING = 1e-12  # of a cell's width: what rounding may add
+_MOST_STRUCTURES, _MOST_TRIALS = 64, 200  # structures of one set of paths, and designs tried for them
+_LEAST_DESIGNS, _LEAST_SHARE = 12, 0.02  # designs, and their share of those left, that a structure is worth
 _MOST_POOR = 4  # structures that are not
 _SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
-_BLOCK = 2_000  # designs whose cells are looked at together
-_LONGEST = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
+_BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
+_MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
 
 
 class Narrow(NamedTuple):
@@ -62,7 +63,7 @@ class Narrow(NamedTuple):
         return dict(zip(self.names, self.program.function(namespace)(phi, *columns), strict=True))
 
 
-class Walk(NamedTuple):
+class StretchWalk(NamedTuple):
     """What a stretch between landmarks has in common: from (phi, *columns) to parts of `Reduced`, and what decides there.
 
     `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
@@ -90,7 +91,7 @@ class Structure:
     unknown: bool
     conditions: Conditions
     landmarks: Program
-    walks: tuple[Walk, ...]
+    walks: tuple[StretchWalk, ...]
     numbers: Program
     counts: tuple[int, ...] = ()
 
@@ -105,20 +106,20 @@ class Structure:
     @cached_property
     def programs(self) -> list[tuple[slice, Program]]:
         """Consecutive cells with the program that they share."""
-        found: list[tuple[slice, Program]] = []
+        stretches: list[tuple[slice, Program]] = []
         end = 0
         for walk, count in zip(self.walks, self.counts, strict=True):
-            same = bool(found) and found[-1][1] == walk.program
-            start = found.pop()[0].start if same else end
+            same = bool(stretches) and stretches[-1][1] == walk.program
+            start = stretches.pop()[0].start if same else end
             end += count
-            found.append((slice(start, end), walk.program))
-        return found
+            stretches.append((slice(start, end), walk.program))
+        return stretches
 
-    def givens(self, columns: Array) -> Givens:
+    def givens(self, columns: Array) -> DesignValues:
         """Speed, irregularity and drive of every design."""
         speed, irregularity, ratio, drive, torque, inertia, _ = _at(self.numbers, columns)
         driven, given, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
-        return Givens(
+        return DesignValues(
             speed=speed,
             irregularity=irregularity,
             ratio=ratio,
@@ -134,31 +135,31 @@ class Structure:
         with np.errstate(all="ignore"):
             good = _kept(self.conditions, columns)
             good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
-            for first in range(0, columns.shape[1], _BLOCK):
-                block = good[first : first + _BLOCK]
-                block[block] = self._followed(columns[:, first : first + _BLOCK][:, block])
+            for first in range(0, columns.shape[1], _BLOCK_DESIGNS):
+                block = good[first : first + _BLOCK_DESIGNS]
+                block[block] = self._followed(columns[:, first : first + _BLOCK_DESIGNS][:, block])
         return good
 
     def widened(self, columns: Array) -> Structure:
         """The same with as many cells in each stretch as those designs need that keep its guards."""
         with np.errstate(all="ignore"):
             kept = columns[:, _kept(self.conditions, columns)]
-            found = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
+            wider = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
             some = kept[:, :: max(1, kept.shape[1] // _SAMPLE)]
             for _ in range(_MOST_DOUBLED if any(walk.laws for walk in self.walks) else 0):
-                narrow_enough = found._narrow(some).all(axis=1)
+                narrow_enough = wider._narrow(some).all(axis=1)
                 if narrow_enough.all():
                     break
-                counts = np.array(found.counts)
+                counts = np.array(wider.counts)
                 wide = ~np.logical_and.reduceat(narrow_enough, np.cumsum(counts) - counts)
-                found = replace(found, counts=tuple((counts * (1 + wide)).tolist()))
-        return found
+                wider = replace(wider, counts=tuple((counts * (1 + wide)).tolist()))
+        return wider
 
     def _counts(self, columns: Array) -> Array:
         """How many cells each stretch of each design takes, at least."""
         widths = np.diff(_at(self.landmarks, columns), axis=0)
         fastest = _at(self.numbers, columns)[-1]
-        counts = np.ceil(widths * fastest / WIDEST * (1.0 - _SLACK)).clip(1.0)
+        counts = np.ceil(widths * fastest / WIDEST * (1.0 - _WIDTH_ROUNDING)).clip(1.0)
         return np.where(np.isfinite(counts), counts, 1e6).astype(int)
 
     def _followed(self, columns: Array) -> Mask:
@@ -172,7 +173,7 @@ class Structure:
             good &= self._narrow(columns).all(axis=0)
         return good
 
-    def _stretches(self, columns: Array) -> Iterator[tuple[Walk, Array, Array]]:
+    def _stretches(self, columns: Array) -> Iterator[tuple[StretchWalk, Array, Array]]:
         """Every walk with the left and the right edges of its cells; stretches of one piece stand together."""
         edges, end = self.edges(columns), 0
         for _, group in groupby(zip(self.walks, self.counts, strict=True), lambda each: id(each[0])):
@@ -184,15 +185,15 @@ class Structure:
         """Which cells (cells, designs) are narrow enough for all laws that act there."""
         stretches, peaks = list(self._stretches(columns)), dict[str, Array]()
         centres = [[each.at(0.5 * (low + high), columns) for each in walk.laws] for walk, low, high in stretches]
-        for (walk, low, _), found in zip(stretches, centres, strict=True):
-            for each, centre in zip(walk.laws, found, strict=True):
+        for (walk, low, _), given in zip(stretches, centres, strict=True):
+            for each, centre in zip(walk.laws, given, strict=True):
                 size = np.abs(np.broadcast_to(each.law.evaluate(centre, np, centre), low.shape))
                 size = np.where(np.isfinite(size), size, 0.0).max(axis=0)
                 peaks[each.path] = np.maximum(size, peaks.get(each.path, 0.0))
         masks = []
-        for (walk, low, high), found in zip(stretches, centres, strict=True):
+        for (walk, low, high), given in zip(stretches, centres, strict=True):
             good, share = np.ones(low.shape, bool), (high - low) / self.cycle
-            for each, centre in zip(walk.laws, found, strict=True):
+            for each, centre in zip(walk.laws, given, strict=True):
                 inside = each.at(Interval(low, high), columns, INTERVALS)
                 good &= narrow(each.law, inside, centre, share, peaks[each.path])
             masks.append(good)
@@ -206,19 +207,19 @@ def _at(program: Program, columns: Array) -> Array:
 
 def _kept(conditions: Conditions, columns: Array) -> Mask:
     """Which designs keep all guards, a block at a time: hundreds of differences for each take much room."""
-    blocks = [columns[:, first : first + _BLOCK] for first in range(0, columns.shape[1], _BLOCK)]
-    found = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
-    return np.concatenate([*found, np.zeros(0, bool)])
+    blocks = [columns[:, first : first + _BLOCK_DESIGNS] for first in range(0, columns.shape[1], _BLOCK_DESIGNS)]
+    masks = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
+    return np.concatenate([*masks, np.zeros(0, bool)])
 
 
 # -- recording -------------------------------------------------------------------------------------------------------------
 
 
-class LostError(UnrecordedError):
+class UnrecordableError(UnrecordedError):
     """Numbers that a machine needs as they are, such as a count of teeth, or the lengths of a linkage."""
 
 
-def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], held: Sequence[str] = ()) -> Structure:
+def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = ()) -> Structure:
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
 
     held: paths whose numbers designs of the structure have in common.
@@ -236,25 +237,25 @@ def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], held: 
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
     try:
         with np.errstate(all="ignore"):
-            for path in held:
+            for path in fixed:
                 recorder.compared("equal", numbers[path], numbers[path].value)
-            machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in held}), twin)
+            machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in fixed}), twin)
             return _structure(machine, recorder, phi, tuple(paths))
     except UnrecordedError:
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
-        raise LostError(f"{', '.join(paths)} cannot vary in a program ({error})") from error
+        raise UnrecordableError(f"{', '.join(paths)} cannot vary in a program ({error})") from error
 
 
 def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
     """Those of some paths whose numbers cannot be recorded even alone."""
-    base, found = with_numbers(scene, dict(zip(paths, values, strict=True))), []
+    base, unrecorded = with_numbers(scene, dict(zip(paths, values, strict=True))), []
     for path, value in zip(paths, values, strict=True):
         try:
             recorded(base, [path], [value])
-        except LostError:
-            found.append(path)
-    return tuple(found)
+        except UnrecordableError:
+            unrecorded.append(path)
+    return tuple(unrecorded)
 
 
 def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
@@ -274,7 +275,7 @@ def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Cond
 def _check(scene: Scene) -> None:
     """Refuse what a program of position alone does not tell."""
     drive = scene.drive
-    for found, what in (
+    for excluded, what in (
         (scene.areas is not None, "a diagram of areas has no machine"),
         (scene.stroke is not None, "a stroke is no cycle"),
         (scene.depends_on_speed, "torques depend on speed"),
@@ -285,7 +286,7 @@ def _check(scene: Scene) -> None:
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
     ):
-        if found:
+        if excluded:
             raise UnrecordedError(what)
 
 
@@ -293,10 +294,12 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     scene, twin = machine.scene, machine.twin
     if machine.depends_on_time:
         raise UnrecordedError("loads depend on time")
+    if isinstance(scene.cycle, Recorded):
+        raise UnrecordableError("the cycle itself varies")
     pieces, landmarks, plain_marks = machine.breakpoints, machine.landmarks, twin.landmarks
-    if len(recorder.guards) > _LONGEST:
+    if len(recorder.guards) > _MOST_GUARDS:
         raise UnrecordedError("tables are too long, and move with what varies")
-    walks: dict[int, Walk] = {}
+    walks: dict[int, StretchWalk] = {}
     stretches = []
     for low, high in pairwise(plain_marks.tolist()):
         k = int(np.searchsorted(twin.breakpoints, 0.5 * (low + high))) - 1
@@ -318,24 +321,24 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     )
 
 
-def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> Walk:
+def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:
     """The walk in the piece of an anchor, and what decides branches there, as far as it varies from design to design."""
-    found = machine.reduction(phi, anchor, NAMESPACE)
-    rows = found.inertia, found.slope, found.moment, found.per_unknown, found.exchanged, found.steepness
+    reduced = machine.reduction(phi, anchor, NAMESPACE)
+    rows = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
     decided, signs, laws = [], [], []
     for effort in machine.efforts:
         law = effort.load.law
         active = effort.active(Here(effort.place.rate * anchor, None, np))
         if isinstance(law, Expression) and active and _may_be_narrow(law):
-            names, at = machine.named(effort, phi, anchor), plain(anchor)
+            names, at = machine.named(effort, phi, anchor), present(anchor)
             laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
             laws[-1].at(Interval(at, at), np.array([each.value for each in recorder.inputs[1:]]), INTERVALS)  # it is bounded
         for part in deciders(effort):
             value = machine.decided(effort, part, phi, anchor).value
             if _varies(recorder, value):
                 decided.append(value)
-                signs.append(float(np.sign(plain(machine.decided(effort, part, anchor, anchor).value))))
-    return Walk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs), tuple(laws))
+                signs.append(float(np.sign(present(machine.decided(effort, part, anchor, anchor).value))))
+    return StretchWalk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs), tuple(laws))
 
 
 def _may_be_narrow(law: Expression) -> bool:
@@ -362,45 +365,36 @@ def differs(structure: Structure, scene: Scene, values: Array) -> str:
     column = values[:, None]
     edges = structure.edges(column)[:, 0]
     away = np.abs(machine.breakpoints[:, None] - edges).min(axis=1).max()
-    if away > _NEAR * structure.cycle:
+    if away > _BREAK_ERROR * structure.cycle:
         return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
     mesh = cells.cells(edges)
     reduced = machine.reduce(mesh.phi, mesh.anchor)
     wanted = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
-    found = np.zeros((6, *mesh.phi.shape))
+    rows = np.zeros((6, *mesh.phi.shape))
     for part, program in structure.programs:
         for row, value in enumerate(program.function()(mesh.phi[part], *values)):
-            found[row, part] = value
-    for value, want in zip(found, wanted, strict=True):
+            rows[row, part] = value
+    for value, want in zip(rows, wanted, strict=True):
         apart = np.abs(value - want).max()
-        if not apart <= _SAME * max(np.abs(want).max(), np.abs(value).max()):
+        if not apart <= _VALUE_ERROR * max(np.abs(want).max(), np.abs(value).max()):
             return f"values differ by {apart:.2g}"
     return ""
-
-
-class Sorted(NamedTuple):
-    """Designs by their structures, those left over, and why they are, in words."""
-
-    groups: list[tuple[Structure, Index]]
-    rest: Index
-    why: str
 
 
 class Structures:
     """The structures of a scene whose numbers at some paths vary; they are found as designs need them."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
-        self.scene, self.paths, self.held, self.why = scene, tuple(paths), tuple[str, ...](), ""
+        self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
         self._known: list[Structure] = []
         self._refused: list[Conditions] = []
         self._tries = self._poor = 0
 
-    def sorted(self, columns: Array) -> Sorted:
-        """The designs whose numbers stand in columns (paths, designs; SI) by their structures."""
+    def sorted(self, columns: Array) -> list[tuple[Structure, Index]]:
+        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` says why others are left over."""
         columns = np.asarray(columns, dtype=float)
         left: Index = np.arange(columns.shape[1])
         groups: list[tuple[Structure, Index]] = []
-        rest: list[Index] = []
         known = refusals = 0
         while left.size:
             if known < len(self._known):
@@ -410,7 +404,6 @@ class Structures:
             elif refusals < len(self._refused):
                 conditions, refusals = self._refused[refusals], refusals + 1
                 mine = _kept(conditions, columns[:, left])
-                rest.append(left[mine])
             elif self._exhausted:
                 break
             else:
@@ -418,13 +411,12 @@ class Structures:
                 if self._record(columns[:, left], columns[:, left[at]]):
                     continue
                 mine = np.arange(left.size) == at
-                rest.append(left[mine])
             left = left[~mine]
-        return Sorted(groups, np.sort(np.concatenate([*rest, left])).astype(int), self.why)
+        return groups
 
     @property
     def _exhausted(self) -> bool:
-        return self._poor >= _MOST_POOR or len(self._known) >= _MOST or self._tries >= _TRIES
+        return self._poor >= _MOST_POOR or len(self._known) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS
 
     def _record(self, columns: Array, values: Array) -> bool:
         """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
@@ -449,19 +441,19 @@ class Structures:
         if trouble or not mine.size:
             return False
         self._known.append(structure)
-        if mine.shape[1] < max(_FEWEST, _LEAST * columns.shape[1]):
+        if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
             self._poor += 1
             if self._poor >= _MOST_POOR:
-                way = f"in {', '.join(self.held)}" if self.held else "in the order of angles, in what is narrow"
+                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in what is narrow"
                 self.why = self.why or f"designs differ in too many ways: {way}"
         return True
 
     def _of(self, values: list[float]) -> Structure:
         """The structure of a design; numbers that cannot be recorded are held."""
         try:
-            return recorded(self.scene, self.paths, values, self.held)
-        except LostError:
-            self.held = () if self.held else lost(self.scene, self.paths, values)
-            if not self.held:
+            return recorded(self.scene, self.paths, values, self.fixed)
+        except UnrecordableError:
+            self.fixed = () if self.fixed else lost(self.scene, self.paths, values)
+            if not self.fixed:
                 raise
-            return recorded(self.scene, self.paths, values, self.held)
+            return recorded(self.scene, self.paths, values, self.fixed)

@@ -9,30 +9,29 @@ from __future__ import annotations
 import math
 import pickle
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import figures as designs
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch, progress_bar
-from flywheel.machine.machine import Machine, balance_unit, scene_of
-from flywheel.numerics import notebook
+from flywheel.designs.figures import ALONE, ENGINES, MISSING, REFINED, REFUSED, TRACED, Batch, progress_bar
+from flywheel.designs.sweep_results import Check, FigureArrays, Keeper, Plan, Sweep, largest_error
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.reading.paths import dotted, numbers, path_faults, with_numbers
+from flywheel.reading.paths import dotted, path_faults, with_numbers
 from flywheel.regime.turning_moment import speed_over_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene, read_only
 from flywheel.sizing.results import Sizing
-from flywheel.sizing.sizing import check_asked, size
+from flywheel.sizing.sizing import check_complete, size
 
 Array = NDArray[np.float64]
 
@@ -40,305 +39,14 @@ LEAST_CHUNK = 1_000
 """Designs of a chunk at least: fewer are not worth being sent to another process."""
 _MOST_CHUNK, _CHUNKS = 20_000, 64
 MOST_DESIGNS = 20_000_000
-_SLOW = 100  # designs a second, one by one: below it a few are tried first, as many at once may not do
+_SLOW_RATE = 100  # designs a second, one by one: below it a few are tried first, as many at once may not do
 _OUTSTANDING = 64  # chunks that wait for an executor at a time
 _POOLS = 3  # of worker processes, before what is left is sized here
 _SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with the largest estimates
-_KEPT = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel", "irregularity", "accumulated_max")
 _RELATIVE_TO_TOTAL = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
 _ROUNDING = 1e-14
-_TIE = 1e-9  # of the fluctuation of speed, within which two extremes are one
-_SLACK = 2.0  # by which two figures may differ beyond the sum of their estimated errors
-
-
-class Figures(Mapping[str, NDArray[Any]]):
-    """Arrays of figures by their names, also as attributes: `figures.exact`."""
-
-    def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        self._arrays = dict(arrays)
-        for array in self._arrays.values():
-            array.flags.writeable = False
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        return self._arrays[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __getattr__(self, name: str) -> NDArray[Any]:
-        arrays = self.__dict__.get("_arrays", {})
-        if name not in arrays:
-            raise AttributeError(f"a sweep has no figure {name!r}; it has {', '.join(arrays)}")
-        found: NDArray[Any] = arrays[name]
-        return found
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._arrays]
-
-    def __repr__(self) -> str:
-        return f"Figures({', '.join(self._arrays)})"
-
-
-class Check(NamedTuple):
-    """Designs sized many at once that `size` was asked for as well, by their index.
-
-    `ratio`: the largest difference of a figure over the sum of both estimated errors, `figure` and `design` where it is.
-    """
-
-    designs: tuple[int, ...]
-    ratio: float
-    figure: str
-    design: int
-    failed: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Sweep:
-    """Many designs of one scene: numbers that vary, figures, errors; every array has one entry for each design.
-
-    Figures are attributes: `sweep.exact`, `sweep.balance`... (`designs.FIGURES` names all), `sweep.error.exact` is the
-    estimated error of the first, as `size` gives it: relative to the larger of the figure and its scale, in rad for angles.
-    A design that is refused has nan and a reason. `needed` is True where a flywheel is needed.
-
-    `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: how each
-    was sized (0 with many at once, 1 so and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
-    `shape`: the number of designs, or of a grid how many values each path has; the last path varies fastest.
-    """
-
-    scene: Scene
-    columns: Mapping[str, Array]
-    values: Figures
-    error: Figures
-    reasons: Mapping[int, str]
-    ways: NDArray[np.uint8]
-    rtol: float
-    engine: str
-    shape: tuple[int, ...]
-    check: Check | None = None
-    messages: tuple[str, ...] = ()
-
-    def __len__(self) -> int:
-        return int(self.ways.size)
-
-    def __getattr__(self, name: str) -> NDArray[Any]:
-        values = self.__dict__.get("values")
-        if values is None or name not in values:
-            raise AttributeError(f"a sweep has no {name!r}; its figures are {', '.join(FIGURES)}")
-        found: NDArray[Any] = values[name]
-        return found
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """A figure by its name, or a column by its path."""
-        where = self.columns if name in self.columns else self.values
-        if name not in where:
-            raise SceneError([Fault("name", show(name), "a figure or a path", suggestion(name, self.names_and_paths))])
-        return where[name]
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *FIGURES]
-
-    def __repr__(self) -> str:
-        refused = int((self.ways == REFUSED).sum())
-        counts = f"{len(self)} designs" + (f", {refused} refused" if refused else "")
-        counts += f", {self.missing} missing" if self.missing else ""
-        return f"Sweep({notebook.quoted(self.scene.title)}{counts} of {', '.join(self.columns)})"
-
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
-
-    @property
-    def missing(self) -> int:
-        """How many designs are not sized yet."""
-        return int((self.ways == MISSING).sum())
-
-    @cached_property
-    def names(self) -> list[str]:
-        """The figures that any design has."""
-        return [name for name in FIGURES if not np.isnan(self.error[name]).all()]
-
-    @property
-    def names_and_paths(self) -> list[str]:
-        """What `sweep[...]` knows."""
-        return [*self.columns, *self.names]
-
-    @cached_property
-    def units(self) -> dict[str, str]:
-        """The units (SI) of columns and figures."""
-        known = numbers(self.scene)
-        units = {path: known[path].unit if path in known else "" for path in self.columns}
-        units |= {name: FIGURES[name].unit for name in self.names}
-        if "balance" in units:
-            units["balance"] = balance_unit(Machine(self.scene).efforts, self.scene) or ""
-        return units
-
-    @cached_property
-    def worst(self) -> Array:
-        """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
-        return _worst(self.error)
-
-    @property
-    def reached(self) -> NDArray[np.bool_]:
-        """Whether every estimated relative error of a design is within rtol."""
-        return np.asarray(self.worst <= self.rtol)
-
-    def design(self, index: int) -> Scene:
-        """The scene of one design, as `size` and all other calls take it.
-
-        Raises:
-            SceneError: where the design is refused.
-
-        """
-        return with_numbers(self.scene, {path: float(column[index]) for path, column in self.columns.items()})
-
-    def argmin(self, of: str | Array = "exact", *, where: NDArray[np.bool_] | None = None) -> int:
-        """The index of the design with the least of a figure, or of an array of one value for each design.
-
-        Args:
-            of: a figure's name, a path, or an array.
-            where: the designs among which it is looked for; all if None.
-
-        Raises:
-            SceneError: for an unknown name; where no design is left.
-
-        """
-        objective = self._objective(of)
-        left = np.isfinite(objective) & (True if where is None else np.asarray(where, bool))
-        if not left.any():
-            what = of if isinstance(of, str) else "the values given"
-            raise SceneError([Fault("argmin", f"no design with {what}", "one at least", "see reasons, and where")])
-        return int(np.flatnonzero(left)[np.argmin(objective[left])])
-
-    def pareto(
-        self, *of: str | Array, greatest: Sequence[str] = (), where: NDArray[np.bool_] | None = None
-    ) -> NDArray[np.intp]:
-        """The indices of designs that no other one beats: none is at least as good in everything and better in something.
-
-        Args:
-            of: names of figures, paths or arrays of which less is better.
-            greatest: names of those of which more is better.
-            where: the designs among which they are looked for; all if None.
-
-        Returns: indices, ordered by the first of them.
-
-        """
-        if not of and not greatest:
-            raise SceneError([Fault("pareto", "nothing to compare by", 'figures such as "exact", "power"')])
-        columns = [*map(self._objective, of), *(-self._objective(name) for name in greatest)]
-        points = np.stack(columns, axis=1)
-        left = np.isfinite(points).all(axis=1) & (True if where is None else np.asarray(where, bool))
-        index = np.flatnonzero(left)
-        return index[front(points[index])]
-
-    def _objective(self, of: str | Array) -> Array:
-        if isinstance(of, str):
-            return np.asarray(self[of], float)
-        found = np.asarray(of, float)
-        if found.shape != (len(self),):
-            expected = f"a name, or an array of {len(self)} numbers"
-            raise SceneError([Fault("of", f"an array of shape {found.shape}", expected)])
-        return found
-
-    def table(self, rows: int = 20) -> str:
-        """What `flywheel sweep` prints: what varies, the best designs, a table of some, what is to be said of all."""
-        import flywheel
-
-        found: str = flywheel.sweeps.text(self, rows)
-        return found
-
-    def plot(self, path: str | Path) -> None:
-        """The picture of `flywheel sweep --plot`, written as PNG, SVG or PDF."""
-        import flywheel
-
-        flywheel.notebooks.save_picture(self, path)
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write a table with a row for each design: its numbers, figures, errors, way and reason, SI throughout."""
-        from flywheel.designs import sweep_files
-
-        sweep_files.write_csv(self, path)
-
-    def to_npz(self, path: str | Path) -> None:
-        """Write everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
-        from flywheel.designs import sweep_files
-
-        sweep_files.write_npz(self, path)
-
-    def to_parquet(self, path: str | Path) -> None:
-        """Write the table of `to_csv` as Parquet; needs pyarrow."""
-        from flywheel.designs import sweep_files
-
-        sweep_files.write_parquet(self, path)
-
-    def to_pandas(self) -> Any:
-        """The table of `to_csv` as a data frame of pandas, errors under `error.exact`...."""
-        from flywheel.designs import sweep_files
-
-        module: Any = needed("pandas", "to_pandas")
-        return module.DataFrame(dict(sweep_files.table_of(self)))
-
-    def to_xarray(self) -> Any:
-        """Figures and errors over the paths of a grid, else over designs with the numbers beside: a dataset of xarray."""
-        module: Any = needed("xarray", "to_xarray")
-        units, grid = self.units, len(self.shape) > 1 or len(self.columns) == 1
-        dims = tuple(self.columns) if grid else ("design",)
-        shape = self.shape if grid else (len(self),)
-        coords: dict[str, Any] = {}
-        for axis, (path, column) in enumerate(self.columns.items()):
-            values = np.moveaxis(column.reshape(shape), axis, 0).reshape(shape[axis], -1)[:, 0] if grid else column
-            coords[path] = (path if grid else "design", values, {"units": units[path]})
-        data: dict[str, Any] = {}
-        for name in self.names:
-            about = {"units": units[name], "long_name": FIGURES[name].about}
-            data[name] = (dims, self.values[name].reshape(shape), about)
-            data[f"error.{name}"] = (dims, self.error[name].reshape(shape))
-        return module.Dataset(data, coords, {"title": self.scene.title or "", "rtol": self.rtol})
-
-
-def front(points: Array) -> NDArray[np.intp]:
-    """Indices of the points that no other one is at most as large as in every coordinate and smaller in one.
-
-    Args:
-        points: shape (n, m).
-
-    Returns: in ascending order of the first coordinate.
-
-    >>> front(np.array([[1.0, 4.0], [2.0, 2.0], [3.0, 3.0], [4.0, 1.0]])).tolist()
-    [0, 1, 3]
-
-    """
-    order = np.lexsort(points.T[::-1])
-    if points.shape[1] <= 2 and order.size:  # each group of equal points is beaten by one before it, or by none
-        last = points[order, -1]
-        new = np.append(True, (np.diff(points[order], axis=0) != 0.0).any(axis=1))
-        least = np.append(np.inf, np.minimum.accumulate(last))[:-1] if points.shape[1] == 2 else np.append(np.inf, last[:-1])
-        good = np.flatnonzero(new)[(last < least)[new]]
-        return order[np.isin(np.cumsum(new), np.cumsum(new)[good])]
-    left, found = points[order], []
-    while left.size:
-        found.append(order[0])
-        stays = (left < left[0]).any(axis=1) | (left == left[0]).all(axis=1)
-        stays[0] = False
-        order, left = order[stays], left[stays]
-    return np.array(found, np.intp)
-
-
-def needed(module: str, what: str) -> Any:
-    """An optional library, or the line that says what to install."""
-    from importlib import import_module
-
-    try:
-        return import_module(module)
-    except ImportError:
-        raise SceneError([Fault(what, f"no {module}", f"{module}, which it needs", f"pip install {module}")]) from None
-
-
-def _worst(errors: Mapping[str, NDArray[Any]]) -> Array:
-    rows = [errors[name] for name in _KEPT if name in errors]
-    return np.asarray(np.fmax.reduce(rows))
+_SPEED_TIE = 1e-9  # of the fluctuation of speed, within which two extremes are one
+_ERROR_RATIO = 2.0  # by which two figures may differ beyond the sum of their estimated errors
 
 
 # -- what is asked -----------------------------------------------------------------------------------------------------
@@ -387,7 +95,7 @@ def sweep(
 
     """
     scene = scene_of(scene)
-    check_asked(scene)
+    check_complete(scene)
     named, shape = columns_of(scene, columns, grid)
     faults = [] if isinstance(rtol, (int, float)) and not isinstance(rtol, bool) else [Fault("rtol", show(rtol), "a number")]
     faults += (faults or rtol_faults(float(rtol))) + _engine_faults(engine) + _executor_faults(executor)
@@ -405,36 +113,36 @@ def columns_of(scene: Scene, columns: Mapping[str, Any], grid: bool = False) -> 
         given = show(columns) if columns else "nothing"
         raise SceneError([Fault("columns", given, "a mapping from paths to numbers")])
     faults: list[Fault] = []
-    found: dict[str, Array] = {}
+    arrays: dict[str, Array] = {}
     for path, values in columns.items():
         name = dotted(path) if isinstance(path, str) else show(path)
         try:
             array = np.asarray(values, float)
         except (TypeError, ValueError):
             array = np.zeros((0, 0))
-        if name in found:
+        if name in arrays:
             faults.append(Fault(name, "two columns", "one"))
         elif array.ndim > 1 or array.size == 0:
             faults.append(Fault(name, "no numbers" if array.size == 0 else "a table", "a row of numbers in SI"))
-        found[name] = array if array.ndim == 1 else np.atleast_1d(array.ravel())
+        arrays[name] = array if array.ndim == 1 else np.atleast_1d(array.ravel())
     if not faults:
-        faults = path_faults(scene, found)
+        faults = path_faults(scene, arrays)
     single = [path for path, values in columns.items() if np.ndim(values) == 0]
-    lengths = {path: len(column) for path, column in found.items() if path not in map(dotted, map(str, single))}
+    lengths = {path: len(column) for path, column in arrays.items() if path not in map(dotted, map(str, single))}
     if not faults and not grid and len(set(lengths.values())) > 1:
         usual = Counter(lengths.values()).most_common(1)[0][0]
         other = next(path for path, length in lengths.items() if length != usual)
         advice = "grid=True takes all combinations"
         faults.append(Fault(other, f"{lengths[other]} numbers", f"{usual}, as many as the others", advice))
-    shape = tuple(map(len, found.values())) if grid else (max(lengths.values(), default=1),)
+    shape = tuple(map(len, arrays.values())) if grid else (max(lengths.values(), default=1),)
     if not faults and (count := math.prod(shape)) > MOST_DESIGNS:
         faults.append(Fault("columns", f"{count} designs", f"at most {MOST_DESIGNS}"))
     if faults:
         raise SceneError(faults)
     if grid:
-        axes = np.meshgrid(*found.values(), indexing="ij")
-        return {path: np.ravel(axis) for path, axis in zip(found, axes, strict=True)}, shape
-    return {path: np.array(np.broadcast_to(column, shape)) for path, column in found.items()}, shape
+        axes = np.meshgrid(*arrays.values(), indexing="ij")
+        return {path: np.ravel(axis) for path, axis in zip(arrays, axes, strict=True)}, shape
+    return {path: np.array(np.broadcast_to(column, shape)) for path, column in arrays.items()}, shape
 
 
 def _engine_faults(engine: str | None) -> list[Fault]:
@@ -457,26 +165,6 @@ def _executor_faults(executor: Any) -> list[Fault]:
 # -- the work ----------------------------------------------------------------------------------------------------------
 
 
-class Plan(NamedTuple):
-    """A sweep that is to be made."""
-
-    scene: Scene
-    columns: dict[str, Array]
-    shape: tuple[int, ...]
-    rtol: float
-    engine: str
-
-    @property
-    def total(self) -> int:
-        """How many designs there are."""
-        return math.prod(self.shape)
-
-    def chunk(self, which: NDArray[np.intp]) -> tuple[tuple[str, ...], Array, float, str]:
-        """What `designs.sized` takes beside the scene, for some of the designs."""
-        rows = np.stack([column[which] for column in self.columns.values()])
-        return tuple(self.columns), rows, self.rtol, self.engine
-
-
 def sized_elsewhere(scene: bytes, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
     """The figures of a chunk in another process, to which the scene goes pickled."""
     return designs.sized(_unpickled(scene), paths, columns, rtol, engine)
@@ -485,20 +173,18 @@ def sized_elsewhere(scene: bytes, paths: tuple[str, ...], columns: Array, rtol: 
 @lru_cache(maxsize=4)
 def _unpickled(scene: bytes) -> Scene:
     """The scene that chunks carry, the same one for all of a sweep in a process."""
-    found: Scene = pickle.loads(scene)
-    return found
+    unpickled: Scene = pickle.loads(scene)
+    return unpickled
 
 
-class _Table:
+class _SweptDesigns:
     """The figures of a sweep as they come in, chunk by chunk, and the file that they are kept in."""
 
     def __init__(self, plan: Plan, file: Path | None) -> None:
-        from flywheel.designs import sweep_files
-
         self.plan, self.batch = plan, designs.empty(plan.total)
         self.keeper = None
         if file is not None:
-            self.keeper = sweep_files.Keeper(file, plan)
+            self.keeper = Keeper(file, plan)
             if (before := self.keeper.before()) is not None:
                 self.batch = before
         self.messages: list[str] = []
@@ -517,20 +203,31 @@ class _Table:
                 mine[name][which] = values
         self.batch.ways[which] = batch.ways
         self.batch.reasons.update({int(which[k]): reason for k, reason in batch.reasons.items()})
-        if self.keeper is not None:
-            self.keeper.keep(self.batch)
+        self.keep()
+
+    def keep(self, *, last: bool = False) -> None:
+        """Write what is finished into the file; a sweep whose file cannot be written goes on without it."""
+        if self.keeper is None:
+            return
+        try:
+            self.keeper.keep(self.batch, last=last)
+        except OSError as error:
+            self.messages.append(
+                f"{self.keeper.path}: cannot be written ({error.strerror or error}): it lacks the last designs"
+            )
+            self.keeper = None
 
 
 def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, progress: bool | None) -> Sweep:
-    table = _Table(plan, file)
+    table = _SweptDesigns(plan, file)
     missing, check = table.missing, None
     length = chunk or max(LEAST_CHUNK, min(_MOST_CHUNK, -(-missing.size // _CHUNKS)))
     pending = [missing[k : k + length] for k in range(0, missing.size, length)]
     try:
-        with progress_bar(missing.size, progress) as told, ExitStack() as stack:
+        with progress_bar(missing.size, progress) as advance, ExitStack() as stack:
             for which, batch in _batches(plan, pending, executor, table.messages, stack):
                 table.add(which, batch)
-                told(which.size)
+                advance(which.size)
                 if batch.interrupted:
                     raise KeyboardInterrupt
         check = _checked(plan, table.batch)
@@ -539,8 +236,7 @@ def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, prog
         what = f"{left} of {plan.total} designs are missing" if left else "the designs are not checked"
         table.messages.append(f"interrupted: {what}" + (f"; the same sweep goes on from {file}" if file and left else ""))
     finally:
-        if table.keeper is not None:
-            table.keeper.keep(table.batch, last=True)
+        table.keep(last=True)
     return record(plan, table.batch, check, table.messages)
 
 
@@ -548,14 +244,13 @@ def record(plan: Plan, batch: Batch, check: Check | None, messages: Iterable[str
     """The record of a sweep, with what is to be said of it."""
     values: dict[str, NDArray[Any]] = dict(batch.values)
     batch.errors["needed"] = np.where(np.isnan(values["needed"]), np.nan, 0.0)
-    values["needed"] = values["needed"] == 1.0
     refused = {k: reason for k, reason in sorted(batch.reasons.items()) if batch.ways[k] == REFUSED}
     said = (*messages, *_said(plan, batch, check))
     return Sweep(
         plan.scene,
         read_only(plan.columns),
-        Figures(values),
-        Figures(batch.errors),
+        FigureArrays(values),
+        FigureArrays(batch.errors),
         refused,
         batch.ways,
         plan.rtol,
@@ -573,7 +268,7 @@ def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
         yield f"{_counted(alone.size, plan)} sized one by one" + (f": {why[0][0]}" if why else "")
     if refined := int((batch.ways == REFINED).sum()):
         yield f"{_counted(refined, plan)} refined to reach rtol {plan.rtol:g}"
-    worst = _worst(batch.errors)
+    worst = largest_error(batch.errors)
     if missed := int((worst > plan.rtol).sum()):
         k = int(np.nanargmax(worst))
         yield f"rtol {plan.rtol:g} not reached by {missed} of {plan.total} designs: design {k} is good to {worst[k]:.2g}"
@@ -621,7 +316,7 @@ def _batches(
 def _here(plan: Plan, pending: _Chunks) -> Iterator[tuple[NDArray[np.intp], Batch]]:
     """The figures of chunks, sized here; where that goes one by one, in parts of about a second, so that it shows."""
     few = max(1, min(LEAST_CHUNK, int(1.0 / min(_seconds(plan), _seconds(plan)))))  # the first one imports, too
-    alone = plan.engine == "size" or few < _SLOW
+    alone = plan.engine == "size" or few < _SLOW_RATE
     for chunk in pending:
         left = chunk
         while left.size:
@@ -709,22 +404,22 @@ def _checked(plan: Plan, batch: Batch) -> Check | None:
     if not many.size:
         return None
     chosen = np.random.default_rng(many.size).choice(many, min(_SAMPLE, many.size), replace=False)
-    worst = many[np.argsort(_worst(batch.errors)[many])[-_WORST:]]
-    found: dict[int, tuple[float, str]] = {}
+    worst = many[np.argsort(largest_error(batch.errors)[many])[-_WORST:]]
+    checks: dict[int, tuple[float, str]] = {}
     for k in dict.fromkeys([*chosen.tolist(), *worst.tolist()]):
         values = {path: float(column[k]) for path, column in plan.columns.items()}
         try:
             sizing = size(with_numbers(plan.scene, values), plan.rtol, accuracy="normal")
         except SceneError as error:
-            found[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
+            checks[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
             continue
         theirs = designs.figures_of(sizing)
         mine = {name: (float(batch.values[name][k]), float(batch.errors[name][k])) for name in batch.values}
         apart = (_apart(name, mine[name], theirs, sizing) for name in mine)
-        found[k] = max(zip(apart, mine, strict=True))
-    k = max(found, key=lambda k: found[k][0])
-    failed = tuple(k for k, (ratio, _) in found.items() if not ratio <= _SLACK)
-    return Check(tuple(found), *found[k], k, failed)
+        checks[k] = max(zip(apart, mine, strict=True))
+    k = max(checks, key=lambda k: checks[k][0])
+    failed = tuple(k for k, (ratio, _) in checks.items() if not ratio <= _ERROR_RATIO)
+    return Check(tuple(checks), *checks[k], k, failed)
 
 
 def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[float, float]], sizing: Sizing) -> float:
@@ -747,7 +442,7 @@ def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[floa
         scale, difference = 1.0, abs(math.remainder(value - other, period))
         if difference > _ROUNDING and cycle is not None and sizing.run is not None:
             speeds = speed_over_cycle(sizing.run.cycle or cycle, sizing.speed, sizing.run, np.array([value, other]))
-            if np.ptp(speeds) <= _TIE * sizing.run.irregularity * sizing.speed:
+            if np.ptp(speeds) <= _SPEED_TIE * sizing.run.irregularity * sizing.speed:
                 return 0.0  # two angles of one extreme speed
     allowed = (np.nan_to_num(error) + np.nan_to_num(of_other) + _ROUNDING) * scale
     return float(difference / allowed) if difference else 0.0

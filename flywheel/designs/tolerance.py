@@ -16,31 +16,38 @@ from functools import partial
 from itertools import product
 from math import factorial, isnan, sqrt
 from statistics import NormalDist
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.designs.variation import NAMES, Array, Variation, figure_name, figure_names, quantity
+from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import require, shown
 from flywheel.numerics.differences import gradient
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.optima import minimum
+from flywheel.reading.paths import by_path
 from flywheel.scene.scene import Scene
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SAMPLES = 512
+_MOST_SAMPLES = 2**20
 _REPEATS = 8  # independent shifts of the points
 _MOST_CORNERS = 256
 _RTOL = 1e-10
-_MANY = 2**13  # points at which quantiles of the model are taken
-_INNER = 2.0**-40  # of normal numbers, which would be infinite at the ends of (0, 1)
-_NOTHING = 1e-10  # of a figure: a deviation that rounding makes
+_MODEL_POINTS = 2**13  # points at which quantiles of the model are taken
+_TAIL_SHARE = 2.0**-40  # of normal numbers, which would be infinite at the ends of (0, 1)
+_DEVIATION_ROUNDING = 1e-10  # of a figure: a deviation that rounding makes
+_UNSHARED = (
+    "no shares of the variance are given: some designs are refused, and the numbers of the others are not independent"
+)
+_RESIDUAL_VARIANCE = 1e-4  # of a figure's variance: what a polynomial may leave of it
+_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
-class Share(NamedTuple):
+class Sobol(NamedTuple):
     """What of a figure's variance one number causes: alone, and with others, each with its sampling error."""
 
     first: float
@@ -49,7 +56,7 @@ class Share(NamedTuple):
     total_error: float
 
 
-class Extreme(NamedTuple):
+class Bound(NamedTuple):
     """The least or greatest value of a figure within the intervals, its error, and the numbers (SI) at which it is so."""
 
     value: float
@@ -61,7 +68,7 @@ class Spread(NamedTuple):
     """How one figure (SI) spreads: each statistic with its sampling error, extremes where intervals are given.
 
     `quantiles` are those of `QUANTILES`; `least` and `greatest` of intervals alone. `shares` is empty for a figure that does
-    not vary.
+    not vary, and where several numbers vary of which some designs are refused.
     """
 
     nominal: float
@@ -71,9 +78,9 @@ class Spread(NamedTuple):
     deviation_error: float
     quantiles: tuple[float, ...]
     quantile_errors: tuple[float, ...]
-    shares: dict[str, Share]
-    least: Extreme | None = None
-    greatest: Extreme | None = None
+    shares: dict[str, Sobol]
+    least: Bound | None = None
+    greatest: Bound | None = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -136,8 +143,8 @@ class Tolerance:
             }
             for name, spread in self.spreads.items()
         }
-        for found in figures.values():
-            found.pop("quantile_errors")
+        for figure in figures.values():
+            figure.pop("quantile_errors")
         return {
             "title": self.scene.title,
             "numbers": numbers,
@@ -189,15 +196,18 @@ def tolerance(
     """
     scene = scene_of(scene)
     require("vary", vary, Mapping, "paths, each with (low, high) or a standard deviation")
+    vary = by_path(vary)
     family = Variation(scene, vary, rtol, engine)
     intervals, deviations = _given(family, vary)
-    if samples < 64 or samples & (samples - 1):
-        raise SceneError([Fault("samples", shown(samples), "a power of two, 64 or more")])
+    if not 64 <= samples <= _MOST_SAMPLES or samples & (samples - 1):
+        raise SceneError([Fault("samples", shown(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
     centre = family.centre()
     chosen = [NAMES.index(name) for name in family.there(centre, None if figures is None else figure_names(figures))]
     nominal, _ = family(family.nominal[:, None])
+    if scene.stroke is None:
+        family.near = {NAMES[i]: float(nominal[i, 0]) for i in chosen if NAMES[i] in ANGLES}
     sample = _sampled(family, intervals, deviations, samples, seed)
-    extremes: dict[int, tuple[Extreme, Extreme]] = {}
+    extremes: dict[int, tuple[Bound, Bound]] = {}
     if intervals:
         extremes = _extremes(family, np.array(list(intervals.values())).T, chosen, sample)
     kept = slice(2 * samples)
@@ -218,7 +228,7 @@ def tolerance(
         refused=int(lost.sum()),
         reason=next(refused, ""),
         designs=family.count,
-        messages=family.said,
+        messages=family.said + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen]).any()),
     )
 
 
@@ -232,18 +242,18 @@ def _given(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[
             faults.append(Fault(path, f"{len(value)} numbers", "(low, high), or one standard deviation"))
             continue
         try:
-            found = [quantity(part, dimension, path) for part in (value if pair else [value])]
+            values = [quantity(part, dimension, path) for part in (value if pair else [value])]
         except SceneError as error:
             faults.extend(error.faults)
             continue
         if pair:
-            intervals[path] = (found[0], found[1])
-            if not found[0] < found[1]:
-                faults.append(Fault(path, f"from {found[0]:g} to {found[1]:g}", "a low end below the high one"))
+            intervals[path] = (values[0], values[1])
+            if not values[0] < values[1]:
+                faults.append(Fault(path, f"from {values[0]:g} to {values[1]:g}", "a low end below the high one"))
         else:
-            deviations[path] = found[0]
-            if not found[0] > 0.0:
-                faults.append(Fault(path, f"a standard deviation of {found[0]:g}", "one above 0"))
+            deviations[path] = values[0]
+            if not values[0] > 0.0:
+                faults.append(Fault(path, f"a standard deviation of {values[0]:g}", "one above 0"))
     if not faults and intervals and deviations:
         path = next(iter(deviations))
         advice = "a tolerance of extremes and one of statistics are two questions"
@@ -282,7 +292,7 @@ def _sampled(
     """Designs at points of a lattice, shifted anew for every repeat."""
     count = len(family.paths)
     parts = [lattices.points(samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
-    unit = np.clip(np.concatenate(parts, axis=1), _INNER, 1.0 - _INNER)
+    unit = np.clip(np.concatenate(parts, axis=1), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     first, second = unit[:count], unit[count:]
     mixed = []
     for i in range(count if count > 1 else 0):
@@ -297,7 +307,7 @@ def _sampled(
         standard = _standard(unit)
         points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
     powers = _powers(count, samples // 4)
-    more = np.clip(lattices.points(_MANY, count, [seed, _REPEATS]), _INNER, 1.0 - _INNER)
+    more = np.clip(lattices.points(_MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
     basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
     return _Sample(points, *family(points), basis, powers, many)
@@ -310,13 +320,13 @@ def _standard(unit: Array) -> Array:
 
 def _powers(count: int, most: int) -> NDArray[np.int64]:
     """Degrees of the terms of a polynomial of as high a degree, up to 4, as leaves it few terms enough."""
-    rows, found = [(0,) * count], [(0,) * count]
+    rows, powers = [(0,) * count], [(0,) * count]
     for _ in range(4):
         rows = sorted({(*row[:i], row[i] + 1, *row[i + 1 :]) for row in rows for i in range(count)}, reverse=True)
-        if len(found) + len(rows) > most:
+        if len(powers) + len(rows) > most:
             break
-        found += rows
-    return np.array(found, dtype=np.int64)
+        powers += rows
+    return np.array(powers, dtype=np.int64)
 
 
 def _basis(standard: Array, powers: NDArray[np.int64], *, normal: bool) -> Array:
@@ -328,47 +338,54 @@ def _basis(standard: Array, powers: NDArray[np.int64], *, normal: bool) -> Array
         of_one = hermite_e.hermevander(standard, greatest) / np.sqrt([factorial(k) for k in range(greatest + 1)])
     else:
         of_one = legendre.legvander(standard, greatest) * np.sqrt(2.0 * np.arange(greatest + 1) + 1.0)
-    found = np.ones((len(powers), standard.shape[1]))
+    product = np.ones((len(powers), standard.shape[1]))
     for i in range(len(standard)):
-        found *= of_one[i, :, powers[:, i]]
-    return found
+        product *= of_one[i, :, powers[:, i]]
+    return product
 
 
 def _spread(
-    sample: _Sample, i: int, nominal: float, paths: tuple[str, ...], samples: int, extremes: tuple[Extreme, Extreme] | None
+    sample: _Sample,
+    i: int,
+    nominal: float,
+    paths: tuple[str, ...],
+    samples: int,
+    extremes: tuple[Bound, Bound] | None,
 ) -> Spread:
     """The statistics of a figure, each from all samples, with the error that the repeats show.
 
-    A polynomial of the numbers, whose statistics are known exactly, is taken away as a control variate: what is left to the
-    samples is what it fails to be.
+    A polynomial of the numbers, whose statistics are known exactly, is taken away as a control variate where it all but is
+    the figure: what is left to the samples is what it fails to be. One that fits worse, as beside a kink, goes its own way
+    where samples are rare, and nothing would tell. Where designs are refused the numbers of the others depend on one
+    another, and several of them have no shares of the variance.
     """
     values = sample.values[i]
     of_plain = values[: 2 * samples]
     known = np.isfinite(of_plain)
-    weights = np.zeros(len(sample.powers))
-    if known.all():
-        weights = np.linalg.lstsq(sample.basis[:, : 2 * samples].T, of_plain, rcond=None)[0]
+    weights = _fitted(sample.basis[:, : 2 * samples], of_plain)
     model = weights @ sample.basis
     blocks, models = (row.reshape(-1, _REPEATS, samples // _REPEATS) for row in (values, model))
     each = np.array([_moments(blocks[:2, k], models[:2, k], weights) for k in range(_REPEATS)])
     mean, variance = _moments(blocks[:2], models[:2], weights)
     deviation = sqrt(max(variance, 0.0))
-    varies = deviation > _NOTHING * max(abs(nominal), abs(mean))
+    if known.any():
+        mean = min(max(mean, float(np.nanmin(of_plain))), float(np.nanmax(of_plain)))
+    varies = deviation > _DEVIATION_ROUNDING * max(abs(nominal), abs(mean))
     shares = {}
-    for j, path in enumerate(paths if varies else ()):
+    for j, path in enumerate(paths if varies and (len(paths) == 1 or np.isfinite(values).all()) else ()):
         if len(paths) == 1:
-            shares[path] = Share(1.0, 0.0, 1.0, 0.0)
+            shares[path] = Sobol(1.0, 0.0, 1.0, 0.0)
             continue
         three, of_model = [0, 1, 2 + j], (weights, sample.powers[:, j] > 0, sample.powers.sum(axis=1) > sample.powers[:, j])
         repeats = np.array([_shares(blocks[three, k], models[three, k], *of_model, variance) for k in range(_REPEATS)])
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
-        shares[path] = Share(min(max(first, 0.0), 1.0), float(errors[0]), max(total, 0.0), float(errors[1]))
-    if known.all():
+        shares[path] = Sobol(min(max(first, 0.0), 1.0), float(errors[0]), min(max(total, 0.0), 1.0), float(errors[1]))
+    if weights.any():
         quantiles, doubts = _quantiles(of_plain, model[: 2 * samples], weights @ sample.many)
     else:
         quantiles, doubts = _quantiles(of_plain[known], None, of_plain[known])
-    wrong = _repeated(each)
+    wrong = np.hypot(_repeated(each), 0.0 if weights.any() else _grain(of_plain[known]) * np.array([1.0, 2.0 * deviation]))
     return Spread(
         nominal=nominal,
         mean=mean,
@@ -381,6 +398,21 @@ def _spread(
         least=None if extremes is None else extremes[0],
         greatest=None if extremes is None else extremes[1],
     )
+
+
+def _fitted(basis: Array, values: Array) -> Array:
+    """The weights of the basis (terms, designs) whose sum all but is the values; none where they are not, or not known."""
+    nothing = np.zeros(len(basis))
+    if not np.isfinite(values).all():
+        return nothing
+    weights = np.asarray(np.linalg.lstsq(basis.T, values, rcond=None)[0])
+    off = float(np.square(values - weights @ basis).sum())
+    return weights if off <= _RESIDUAL_VARIANCE * float(np.square(values - values.mean()).sum()) else nothing
+
+
+def _grain(values: Array) -> float:
+    """What one sample more on the other side of the widest gap between values would change their mean by."""
+    return float(np.diff(np.sort(values)).max(initial=0.0)) / max(values.size, 1)
 
 
 def _moments(values: Array, model: Array, weights: Array) -> tuple[float, float]:
@@ -406,10 +438,7 @@ def _shares(
 
     `own` and `others` tell which terms of the model depend on the number, and on others.
     """
-    known = np.isfinite(values).all(axis=0)
-    if not known.any():
-        return float("nan"), float("nan")
-    (a, b, c), (model_a, model_b, model_c) = values[:, known], model[:, known]
+    (a, b, c), (model_a, model_b, model_c) = values, model
     square = weights**2
     by_others = 0.5 * float(((b - c) ** 2 - (model_b - model_c) ** 2).mean()) + float(square[others].sum())
     by_own = 0.5 * float(((a - c) ** 2 - (model_a - model_c) ** 2).mean()) + float(square[own].sum())
@@ -426,36 +455,44 @@ def _repeated(rows: Array) -> Array:
 def _quantiles(values: Array, model: Array | None, many: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
 
-    They are those of the model at `many` points, moved by as many ranks as samples and model differ there in the mean;
-    without a model those of the samples.
+    The share of designs at or below y is that of the model at `many` points, and by how much the shares of samples and
+    model differ; without a model quantiles are those of the samples. They lie among the samples, at those that many share.
     """
-    count, found, doubts = values.size, [], []
+    count = values.size
     if count < 2:
         return (float("nan"),) * len(QUANTILES), (float("nan"),) * len(QUANTILES)
-    ranked = np.sort(many)
+    ranks, places = np.linspace(0.0, 1.0, count), np.sort(values)
+    if model is not None:
+        each = np.unique(values)
+        shares = [_share(many, each, side) + _share(values, each, side) - _share(model, each, side) for side in _SIDES]
+        ranks, places = np.maximum.accumulate(np.stack(shares, axis=1).ravel()), np.repeat(each, 2)
+    quantiles, doubts = [], []
     for q in QUANTILES:
-        if model is None:
-            rank, doubt = q, sqrt(count * q * (1.0 - q) + 1.0) / count
-        else:
-            at = np.quantile(ranked, q)
-            apart = (values <= at).astype(float) - (model <= at)
-            rank, doubt = q - float(apart.mean()), sqrt(float((apart**2).sum()) + 1.0) / count
-        low, middle, high = np.quantile(ranked, np.clip([rank - doubt, rank, rank + doubt], 0.0, 1.0)).tolist()
-        found.append(middle)
+        middle, differs = float(np.interp(q, ranks, places)), q * (1.0 - q) * count
+        if model is not None:
+            differs = float(((values <= middle) != (model <= middle)).sum())
+        doubt = sqrt(differs + 1.0) / count
+        low, high = np.interp([q - doubt, q + doubt], ranks, places).tolist()
+        quantiles.append(middle)
         doubts.append(0.5 * (high - low))
-    return tuple(found), tuple(doubts)
+    return tuple(quantiles), tuple(doubts)
+
+
+def _share(values: Array, at: Array, side: Literal["left", "right"]) -> Array:
+    """The share of values below (left), or at and below (right), each of some others."""
+    return np.asarray(np.searchsorted(np.sort(values), at, side) / values.size)
 
 
 # -- extremes ----------------------------------------------------------------------------------------------------------
 
 
-def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Sample) -> dict[int, tuple[Extreme, Extreme]]:
+def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Sample) -> dict[int, tuple[Bound, Bound]]:
     """The least and the greatest value of figures within bounds: the best points known, where gradients point outwards.
 
     Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search goes on from
     the best point; what it finds counts for every figure.
     """
-    known, ends = _Known(bounds, sample.points, sample.values, sample.errors), _ends(bounds)
+    known, ends = _SizedDesigns(bounds, sample.points, sample.values, sample.errors), _ends(bounds)
     known.add(ends, *family(ends))
     slopes: dict[int, Array] = {}
     for i in chosen:
@@ -477,13 +514,13 @@ def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Samp
             if k is None:
                 break
             at = dict(zip(family.paths, known.points[:, k].tolist(), strict=True))
-            both.append(Extreme(float(known.values[i, k]), float(known.errors[i, k]), at))
+            both.append(Bound(float(known.values[i, k]), float(known.errors[i, k]), at))
         if len(both) == 2:
             result[i] = (both[0], both[1])
     return result
 
 
-class _Known:
+class _SizedDesigns:
     """All designs that were sized within the intervals."""
 
     def __init__(self, bounds: Array, points: Array, values: Array, errors: Array) -> None:
@@ -512,12 +549,12 @@ def _ends(bounds: Array) -> Array:
     """Corners, the middle, and the middles of sides of a box, shape (variables, points); corners only where they are few."""
     count = bounds.shape[1]
     middle = 0.5 * (bounds[0] + bounds[1])
-    found: list[NDArray[np.float64]] = [middle]
+    points: list[NDArray[np.float64]] = [middle]
     for i in range(count):
         for side in (0, 1):
             point = middle.copy()
             point[i] = bounds[side, i]
-            found.append(point)
+            points.append(point)
     if 2**count <= _MOST_CORNERS:
-        found += [bounds[list(corner), np.arange(count)] for corner in product((0, 1), repeat=count)]
-    return np.array(found).T
+        points += [bounds[list(corner), np.arange(count)] for corner in product((0, 1), repeat=count)]
+    return np.array(points).T

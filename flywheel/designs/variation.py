@@ -1,24 +1,32 @@
 """The designs around a scene: some of its numbers vary, and its figures are functions of these.
 
+Last their sensitivities.
+
 A figure is named as a sweep has it (`exact`, `power`), or as the JSON contract of `size` does (`flywheel.exact`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import isfinite
+from dataclasses import dataclass
+from math import degrees, isfinite, isnan
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, Batch, figures_of, sized
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, OF_WHEEL, Batch, figures_of, sized, wheel_figures
+from flywheel.machine.machine import Machine, scene_of
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.differences import Slopes, slopes
 from flywheel.numerics.faults import Fault, SceneError, suggestion
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers
 from flywheel.reading.schema import WHEEL_KEYS
+from flywheel.regime import wittenbauer
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -28,32 +36,20 @@ Array = NDArray[np.float64]
 
 RTOL = 1e-12
 """The relative error asked of figures of which differences are taken."""
-_SMALL = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
+_SCALE_SHARE = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
 _IRREGULARITY = "flywheel.irregularity"
 _WHEEL = tuple(f"flywheel.{key.name}" for key in WHEEL_KEYS)
 _EXCLUDED = ("accuracy.", "areas.values.")  # no part of a machine; areas close to zero together alone
 
-
-_CONTRACT = {  # names in the JSON contract of `size`, where they differ from those of a sweep
-    "flywheel.exact": "exact",
-    "flywheel.approximate": "approximate",
-    "flywheel.approximate_total": "approximate_total",
-    "flywheel.inertia_torque": "inertia_torque",
-    "flywheel.inertia_torque_flywheel": "inertia_torque_flywheel",
-    "flywheel.mass": "mass",
-    "wheel.mass": "mass",
-    "balance.value": "balance",
-    "simulation.irregularity": "irregularity",
-    "reduced_inertia.min": "reduced_inertia_least",
-    "reduced_inertia.max": "reduced_inertia_greatest",
-    "reduced_inertia.mean": "reduced_inertia_mean",
-}
 NAMES = tuple(name for name in FIGURES if name != "needed")
 """The figures that change by degrees."""
-BY_NAME = {name: name for name in NAMES} | _CONTRACT
+BY_NAME = {name: name for name in NAMES} | {key: name for name in NAMES for key in FIGURES[name].keys}
 """The names of figures in a sweep, by these and by those of the JSON contract."""
-WITHOUT = {"mass": "give the flywheel a shape, such as disc", "irregularity": "an analysis has one: give flywheel.inertia"}
-_ABSOLUTE = ("angle_speed_max", "angle_speed_min")  # figures whose errors are no shares of them
+WITHOUT = dict.fromkeys(OF_WHEEL, "give the flywheel a shape, such as disc") | {
+    "irregularity": "an analysis has one: give flywheel.inertia"
+}
+ANGLES = ("angle_speed_max", "angle_speed_min")
+"""Figures that count modulo the cycle; their errors are no shares of them."""
 _OF_WHEELS = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
 _OF_WORK = ("energy_fluctuation", "accumulated_max", "accumulated_min")
 
@@ -94,7 +90,8 @@ class Variation:
         self.paths = tuple(dict.fromkeys(dotted(str(path)) for path in paths))
         for path in self.paths:
             if path not in known:
-                faults.append(Fault(path, "no number of the scene", "the path of one", suggestion(path, known)))
+                missing = "no number of the scene"
+                faults.append(Fault(path or "paths", missing, "the path of one", suggestion(path, known)))
         if not self.paths:
             faults.append(Fault("paths", "none", f"paths of numbers, such as {next(iter(known), 'regime.speed')}"))
         faults += name_faults("engine", self.engine, dict.fromkeys(ENGINES))
@@ -104,6 +101,7 @@ class Variation:
         self.dimensions = tuple(known[path].dimension for path in self.paths)
         self.scales = np.array([_scale(known[path], known) for path in self.paths], dtype=float)
         self.bare = _without_wheel(scene) if self.engine != ENGINES[-1] else None
+        self.near: dict[str, float] = {}  # of figures that count modulo the cycle: the angle (rad) beside which they are put
         self.exchanged = 0.0  # work (J) in a cycle, to which errors of areas are relative
         self.reasons: dict[tuple[float, ...], str] = {}
         self.count = self.alone = 0
@@ -117,10 +115,10 @@ class Variation:
 
     def centre(self) -> Sizing:
         """The scene's own design; SceneError where that is refused."""
-        found = self.at(self.nominal)
-        cycle = found.constant or found.cycle
+        sizing = self.at(self.nominal)
+        cycle = sizing.constant or sizing.cycle
         self.exchanged = 0.0 if cycle is None else cycle.exchanged
-        return found
+        return sizing
 
     def there(self, centre: Sizing, names: Iterable[str] | None = None) -> list[str]:
         """The figures that a design has, or those of them that are named; SceneError where one of these is not there."""
@@ -154,8 +152,9 @@ class Variation:
         for k, reason in batch.reasons.items():
             self.why = self.why or reason * bool(alone[k])
             self.reasons[tuple(columns[:, k].tolist())] = reason
-        if self.scene.wheel is not None:  # a wheel that is not needed has no mass
-            batch.values["mass"][batch.values["exact"] == 0.0] = 0.0
+        for name, angle in self.near.items():
+            whole = self.scene.cycle
+            batch.values[name] = angle + (batch.values[name] - angle + 0.5 * whole) % whole - 0.5 * whole
         values = np.array([batch.values[name] for name in NAMES])
         return values, np.array([self._error(name, batch) for name in NAMES])
 
@@ -182,13 +181,15 @@ class Variation:
                 scene = self.scene if same else with_numbers(self.scene, there)
                 assert scene.wheel is not None
                 greatest = speed if scene.wheel.at == MEAN else speed * (1 + (scene.irregularity or 0.0) / 2)
-                mass = choose(inertia, scene.flywheel_ratio * greatest, scene.wheel).mass if inertia else 0.0
+                wheel = choose(inertia, scene.flywheel_ratio * greatest, scene.wheel) if inertia else None
             except SceneError as error:
                 batch.reasons[int(k)] = "; ".join(map(str, error.faults))
                 for values in batch.values.values():
                     values[k] = np.nan
                 continue
-            batch.values["mass"][k], batch.errors["mass"][k] = mass, batch.errors["exact"][k]
+            wrong = batch.errors["exact"][k] + 4 * np.nan_to_num(batch.errors["speed"][k])  # stresses grow with its square
+            for name, value in wheel_figures(scene.wheel, wheel).items():
+                batch.values[name][k], batch.errors[name][k] = np.nan if value is None else value, wrong
         return batch
 
     def _error(self, name: str, batch: Batch) -> Array:
@@ -199,7 +200,7 @@ class Variation:
             error = error * np.fmax(value, batch.values["approximate_total"])
         elif name in _OF_WORK:
             error = error * np.fmax(value, self.exchanged)
-        elif name not in _ABSOLUTE:
+        elif name not in ANGLES:
             error = error * value
         return np.asarray(error + 4 * ROUNDING * value)
 
@@ -238,4 +239,226 @@ def _scale(number: Number, known: Mapping[str, Number]) -> float:
     if number.dimension == "angle":
         return 1.0
     like = max(abs(other.value) for other in known.values() if other.unit == number.unit) if number.unit else 0.0
-    return max(abs(number.value), _SMALL * like) or 1.0
+    return max(abs(number.value), _SCALE_SHARE * like) or 1.0
+
+
+_CORNER_STEP = 1e-6  # of a number's scale: how far on both sides of a corner one looks for what makes it
+_SAME_ANGLE = 1e-2  # rad
+_WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)  # rows of the extremes of `wittenbauer.figures_of`
+_GREATEST, _LEAST = "greatest", "least"
+_BINDING: dict[str, tuple[tuple[str, int, str], ...]] = {  # of a figure: which extremes of which function it comes from
+    "exact": ((_GREATEST, _FAST, "W - z+ w²I*/2"), (_LEAST, _SLOW, "W - z- w²I*/2")),
+    "approximate": ((_GREATEST, _WORK, "W"), (_LEAST, _WORK, "W"), (_LEAST, _INERTIA, "I*")),
+    "approximate_total": ((_GREATEST, _WORK, "W"), (_LEAST, _WORK, "W")),
+    "inertia_torque": ((_GREATEST, _TORQUE, "W - w²I*/2"), (_LEAST, _TORQUE, "W - w²I*/2")),
+    "energy_fluctuation": ((_GREATEST, _WORK, "W"), (_LEAST, _WORK, "W")),
+    "accumulated_max": ((_GREATEST, _WORK, "W"),),
+    "accumulated_min": ((_LEAST, _WORK, "W"),),
+    "reduced_inertia_least": ((_LEAST, _INERTIA, "I*"),),
+    "reduced_inertia_greatest": ((_GREATEST, _INERTIA, "I*"),),
+}
+_BINDING["inertia_torque_flywheel"] = (*_BINDING["inertia_torque"], (_LEAST, _INERTIA, "I*"))
+_BINDING |= dict.fromkeys((*OF_WHEEL, "angle_speed_max", "angle_speed_min"), _BINDING["exact"])
+
+
+class Derivative(NamedTuple):
+    """The derivative of a figure by a number (SI), with its estimated absolute error.
+
+    `value` is NaN where there is none, and `reason` says why; `left` and `right` are then those of one side, as far as there
+    are any. Elsewhere all three are the same.
+    """
+
+    value: float
+    error: float
+    left: float
+    right: float
+    left_error: float
+    right_error: float
+    reason: str = ""
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivities:
+    """The derivatives of the figures of a design (SI) by its numbers.
+
+    `values` are the figures, `errors` their absolute errors, `numbers` those that they are derived by, with `units`;
+    `derivatives[figure][path]` the derivatives. `designs` is how many designs were sized for them.
+    """
+
+    scene: Scene
+    numbers: dict[str, float]
+    units: dict[str, str]
+    values: dict[str, float]
+    figure_units: dict[str, str]
+    derivatives: dict[str, dict[str, Derivative]]
+    rtol: float
+    designs: int
+
+    def __repr__(self) -> str:
+        """What was derived by what."""
+        many = f"{len(self.values)} figures by {len(self.numbers)} numbers"
+        return f"Sensitivities({notebook.quoted(self.scene.title)}{many})"
+
+    def derivative(self, figure: str, path: str) -> Derivative:
+        """The derivative of a figure by a number; SceneError where there is no such figure or number."""
+        own, name = self.derivatives[self._known(figure)], dotted(path)
+        if name not in own:
+            raise SceneError([Fault(path, "no number of these", f"one of {', '.join(own)}")])
+        return own[name]
+
+    def elasticity(self, figure: str, path: str) -> float:
+        """By what share a figure changes for the same share of a number (per cent for one per cent); NaN of a 0."""
+        value = self.values[self._known(figure)]
+        return self.derivative(figure, path).value * self.numbers[dotted(path)] / value if value else float("nan")
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, SI throughout; null where there is no derivative."""
+        return {
+            "title": self.scene.title,
+            "rtol": self.rtol,
+            "designs": self.designs,
+            "numbers": {path: {"value": value, "unit": self.units[path]} for path, value in self.numbers.items()},
+            "figures": {
+                name: {
+                    "value": value,
+                    "unit": self.figure_units[name],
+                    "derivatives": {
+                        path: {**derivative._asdict(), "elasticity": self.elasticity(name, path)}
+                        for path, derivative in self.derivatives[name].items()
+                    },
+                }
+                for name, value in self.values.items()
+            },
+        }
+
+    def _known(self, figure: str) -> str:
+        name = figure_name("figure", figure)
+        if name not in self.derivatives:
+            expected = f"one of {', '.join(self.derivatives)}"
+            raise SceneError([Fault(figure, "no figure of this scene", expected, WITHOUT.get(name, ""))])
+        return name
+
+
+def sensitivities(
+    scene: Scene | Machine,
+    paths: str | Iterable[str] | None = None,
+    *,
+    figures: Iterable[str] | None = None,
+    rtol: float = RTOL,
+    engine: str | None = None,
+) -> Sensitivities:
+    """The derivatives of every figure of a design by some of its numbers, to 1e-8 where the figures have them.
+
+    They come from designs on both sides, whose differences are extrapolated to a step of zero: see
+    `flywheel.numerics.differences`. Each has an estimated error.
+
+    Args:
+        scene: one that was read.
+        paths: of numbers, such as "mechanism.crank.length" or "load.0.from"; all of them if None.
+        figures: by their names, all that there are if None.
+        rtol: relative error asked of the figures themselves.
+        engine: as of a sweep.
+
+    Raises:
+        SceneError: where the design itself is refused, or a number or a figure is not there.
+
+    >>> import flywheel
+    >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
+    ...          "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.01}}
+    >>> found = flywheel.sensitivities(flywheel.load(rotor), ["regime.speed", "flywheel.irregularity"])
+    >>> exact = found.values["exact"]  # in proportion to 1/(eps w²)
+    >>> round(found.derivative("flywheel.exact", "regime.speed").value / exact * 30, 8)
+    -2.0
+    >>> round(found.elasticity("exact", "flywheel.irregularity"), 8)
+    -1.0
+
+    """
+    scene = scene_of(scene)
+    wanted = paths_of(scene) if paths is None else (paths,) if isinstance(paths, str) else tuple(paths)
+    names = None if figures is None else figure_names(figures)
+    family = Variation(scene, wanted, rtol, engine)
+    centre = family.centre()
+    there = family.there(centre, names)
+    with np.errstate(invalid="ignore"):  # a wheel that is not needed has no end of safety
+        derivatives_of = slopes(family, family.nominal, family.scales)
+    reasons = _Reasons(family, centre)
+    derivatives = {
+        name: {path: _derivative(derivatives_of, NAMES.index(name), j, reasons, name) for j, path in enumerate(family.paths)}
+        for name in there
+    }
+    return Sensitivities(
+        scene=scene,
+        numbers=dict(zip(family.paths, family.nominal.tolist(), strict=True)),
+        units=dict(zip(family.paths, family.units, strict=True)),
+        values={name: float(derivatives_of.values[NAMES.index(name)]) for name in derivatives},
+        figure_units={name: family.unit(name) for name in derivatives},
+        derivatives=derivatives,
+        rtol=rtol,
+        designs=family.count,
+    )
+
+
+def known_figures(result: Sensitivities, names: Iterable[str]) -> None:
+    """SceneError where a figure is none of those that were derived."""
+    for name in names:
+        result._known(name)
+
+
+def _derivative(of: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> Derivative:
+    """One derivative, with the reason where it has none."""
+    value, error = float(of.both[i, j]), float(of.error[i, j])
+    if not isnan(value):
+        return Derivative(value, error, value, value, error, error)
+    left, right = float(of.left[i, j]), float(of.right[i, j])
+    reason = reasons(figure, j, corner=bool(of.corner[i, j]), jump=bool(of.jump[i, j]))
+    return Derivative(value, error, left, right, float(of.left_error[i, j]), float(of.right_error[i, j]), reason)
+
+
+class _Reasons:
+    """Why figures have no derivative: what binds on one side and on the other of the numbers that a design has."""
+
+    def __init__(self, family: Variation, centre: Sizing) -> None:
+        self.family, self.centre = family, centre
+        self.sides: dict[int, tuple[Sizing | str, Sizing | str]] = {}
+
+    def __call__(self, figure: str, j: int, *, corner: bool, jump: bool) -> str:
+        """The reason for a figure and a number, in a sentence without its beginning."""
+        below, above = self._beside(j)
+        if isinstance(below, str) or isinstance(above, str):
+            sides = [("below", below), ("above", above)]
+            return "; ".join(f"refused {side}: {why}" for side, why in sides if isinstance(why, str))
+        if below.flywheel.needed != above.flywheel.needed:
+            return "the flywheel is needed on one side alone"
+        for which, row, function in _BINDING.get(figure, ()):
+            one, other = _angle(below, which, row), _angle(above, which, row)
+            cycle = self.family.scene.cycle
+            if one is not None and other is not None and _SAME_ANGLE < abs(one - other) < cycle - _SAME_ANGLE:
+                at = f"{degrees(one):.6g} and {degrees(other):.6g} deg"
+                return f"two {which} values of {function} are equal, at {at}"
+        if jump:
+            return "it jumps"
+        return "a structure changes: ends of windows, or places where laws switch, meet" if corner else "no limit was found"
+
+    def _beside(self, j: int) -> tuple[Sizing | str, Sizing | str]:
+        """The designs right below and above, or why they are refused."""
+        if j not in self.sides:
+            sides: list[Sizing | str] = []
+            for sign in (-1.0, 1.0):
+                column = self.family.nominal.copy()
+                column[j] += sign * _CORNER_STEP * self.family.scales[j]
+                try:
+                    sides.append(self.family.at(column))
+                except SceneError as error:
+                    sides.append(str(error).splitlines()[0])
+            self.sides[j] = (sides[0], sides[1])
+        return self.sides[j]
+
+
+def _angle(sizing: Sizing, which: str, row: int) -> float | None:
+    """Where (rad) a function of `wittenbauer.figures_of` is greatest or least."""
+    cycle = sizing.constant or sizing.cycle
+    if cycle is None:
+        return None
+    extremes = wittenbauer.figures_of(cycle, sizing.speed, sizing.scene.irregularity).extremes
+    angles: Array = extremes.angle_greatest if which == _GREATEST else extremes.angle_least
+    return float(np.asarray(angles)[row])

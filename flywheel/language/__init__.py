@@ -21,8 +21,11 @@ from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
+__all__ = ["DECIMAL_MARKS", "LANGUAGES", "catalogue", "current", "entries", "message", "number", "text", "use"]
+
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Español"})
 """The languages that there are, each by its own name."""
+DECIMAL_MARKS: Mapping[str, str] = MappingProxyType({"en": ".", "es": ","})
 
 _current: ContextVar[str] = ContextVar("language", default="en")
 _ENTRY = re.compile(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)^msgstr ((?:"(?:[^"\\]|\\.)*"\s*)+)', re.MULTILINE)
@@ -59,7 +62,7 @@ def text(message: str, **values: object) -> str:
 
 def number(written: str) -> str:
     """A number as written in English, with the decimal mark of the language in use: 0.5 is 0,5 in Spanish."""
-    return _DECIMAL_POINT.sub(",", written) if _current.get() == "es" else written
+    return _DECIMAL_POINT.sub(DECIMAL_MARKS[_current.get()], written)
 
 
 def message(told: str, numbers: bool = True) -> str:
@@ -78,7 +81,7 @@ def message(told: str, numbers: bool = True) -> str:
     if not numbers:
         return translated
     pieces = _QUOTED.split(translated)
-    return "".join(piece if k % 2 else _FIGURE.sub(r"\1,", piece) for k, piece in enumerate(pieces))
+    return "".join(piece if k % 2 else _FIGURE.sub(rf"\1{DECIMAL_MARKS[language]}", piece) for k, piece in enumerate(pieces))
 
 
 @lru_cache(2048)

@@ -8,30 +8,30 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import count
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.builder import Builder
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
-from bondgraph.graph import BondGraph
-from bondgraph.records import NamedTuple
+from bondgraph.graph import BondGraph, Builder
 from bondgraph.reduction import Reduced, Reduction
+from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, moving_switches, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
-from flywheel.numerics import cells, notebook
-from flywheel.numerics.cells import Cells, middles
-from flywheel.numerics.expressions import Expression, shown, units_of_name
+from flywheel.numerics import notebook
+from flywheel.numerics.cells import middles
+from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.functions import cos, sin
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import (
     CELL_CAP,
     Enclosures,
@@ -41,16 +41,16 @@ from flywheel.numerics.switching import (
     resolved,
     roots_in_pieces,
 )
-from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
-from flywheel.scene.scene import TURN, Load, Mechanism, Scene, Spring, Table
+from flywheel.scene.scene import TURN, Mechanism, Scene
 
 if TYPE_CHECKING:
-    from flywheel.machine.traced import TracedMachine
+    from flywheel.components.motors.motor import Circuit
 
 __all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage", "merged"]
 
 Array = NDArray[np.float64]
 
+DRIVE = "drive."  # how the names of the drive's elements begin
 FLYWHEEL = "the flywheel"  # whose part its inertia is
 FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
@@ -58,297 +58,9 @@ _POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
-_SELDOM = 5  # walks: they take as long as a record
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
-
-
-# -- loads, springs, tables and friction in joints as laws of position -----------------------------------------------------
-
-
-class Place(NamedTuple):
-    """Where an effort acts: its 1-junction, its displacement, and the angle that its windows and `phi` see.
-
-    angle = rate * phi + phase, phi being the crank's. `shaft`: it is a shaft, whose own speed loads on it see.
-    """
-
-    junction: str
-    displacement: Callable[[Here], Any]
-    rate: float = 1.0
-    phase: float = 0.0
-    rotating: bool = True
-    shaft: bool = False
-
-
-class Senses(NamedTuple):
-    """The sign of a place's velocity at positive crank speed, constant between its dead centres (crank angles)."""
-
-    dead_centres: Array
-    signs: Array
-
-    def at(self, phi: Any) -> Any:
-        """The sign at crank angles phi."""
-        return self.signs[np.searchsorted(self.dead_centres, phi)]
-
-
-class Pieces:
-    """A table as polynomials between its knots: values see the piece that their anchor lies in."""
-
-    def __init__(self, table: Table) -> None:
-        starts, polynomials = [], []  # of every run without jumps: left ends and coefficients, highest power first
-        jumps = np.flatnonzero(np.diff(table.angle) == 0.0) + 1
-        for angle, value in zip(np.split(table.angle, jumps), np.split(table.value, jumps), strict=True):
-            if angle.size == 1:
-                continue
-            starts.append(angle[:-1])
-            if table.interpolation == "pchip" and angle.size > 2:
-                from scipy.interpolate import PchipInterpolator  # only scenes with such a table pay for it
-
-                polynomials.append(np.asarray(PchipInterpolator(angle, value).c))
-            else:
-                flat = table.interpolation == "step"
-                slopes = np.zeros(angle.size - 1) if flat else np.diff(value) / np.diff(angle)
-                polynomials.append(np.stack((slopes, value[:-1])))
-        most = max(map(len, polynomials))
-        self.first = float(table.angle[0])
-        self.knots = table.angle[np.diff(table.angle, prepend=-np.inf) > 0.0]
-        self._start = np.concatenate(starts)
-        self._series = np.concatenate([np.pad(rows, ((most - len(rows), 0), (0, 0))) for rows in polynomials], axis=1)
-
-    def __call__(self, angle: Any, anchor: Any) -> Any:
-        """Value at angles, each in the piece of its anchor."""
-        piece = np.maximum(np.searchsorted(self._start, anchor, side="right") - 1, 0)
-        step = angle - self._start[piece]
-        total: Any = 0.0
-        for series in self._series:
-            total = total * step + series[piece]
-        return total
-
-
-class Effort:
-    """The law of one load: its value where it is active, 0 elsewhere; `unknown` names the scene's balance, if any."""
-
-    def __init__(
-        self,
-        load: Load,
-        place: Place,
-        parameters: Mapping[str, float],
-        unknown: str | None = None,
-        senses: Senses | Callable[[], Senses] | None = None,
-    ) -> None:
-        self.load, self.place, self._given_senses = load, place, senses
-        key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
-        if load.model:
-            key = "motor" if load.path == "drive" else "model"
-        self.path = load.path if load.drag else f"{load.path}.{key}"
-        self._parameters = parameters
-        self._law = Pieces(load.law) if isinstance(load.law, Table) else load.law
-        self._always = load.start is None and load.sense == 0
-        self._unknown: str | None = None
-        if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
-            if load.law.degree(unknown) is None:
-                found = f'"{load.law.shown}", which is not linear in the balance {unknown}'
-                advice = "give it a value, and balance another quantity"
-                raise SceneError([Fault(self.path, found, f"{unknown} as a factor or a term", advice)])
-            self._unknown = unknown
-        self.depends_on_unknown = load.law is None or self._unknown is not None
-        self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
-        self.uses_time = isinstance(load.law, Expression) and load.law.uses_time
-
-    @cached_property
-    def senses(self) -> Senses | None:
-        """When its place moves forwards and when backwards; None where the load does not depend on that."""
-        if not self.load.sense and "v" not in getattr(self._law, "names", ()):
-            return None
-        return self._given_senses() if callable(self._given_senses) else self._given_senses
-
-    @property
-    def sees(self) -> tuple[str, ...]:
-        """What of `Here` the law depends on beside position: speed (of the driving shaft), flow (its own), time."""
-        names = self._law.names if isinstance(self._law, Expression) else frozenset[str]()
-        own = ("v" in names and self.uses_speed) or ("omega" in names and self.place.shaft)
-        found = {"speed": "omega" in names and not self.place.shaft, "flow": own, "time": "t" in names}
-        return tuple(name for name, seen in found.items() if seen)
-
-    @property
-    def constants(self) -> Mapping[str, float]:
-        """The parameters, with 1 for the unknown."""
-        return {**self._parameters, self._unknown: 1.0} if self._unknown else self._parameters
-
-    def __call__(self, here: Here, anchor: Here) -> Any:
-        """Effort without the unknown's share."""
-        return self._gated(self._coefficients(here, anchor)[0], anchor)
-
-    def per_unknown(self, here: Here, anchor: Here) -> Any:
-        """Effort per unit of the unknown."""
-        return self._gated(self._coefficients(here, anchor)[1], anchor)
-
-    def _coefficients(self, here: Here, anchor: Here) -> tuple[Any, Any]:
-        law = self._law
-        if law is None:
-            return 0.0, 1.0
-        if isinstance(law, (float, Real)):
-            return law, 0.0
-        if isinstance(law, Pieces):
-            return law(*self._angles(here, anchor, law.first)), 0.0
-        angle, middle = self._angles(here, anchor) if "phi" in law.names else (0.0, 0.0)
-        values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
-        ns = _jets() if isinstance(here.speed, Jet) else here.ns  # where slopes by speed are wanted
-        if self._unknown is None:
-            return law.evaluate(values, ns, there), 0.0
-        return law.coefficients(values, self._unknown, ns, there)
-
-    def _values(self, law: Expression, here: Here, angle: Any, anchor: Here) -> dict[str, Any]:
-        values: dict[str, Any] = dict(self._parameters)
-        values["phi"] = angle
-        values["omega"], values["t"] = here.flow if self.place.shaft else here.speed, here.time
-        if "x" in law.names:
-            values["x"] = self.place.displacement(here)
-        if self.uses_speed:
-            values["v"] = here.flow
-        elif "v" in law.names and self.senses is not None:
-            values["v"] = self.senses.at(anchor.q / self.place.rate)
-        return values
-
-    def speed_switches(self, here: Here, anchor: Here) -> list[Any]:
-        """What decides the branches of the law by its sign, as far as it depends on speed or time; `here` is moving.
-
-        Where v itself changes its sign is known beforehand, but for a machine that turns back; where time alone decides is
-        known beforehand too: stepping starts afresh there.
-        """
-        law = self._law
-        if not isinstance(law, Expression):
-            return []
-        angle, middle = self._angles(here, anchor)
-        values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
-        found = []
-        for part in moving_switches(law):
-            if part.names == {"v"} and part.tree.op in ("name", "neg"):
-                found.append(here.speed)
-            elif not self.is_timed(part):
-                found.append(part.evaluate(values, np, there))
-        return found
-
-    def is_timed(self, part: Expression) -> bool:
-        """Whether a part of the law depends on time and on nothing else."""
-        return "t" in part.names and part.names <= {"t", *self.constants}
-
-    def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
-        """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""
-        middle = anchor.q + self.place.phase
-        turns = self.turns(middle, first)
-        return here.q + self.place.phase - turns, middle - turns
-
-    def turns(self, angle: Any, first: float = 0.0) -> Any:
-        """What reduces an angle to [first, first + every); nothing on a stroke."""
-        return 0.0 if self.load.once else self.load.every * np.floor((angle - first) / self.load.every)
-
-    def _gated(self, effort: Any, anchor: Here) -> Any:
-        if self._always:
-            return effort
-        active = self.active(anchor)
-        if isinstance(active, bool):  # one piece alone
-            return effort if active else 0.0
-        return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
-
-    @property
-    def acts(self) -> Callable[[Here], Any] | None:
-        """What tells whether the load acts in the piece of an anchor; None where it acts always."""
-        return None if self._always else self.active
-
-    def active(self, anchor: Here) -> Any:
-        """Whether the load acts in the pieces of these anchors."""
-        load, active = self.load, True
-        if load.start is not None and load.end is not None:
-            middle = self._angles(anchor, anchor)[1]
-            after, before = middle >= load.start, middle < load.end
-            # a window that ends before it begins wraps around the cycle's end
-            active = after & before if load.start < load.end else after | before
-        if load.sense and self.senses is not None:
-            active = active & (self.senses.at(anchor.q / self.place.rate) == load.sense)
-        return active
-
-    def crank_breakpoints(self, cycle: float) -> Iterator[float]:
-        """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres."""
-        found = [0.0] if isinstance(self._law, Pieces | Expression) and not self.load.once else []
-        if self.load.start is not None and self.load.end is not None:
-            found += [self.load.start, self.load.end]
-        local = np.concatenate((found, self._law.knots if isinstance(self._law, Pieces) else ()))
-        yield from local - self.place.phase if self.load.once else crank_angles(local, self.load.every, self.place, cycle)
-        if self.senses is not None:
-            yield from self.senses.dead_centres
-
-
-@cache
-def _jets() -> Any:
-    return jet_namespace(np)
-
-
-def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
-    """The unit of the scene's unknown; None without one, or where the expressions that hold it leave it open."""
-    name = scene.unknown
-    if name is None or name == "drive":
-        return name and DIMENSIONS["force" if scene.reduction_element == "slide" else "torque"].si
-    found: set[Unit | None] = set()
-    for effort in efforts:
-        law, rotating = effort.load.law, effort.place.rotating
-        if isinstance(law, Expression) and name in law.names:
-            texts = {"phi": "rad", "omega": "rad/s", "t": "s"}
-            texts |= {"x": "rad", "v": "rad/s"} if rotating else {"x": "m", "v": "m/s"}
-            known = {**{variable: parse_unit(text, None) for variable, text in texts.items()}, **scene.units}
-            found.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), known))
-    return shown(found.pop()) if len(found) == 1 else None
-
-
-def moving_switches(law: Expression) -> tuple[Expression, ...]:
-    """The switches of a law that depend on speed or time, so that position alone does not tell where they lie."""
-    return tuple(part for part in law.switches() if part.uses_speed or part.uses_time)
-
-
-class FrictionCurve:
-    """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
-
-    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle. `speed` is the constant
-    one (rad/s) that it was found at; None of one that was found along a motion with speeds of its own.
-    """
-
-    def __init__(self, mesh: Cells, values: Array, corners: Array, speed: float | None = None) -> None:
-        self.mesh, self.series, self.speed = mesh, cells.fit(values), speed
-        self.breakpoints = tuple(corners.tolist())
-        self.error = float((cells.tails(self.series) * 2 * mesh.half[:, 0]).sum())
-
-    def __call__(self, here: Here, anchor: Here) -> Any:
-        """The moment at positions `here.q`."""
-        cell, t = cells.located(self.mesh, np.asarray(here.q, dtype=float))
-        return cells.value(self.series[cell], t)
-
-    def apart(self, other: FrictionCurve) -> float:
-        """Integral of the difference to another curve over the cycle, whatever its sign (J)."""
-        here = Here(self.mesh.phi, None, np)
-        return float(cells.integral(np.abs(self(here, here) - other(here, here)), self.mesh.half).sum())
-
-
-def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
-    """Effort that a spring takes up, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
-
-    def effort(here: Here, anchor: Here) -> Any:
-        return spring.stiffness * (place.displacement(here) - spring.rest)
-
-    return effort
-
-
-def crank_angles(local: float | Array, every: float, place: Place, cycle: float) -> Array:
-    """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes one of `local`."""
-    column = np.array(local, ndmin=1)[:, None]
-    first = np.ceil((place.phase - column) / every - 1e-12)
-    turns = first + np.arange(int(place.rate * cycle / every + 2))
-    angles = (column + turns * every - place.phase) / place.rate
-    found: Array = angles[(angles >= 0.0) & (angles < cycle)]
-    return found
-
-
-# -- the machine -----------------------------------------------------------------------------------------------------------
 
 
 class Stage(NamedTuple):
@@ -372,7 +84,8 @@ class Anchor(NamedTuple):
     `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
     signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
     that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None where they are to be found
-    at every instant. A speed of 0 is that of a machine that rests: rough joints then hold it.
+    at every instant. `direction` is that of the motion: 1, -1, or 0 of a machine that rests, which dry laws then hold; None
+    where it is the sign of the speed at every instant.
     """
 
     phi: Any
@@ -380,6 +93,13 @@ class Anchor(NamedTuple):
     time: Any
     factors: tuple[Any, ...] | None = None
     sides: Array | None = None
+    direction: Any = None
+
+    def sense(self, omega: Any) -> Any:
+        """The direction of the motion at crank speeds."""
+        if self.direction is not None:
+            return self.direction
+        return np.sign(omega if self.omega is None else self.omega)
 
 
 class Machine:
@@ -417,21 +137,18 @@ class Machine:
             Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
         )
         self.graph = self._graph()
-        self._walks = 0
-        self.on_meshes: dict[bytes, Any] = {}  # what `dynamics.moments_on` keeps
+        self.kept: dict[str, Any] = {}  # what other modules evaluate of it, and keep with it
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Machine, (self.scene, self.friction)
 
     def __repr__(self) -> str:
-        """What moves, instead of an address."""
+        """Names the mechanisms, bonds and shafts instead of an address."""
         kinds = dict.fromkeys(m.type for m in self.scene.mechanisms) or ("rotor",)
         title = notebook.quoted(self.scene.title)
         return f"Machine({title}{', '.join(kinds)}, {len(self.graph.bonds)} bonds, shafts {', '.join(self.scene.shafts)})"
 
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
+    _repr_html_ = notebook.html
 
     def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
         """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.
@@ -440,19 +157,31 @@ class Machine:
         """
         return self.reduction(phi, self.anchors(phi) if anchor is None else anchor)
 
-    def reduce_cells(self, phi: Array, anchor: Array) -> Reduced:
-        """The same for cells of any pieces: recorded once that is asked for so often that a record pays."""
-        self._walks += 1
-        recorded = self.traced.over_cycle if self._walks > _SELDOM else None
-        return self.reduction(phi, anchor) if recorded is None else recorded(phi, anchor)
-
     def anchors(self, phi: Any) -> Any:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
         return middles(self.breakpoints, phi)
 
     @cached_property
+    def is_dry(self) -> bool:
+        """Tells whether something may hold it at rest: laws that jump with the direction, meshes that lose, rough joints."""
+        return self.has_joint_friction or len(self.stages) > 1 or any(effort.is_dry for effort in self.efforts)
+
+    @cached_property
+    def backwards(self) -> Machine:
+        """The same machine with its laws as they are where the crank turns backwards; itself where none differs there."""
+        if not any(effort.reverses for effort in self.efforts):
+            return self
+        found = copy(self)
+        for name in ("reduction", "rigid", "stages"):  # what walks the graph
+            found.__dict__.pop(name, None)
+        found.__dict__["backwards"] = self
+        found.efforts = tuple(effort.backwards() for effort in self.efforts)
+        found.graph, found.kept = found._graph(), {}
+        return found
+
+    @cached_property
     def switches_at_speeds(self) -> bool:
-        """Whether some branch of a load depends on speed or time."""
+        """Tells whether some branch of a load depends on speed or time."""
         laws = [effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time]
         return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
@@ -465,13 +194,6 @@ class Machine:
         expected = "rigid shafts, to reduce everything to the crank's angle"
         advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
         raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in self.scene.compliances])
-
-    @cached_property
-    def traced(self) -> TracedMachine:
-        """The walk of its reduction as recorded programs, piece by piece."""
-        from flywheel.machine.traced import TracedMachine  # it rests on the equation of motion, which rests on machines
-
-        return TracedMachine(self)
 
     @cached_property
     def rigid(self) -> Reduction:
@@ -541,18 +263,18 @@ class Machine:
 
     @property
     def keeps_step(self) -> bool:
-        """Whether a synchronous motor holds the mean speed, whatever the load."""
+        """Tells whether a synchronous motor holds the mean speed, whatever the load."""
         motor = self.scene.motor
         return motor is not None and motor.circuit is not None and motor.circuit.only_speed is not None
 
     @cached_property
     def depends_on_speed(self) -> bool:
-        """Whether a load, the drive or a damper depends on speed."""
+        """Tells whether a load, the drive or a damper depends on speed."""
         return self.scene.depends_on_speed
 
     @cached_property
     def depends_on_time(self) -> bool:
-        """Whether a load or the drive depends on time."""
+        """Tells whether a load or the drive depends on time."""
         return any(effort.uses_time for effort in self.efforts)
 
     @property
@@ -581,7 +303,7 @@ class Machine:
 
     @cached_property
     def sets_its_speed(self) -> bool:
-        """Whether the moment depends on more than position, so that the motion itself must be found: speeds, losses."""
+        """Tells whether the moment depends on more than position, so that the motion must be solved for: speeds, losses."""
         return self.depends_on_speed or len(self.stages) > 1
 
     def family(self, mechanism: Mechanism) -> families.Family:
@@ -615,6 +337,12 @@ class Machine:
         """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
         known = self._unswitched
         return merged([*known, *(angle for _, angle in self._switch_angles(known))], self.scene.cycle)
+
+    @cached_property
+    def switches(self) -> Array:
+        """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends for resolution alone."""
+        found = [*self._own_breakpoints(switching=True), *self._switch_angles(self._unswitched)]
+        return merged([0.0, self.scene.cycle, *(angle for _, angle in found)], self.scene.cycle)
 
     @cached_property
     def landmarks(self) -> Array:
@@ -652,7 +380,7 @@ class Machine:
 
     @property
     def breaks(self) -> bytes:
-        """What breakpoints and landmarks follow from, as bytes: machines for which these are alike have the same."""
+        """The data that breakpoints and landmarks follow from, as bytes: machines with equal bytes have the same."""
         scene = self.scene
         parts: list[Any] = [scene.mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
         for effort in self.efforts:
@@ -668,14 +396,14 @@ class Machine:
         return pickle.dumps(parts)
 
     def _infinite(self, effort: Effort) -> bool:
-        """Whether a law that reads no position is infinite at the machine's typical speed."""
+        """Tells whether a law that reads no position is infinite at the machine's typical speed."""
         names = self._names(effort)(0.0, 0.0, np)
         with np.errstate(all="ignore"):
             return bool(np.isinf(effort.load.law.evaluate(names, np, names)).any())  # type: ignore[union-attr]
 
     @cached_property
     def restarts(self) -> Array:
-        """Where time stepping starts afresh: the landmarks, but for those so close that time could not tell them apart."""
+        """Angles at which time stepping starts afresh: the landmarks without those too close to be distinct in time."""
         gaps = np.diff(self.landmarks)
         wide = gaps > _CLOSEST * self.scene.cycle
         apart = np.concatenate(([True], wide)) & np.concatenate((wide, [True]))
@@ -696,7 +424,7 @@ class Machine:
 
     @property
     def broken_by(self) -> dict[str, int]:
-        """How many breakpoints inside the cycle each mechanism, load or other thing makes, by its name or path."""
+        """The number of breakpoints inside the cycle from each mechanism, load or other source, by its name or path."""
         known = self.breakpoints[1:-1]
         near = 1e-9 * self.scene.cycle
         found: dict[str, set[int]] = {}
@@ -715,21 +443,23 @@ class Machine:
         return tuple(self._families[mechanism.name].breakpoints)
 
     @property
-    def resists(self) -> bool:
-        """Whether joints rub whose friction follows the actual motion: it is not given as a moment of position."""
+    def has_joint_friction(self) -> bool:
+        """Tells whether joints rub whose friction follows the actual motion: it is not given as a moment of position."""
         return self.scene.rubs and self.friction is None
 
-    def _own_breakpoints(self) -> Iterator[tuple[str, float]]:
-        yield from self._mechanism_breakpoints()
+    def _own_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
+        yield from self._mechanism_breakpoints(switching=switching)
         if self.friction is not None:
             yield from ((FRICTION, angle) for angle in self.friction.breakpoints)
         for effort in self.efforts:
             yield from ((effort.path, angle) for angle in effort.crank_breakpoints(self.scene.cycle))
 
-    def _mechanism_breakpoints(self) -> Iterator[tuple[str, float]]:
+    def _mechanism_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
+        """Yields names of mechanisms and their breakpoints; with `switching` those alone at which a law switches."""
         for mechanism in self.scene.mechanisms:
             place = Place("", _turned(1.0), self.scene.shafts[mechanism.shaft], mechanism.phase)
-            for angle in self._families[mechanism.name].breakpoints:
+            family = self._families[mechanism.name]
+            for angle in family.switches if switching else family.breakpoints:
                 if mechanism.stroke is not None:
                     yield mechanism.name, angle - mechanism.phase
                 else:
@@ -781,7 +511,7 @@ class Machine:
         return dead_centres(self.kinematics, self.places[place].junction, smooth, solved=solved)
 
     def undefined(self, path: str, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> str:
-        """What leaves the expression of a load, by its path, without a finite value at a position, in words; or nothing.
+        """The term that makes the expression of a load, by its path, not finite at a position, in words; or an empty text.
 
         At a crank angle (rad) in the piece of an anchor, a speed (rad/s; None: the typical one) and a time (s).
         """
@@ -794,7 +524,7 @@ class Machine:
             return effort.load.law.undefined({**values(here, middle), "t": time}, {**values(middle, middle), "t": time})
 
     def _environment(self, effort: Effort, speed: float | None = None) -> tuple[Enclosures, Values]:
-        """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values."""
+        """Values of the names in a load's expression: jets of intervals over cells of phi, and plain values."""
         names = self._names(effort, speed)
 
         def enclosures(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
@@ -806,7 +536,7 @@ class Machine:
         return enclosures, values
 
     def _names(self, effort: Effort, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
-        """What the names of a load's expression stand for at crank angles, given their anchors and a namespace.
+        """A function from crank angles, their anchors and a namespace to the values of the names in a load's expression.
 
         They are jets by the crank's angle, but plain values in numpy's. Which turn of the load's angle they lie in is the
         anchor's to say, as at the end of a turn rounding could not. The crank's `speed` (rad/s) is the machine's typical one
@@ -947,15 +677,13 @@ class Machine:
         scene = self.scene
         for effort in self.efforts:
             if circuit and effort.load is scene.drive and scene.motor is not None:
-                from flywheel.components.motors import DC, Synchronous  # only machines with a motor pay for it
-
-                if isinstance(scene.motor, DC | Synchronous):
-                    rotorless = replace(scene.motor, inertia=0.0)  # the rotor is an inertia of the scene
-                    builder.include(_MOTOR, rotorless.graph()).bond(f"{_MOTOR}.rotor", effort.place.junction)
+                own = replace(scene.motor, inertia=0.0).graph()  # the rotor is an inertia of the scene
+                if own is not None:
+                    builder.include(_MOTOR, own).bond(f"{_MOTOR}.rotor", effort.place.junction)
                     continue
             moving = effort.uses_speed or effort.uses_time
             per_unknown = effort.per_unknown if effort.depends_on_unknown else None
-            law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.sees, effort.acts)
+            law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.dependencies, effort.acts)
             if balance and effort.depends_on_unknown:
                 law = law._replace(effort=partial(_with_unknown, effort, balance), per_unknown=None)
             part = f"{effort.load.path} on {effort.load.on}"
@@ -989,7 +717,7 @@ class Machine:
                 yield f"{mechanism.name}.{name}", place
 
     def motion_of(self, place: str) -> Motion:
-        """Where the laws at a place take their positions from."""
+        """The motion from which the laws at a place take their positions."""
         return self._motions.get(place.partition(".")[0], self._crank_motion) if "." in place else self._crank_motion
 
     def _motion(self, mechanism: Mechanism) -> Motion:
@@ -1004,6 +732,11 @@ class Machine:
             return family.position(psi, ns, q_anchor + phase)
 
         return Motion(mechanism.shaft, position if stroke is None else along_stroke)
+
+
+def circuit_of(scene: Scene) -> Circuit | None:
+    """The circuit of the drive's motor, where it has states of its own."""
+    return None if scene.motor is None else scene.motor.circuit
 
 
 def scene_of(given: Machine | Scene) -> Scene:
@@ -1042,7 +775,7 @@ def merged(angles: Iterable[float], cycle: float) -> Array:
 
 
 def _unresolved(effort: Effort, error: SwitchingError) -> SceneError:
-    """What keeps an expression from being resolved over the cycle, or the stroke."""
+    """The error of an expression that cannot be resolved over the cycle, or the stroke."""
     span, origin = ("stroke", effort.place.phase) if effort.load.once else ("cycle", 0.0)
     found = str(SwitchingError(error.text, error.near + origin))
     return SceneError([Fault(effort.path, found, f"an expression that can be followed over the {span}")])

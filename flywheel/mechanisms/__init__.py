@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from flywheel.mechanisms.families import Kind
 
+__all__ = ["KINDS", "Kinds", "register"]
+
 
 class Kinds(Mapping[str, "Kind"]):
     """Families of mechanisms by the `type` that scenes call them; a file of ours is imported when its family is needed."""

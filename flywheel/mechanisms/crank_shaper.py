@@ -8,6 +8,7 @@ from math import pi
 from operator import attrgetter
 from typing import Any
 
+from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.functions import atan2, log, sqrt
@@ -105,7 +106,7 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["frame.length"], geometry["rocker.length"]
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a crank-shaper: crank -> rocker -> ram; the block rides on the crank's pin, turning as the rocker."""
     lengths = crank, frame, arm = _lengths(mechanism)
     block, rocker = f.body(mechanism, "block"), f.line("rocker")
@@ -175,6 +176,35 @@ def skeleton(mechanism: Mechanism, position: ShaperPosition) -> f.Skeleton:
     return f.Skeleton(members, joints)
 
 
+def derivation(made: f.Derivation) -> None:
+    """Loop: d + r cos phi = s cos theta, r sin phi = s sin theta, y = L sin theta."""
+    p, phi = made.position, made.driver
+    made.equations(f"d + r*cos({phi}) = s*cos(theta)", f"r*sin({phi}) = s*sin(theta)", "L*sin(theta) = y")
+    made.part(_("Positions"))
+    made.find(
+        "s",
+        f"sqrt(d**2 + r**2 + 2*d*r*cos({phi}))",
+        "m",
+        _("Distance of the block from the rocker's pivot"),
+        found=p.distance,
+    )
+    made.angle("theta", f"atan2(r*sin({phi}), d + r*cos({phi}))", _("Angle of the rocker"), float(p.rocker))
+    made.find("y", "L*sin(theta)", "m", _("Place of the ram"), found=p.ram)
+    made.part(_("Influence coefficients g: the first derivatives"))
+    made.find("s_prime", f"-(r*sin({phi} - theta))", "m")
+    made.find("theta_prime", f"r*cos({phi} - theta)/s", f.ONE, found=p.rocker_rate)
+    made.find("y_prime", "L*cos(theta)*theta_prime", "m", found=p.ram_rate * p.rocker_rate)
+    made.part(_("Their derivatives g′"))
+    made.find("theta_second", "s_prime*(1 - 2*theta_prime)/s", f.ONE, found=p.rocker_slope)
+    found = p.ram_slope * p.rocker_rate + p.ram_rate * p.rocker_slope
+    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", found=found)
+    made.moves(rocker="theta", ram="y")
+    f.block_on_pin(made, "r")
+    made.pinned("rocker_pin", _("Pin at the rocker's end"), ("L", "theta", "theta_prime", "theta_second"), "rocker.pin")
+    made.pivoted("crank", made.driver, "crank")
+    made.pivoted("rocker", "theta", "rocker")
+
+
 KIND = f.Kind(
     "crank-shaper",
     "a block on the crank pin slides along a rocker, whose end drives a ram",
@@ -195,4 +225,7 @@ KIND = f.Kind(
     skeleton=skeleton,
     guides={"ram": "guide"},
     lock_angles=lock_angles,
+    symbols={"crank.length": "r", "frame.length": "d", "rocker.length": "L"},
+    derivation=derivation,
+    main=("rocker", "guide"),
 )

@@ -14,12 +14,12 @@ from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
+from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.functions import acos, acosh
@@ -92,7 +92,7 @@ class Family(NamedTuple):
     `position(psi, ns, anchor=None)` gives the positions at the mechanism's own crank angle psi (rad). `anchor` is
     the angle in the middle of the smooth piece that psi lies in, where a law decides its branches (the other
     families ignore it). `breakpoints` are the angles in [0, period) where a cell must end, for smoothness or
-    resolution; the period is a turn, or that of the mechanism's laws.
+    resolution; `switches` are those at which a law switches. The period is a turn, or that of the mechanism's laws.
     """
 
     velocities: tuple[Velocity, ...]
@@ -101,6 +101,7 @@ class Family(NamedTuple):
     ports: Mapping[str, Port]
     position: Callable[..., Any]
     breakpoints: tuple[float, ...] = ()
+    switches: tuple[float, ...] = ()
 
 
 class Part(NamedTuple):
@@ -166,6 +167,48 @@ class Skeleton(NamedTuple):
     sides: tuple[tuple[tuple[str, str], tuple[str, str], tuple[str, str], int], ...] = ()
 
 
+ONE = ""
+"""The unit of a ratio."""
+
+Arm = tuple[str, str, str, str]
+"""Symbols of a line that turns: its length, its angle, the rate of that and its slope."""
+
+
+class Derivation(Protocol):
+    """Positions of a mechanism as the books derive them, step by step, at one position: a family writes, a report keeps.
+
+    Formulas are texts of symbols; a prime is the derivative by the mechanism's own coordinate, whose symbol is `driver`.
+    """
+
+    mechanism: Mechanism
+    position: Any
+    driver: str
+
+    def equations(self, *equations: str) -> None:
+        """Loop equations, which are solved by what follows."""
+
+    def part(self, title: str) -> None:
+        """Begin a stretch of steps."""
+
+    def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
+        """A step, with the library's own value where it has one."""
+
+    def angle(self, of: str, formula: str, what: str, found: float) -> float:
+        """An angle that a formula gives up to whole turns."""
+
+    def moves(self, **symbols: str) -> None:
+        """Symbols of the displacements of ports, by their names."""
+
+    def pivoted(self, name: str, line: str, velocity: str) -> None:
+        """Centre of mass of a body on a fixed pivot, on a line of that body."""
+
+    def floating(self, name: str, line: str, carrier: Arm) -> None:
+        """Centre of mass of a body whose first pin stands at the end of an arm."""
+
+    def pinned(self, name: str, title: str, arm: Arm, velocity: str) -> None:
+        """A mass at the end of an arm."""
+
+
 class Kind(NamedTuple):
     """A family of mechanisms: all that the toolkit knows of it.
 
@@ -179,6 +222,13 @@ class Kind(NamedTuple):
         reaction and no friction. guides: the slide along which a port moves; other ports are members that turn.
     driver: "turns" in cycles, or from one end of a stroke to the other; "slides" along a stroke; or "either".
     lock_angles: the angles in a turn at which a crank locks that does not turn fully.
+    symbols: of its lengths and angles in formulas and beside dimension lines, by their keys. heights: those that count from
+        the x axis.
+    derivation: its loop equations, their solution and two derivatives for the report, in its symbols.
+    main: what of its motion or its joints is shown first; its ports in their order where nothing is named.
+    nouns: usual names of its bodies beside those of its tables, which pictures translate.
+    smooth: whether a mechanism moves without jumps of its acceleration within its period.
+    starter: a scene to begin with as TOML, of a family that has no file among `flywheel.starters`.
     """
 
     name: str
@@ -192,6 +242,23 @@ class Kind(NamedTuple):
     guides: Mapping[str, str] = MappingProxyType({})
     driver: str = "turns"
     lock_angles: Callable[[Mechanism], list[float]] | None = None
+    symbols: Mapping[str, str] = MappingProxyType({})
+    heights: tuple[str, ...] = ()
+    derivation: Callable[[Derivation], None] | None = None
+    main: tuple[str, ...] = ()
+    nouns: tuple[str, ...] = ()
+    smooth: Callable[[Mechanism], bool] = lambda _: True
+    starter: str = ""
+
+    @property
+    def all_nouns(self) -> tuple[str, ...]:
+        """Names of its bodies as pictures translate them."""
+        return (*self.nouns, *(part.name for part in self.parts))
+
+    @property
+    def shown_first(self) -> tuple[str, ...]:
+        """Names of motions or joints of which one is shown where none is chosen."""
+        return self.main or tuple(self.guides.get(port.name, port.name) for port in self.ports)
 
 
 def has_joints(mechanism: Mechanism) -> bool:
@@ -216,7 +283,8 @@ def build(mechanism: Mechanism, parameters: Mapping[str, float] = MappingProxyTy
         return family
     if kind.lock_angles is not None and kind.locks is not None and kind.locks(mechanism):
         _check_stroke(mechanism, family, within_turn(kind.lock_angles(mechanism)))
-    return family._replace(breakpoints=tuple(_unrolled(family.breakpoints, *mechanism.stroke)))
+    edges, switches = (tuple(_unrolled(angles, *mechanism.stroke)) for angles in (family.breakpoints, family.switches))
+    return family._replace(breakpoints=edges, switches=switches)
 
 
 def _unrolled(angles: Iterable[float], low: float, high: float) -> list[float]:
@@ -309,6 +377,11 @@ class Parts(NamedTuple):
 HERE = (0.0, 0.0)
 CRANK_PART = Part("crank", "turns about a fixed pivot; its first pin is the pivot", (length("pivot to crank pin"),), BODY)
 CRANK = Line("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), lambda _: 1.0)
+
+
+def block_on_pin(made: Derivation, radius: str) -> None:
+    """The derivation of a block that sits on the crank's pin."""
+    made.pinned("block", _("Block on the crank's pin"), (radius, made.driver, "1", "0"), "crank.pin")
 
 
 def line(name: str) -> Line:

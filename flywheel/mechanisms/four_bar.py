@@ -8,6 +8,7 @@ from math import pi
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.functions import atan2, sqrt
@@ -160,7 +161,7 @@ def _bars(mechanism: Mechanism) -> Bars:
     return Bars(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a four-bar: coupler and rocker each straight from the crank, the coupler's mass at its centre."""
     bars = _bars(mechanism)
     parts = f.joined(
@@ -252,6 +253,40 @@ def skeleton(mechanism: Mechanism, position: FourBarPosition) -> f.Skeleton:
     return f.Skeleton(members, joints, (side,))
 
 
+def derivation(made: f.Derivation) -> None:
+    """Loop: r cos phi + c cos chi = d + L cos theta, r sin phi + c sin chi = L sin theta."""
+    p, phi, side = made.position, made.driver, "-" if made.mechanism.assembly != "crossed" else "+"
+    made.equations(
+        f"r*cos({phi}) + c*cos(chi) = d + L*cos(theta)",
+        f"r*sin({phi}) + c*sin(chi) = L*sin(theta)",
+    )
+    made.part(_("Positions, by the diagonal D from the rocker's pivot to the crank's pin"))
+    made.find("D", f"sqrt(d**2 + r**2 - 2*d*r*cos({phi}))", "m", _("Length of the diagonal"))
+    made.find("delta", f"atan2(r*sin({phi}), r*cos({phi}) - d)", "°", _("Angle of the diagonal"))
+    made.find(
+        "rho", "acos((D**2 + L**2 - c**2)/(2*D*L))", "°", _("Angle between diagonal and rocker, by the law of cosines")
+    )
+    made.angle("theta", f"delta {side} rho", _("Angle of the rocker"), float(p.rocker))
+    made.angle(
+        "chi",
+        f"atan2(L*sin(theta) - r*sin({phi}), d + L*cos(theta) - r*cos({phi}))",
+        _("Angle of the coupler"),
+        float(p.coupler),
+    )
+    made.part(_("Influence coefficients g: the first derivatives"))
+    made.find("theta_prime", f"r*sin({phi} - chi)/(L*sin(theta - chi))", f.ONE, found=p.rocker_rate)
+    made.find("chi_prime", f"r*sin({phi} - theta)/(c*sin(theta - chi))", f.ONE, found=p.coupler_rate)
+    made.part(_("Their derivatives g′"))
+    across = f"(r*cos({phi} - chi) + c*chi_prime**2 - L*cos(theta - chi)*theta_prime**2)/(L*sin(theta - chi))"
+    made.find("theta_second", across, f.ONE, found=p.rocker_slope)
+    across = f"(r*cos({phi} - theta) + c*cos(theta - chi)*chi_prime**2 - L*theta_prime**2)/(c*sin(theta - chi))"
+    made.find("chi_second", across, f.ONE, found=p.coupler_slope)
+    made.moves(coupler="chi", rocker="theta")
+    made.pivoted("crank", made.driver, "crank")
+    made.floating("coupler", "chi", ("r", phi, "1", "0"))
+    made.pivoted("rocker", "theta", "rocker")
+
+
 KIND = f.Kind(
     "four-bar",
     "a crank and a rocker on fixed pivots, joined by a coupler",
@@ -278,4 +313,7 @@ KIND = f.Kind(
     locks,
     skeleton,
     lock_angles=lock_angles,
+    symbols={"ground.length": "d", "crank.length": "r", "coupler.length": "c", "rocker.length": "L"},
+    derivation=derivation,
+    main=("rocker",),
 )

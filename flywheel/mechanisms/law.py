@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
-from flywheel.numerics.units import present
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
 
@@ -170,13 +170,15 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
             faults += error.faults
     if faults:
         raise SceneError(faults)
+    switches = tuple(sorted({angle for curve in curves.values() for angle in curve.breakpoints}))
     return Family(
         velocities=tuple(velocity(output) for output in mechanism.outputs),
         masses=tuple(Mass(o.name, o.inertia, o.name) for o in mechanism.outputs if o.inertia != 0),
         weights=(),
         ports=ports,
         position=partial(LawPosition, curves, mechanism.period),
-        breakpoints=tuple(sorted({angle for curve in curves.values() for angle in curve.breakpoints})),
+        breakpoints=switches,
+        switches=switches,
     )
 
 
@@ -271,4 +273,6 @@ KIND = Kind(
     "outputs whose position is given as a function of the crank's angle",
     family,
     keys=(Key("outputs", "tables", "one table per output, each of them a port", required=True),),
+    nouns=("follower", "lever"),
+    smooth=lambda _: False,
 )

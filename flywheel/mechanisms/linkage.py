@@ -17,14 +17,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.numerics import root
 from bondgraph.recording import Recorded
 from flywheel.mechanisms import KINDS, families
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
 from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.functions import is_recorded, present
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.units import is_recorded, present
 from flywheel.scene.keys import Key
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import Mechanism
@@ -108,7 +109,6 @@ def linkage_of(mechanism: Mechanism) -> Linkage:
 
 # -- a period and what is gained in it ---------------------------------------------------------------------------------
 
-_CLOSES = 1e-9
 _TURNS_TRIED = 12
 
 
@@ -135,10 +135,7 @@ def followed(mechanism: Mechanism) -> Cyclic:
     def over(turns: int) -> Cyclic | None:
         """The linkage over that many turns, if every variable has then gained whole turns or nothing."""
         solution = solve(linkage, 0.0, turns * tau)
-        ends = solution.movement(np.array([0.0, turns * tau])).z
-        gain = ends[1] - ends[0]
-        whole = np.where(_are_slides(solution), 0.0, tau * np.round(gain / tau))
-        return Cyclic(solution, turns * tau, whole) if np.abs(gain - whole).max() < _CLOSES else None
+        return None if solution.winding is None else Cyclic(solution, turns * tau, solution.winding)
 
     most = max(round(mechanism.travel / tau), 1)
     if cycle := over(1) or (over(most) if most > 1 else None):
@@ -147,11 +144,6 @@ def followed(mechanism: Mechanism) -> Cyclic:
     returns = next((turns for turns in range(1, _TURNS_TRIED + 1) if over(turns)), None)
     advice = f"it returns after {returns}: set regime.cycle" if returns else f"nor does it within {_TURNS_TRIED} turns"
     raise SceneError([Fault(mechanism.path, found, "a cycle after which it does", advice)])
-
-
-def _are_slides(solution: Solution) -> list[bool]:
-    """Which variables are displacements."""
-    return [solution.linkage.sliding, *(name.startswith("slide") for name in solution.equations.loops.names[1:])]
 
 
 # -- proven bounds over stretches --------------------------------------------------------------------------------------
@@ -251,7 +243,8 @@ class LinkagePosition:
             q = np.asarray(psi, dtype=float)
             parts = [part.T.reshape(-1, *q.shape) for part in solution.movement(np.atleast_1d(q).ravel())]
         by = solution.scale
-        sizes = [solution.unit if sliding else 1.0 for sliding in _are_slides(solution)]
+        slides = solution.linkage.sliding, *(name.startswith("slide") for name in solution.equations.loops.names[1:])
+        sizes = [solution.unit if sliding else 1.0 for sliding in slides]
         return tuple(
             Variable(parts[0][k] * size, parts[1][k] * (size / by), parts[2][k] * (size / by**2))
             for k, size in enumerate(sizes)
@@ -435,13 +428,15 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
             expected = "a point that moves along its direction"
             raise SceneError([Fault(f"{mechanism.path}.ports.{port.name}", found, expected)])
         ports[port.name] = Port(port.name, partial(_place, arms=seen))
+    switches = _switches(cycle)
     return Family(
         velocities=tuple(velocities.values()),
         masses=tuple(masses),
         weights=tuple(weights),
         ports=ports,
         position=Positions(cycle),
-        breakpoints=_breakpoints(cycle),
+        breakpoints=tuple(sorted({*_near_locks(cycle), *switches})),
+        switches=switches,
     )
 
 
@@ -488,18 +483,23 @@ def _constant(ratio: float) -> Ratio:
     return Ratio(lambda _: ratio, lambda _: 0.0)
 
 
-def _breakpoints(cycle: Cyclic) -> tuple[float, ...]:
-    """Where cells must end: where a lock is near, and at the breakpoints of a cam's lift wherever the cam passes them.
+def _near_locks(cycle: Cyclic) -> Iterator[float]:
+    """Yields coordinates of the driver where cells must end because a lock is near.
 
     The steps of the continuation shrink as the distance from a lock does: no cell is wider than some of them.
     """
-    solution, period, _ = cycle
-    nodes = solution.trace.z[:, 0] * solution.scale
-    steps, first, found = np.diff(nodes), 0, set()
+    nodes = cycle.solution.trace.z[:, 0] * cycle.solution.scale
+    steps, first = np.diff(nodes), 0
     for k in range(1, len(steps)):
         if nodes[k + 1] - nodes[first] > _STEPS_A_CELL * steps[first : k + 1].min():
-            found.add(float(nodes[k]))
+            yield float(nodes[k])
             first = k
+
+
+def _switches(cycle: Cyclic) -> tuple[float, ...]:
+    """Coordinates of the driver at which a cam passes a breakpoint of its lift."""
+    solution, period, _ = cycle
+    found: set[float] = set()
     for relation in solution.equations.loops.relations:
         lift = relation.lift
         if lift is None:
@@ -512,8 +512,6 @@ def _breakpoints(cycle: Cyclic) -> tuple[float, ...]:
 
 def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator[float]:
     """Coordinates of the driver at which a form passes an angle, whatever the turn."""
-    from scipy.optimize import brentq  # only cams with pieces pay for it
-
     solution, period, _ = cycle
     low, high = (solution.low, solution.high) if period is None else (0.0, period)
     nodes = np.unique(np.concatenate((solution.trace.z[:, 0] * solution.scale, np.linspace(low, high, 181))))
@@ -530,11 +528,7 @@ def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator
         first, last = sorted((values[k], values[k + 1]))
         a, b = float(nodes[k]), float(nodes[k + 1])
         for whole in range(int(np.ceil(first)), int(np.floor(last)) + 1):
-            at_a, at_b = gap(a, whole), gap(b, whole)
-            if at_a == 0.0 or at_a * at_b > 0.0:
-                yield a
-            else:
-                yield b if at_b == 0.0 else float(brentq(gap, a, b, args=(whole,), xtol=1e-15))
+            yield a if gap(a, whole) * gap(b, whole) > 0.0 else root(lambda q: gap(q, whole), a, b)  # noqa: B023
 
 
 KIND = Kind(
@@ -551,4 +545,6 @@ KIND = Kind(
         Key("ports", "tables", "ports at points of bodies"),
     ),
     driver="either",
+    main=("guide", "slider", "ram", "platen", "yoke", "rocker"),
+    smooth=lambda mechanism: mechanism.linkage is None or all(pair.lift is None for pair in mechanism.linkage.couplings),
 )

@@ -8,6 +8,7 @@ from math import pi, sin
 from operator import attrgetter
 from typing import Any
 
+from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.scene.keys import POINT, Key
 from flywheel.scene.scene import Mechanism
@@ -37,7 +38,7 @@ class YokePosition(f.Position):
         return -self.yoke
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a scotch yoke: the block sits at the crank's pin, the yoke moves along `yoke.direction`."""
     crank = mechanism.geometry["crank.length"]
     direction = mechanism.geometry.get("yoke.direction", 0.0)
@@ -68,6 +69,22 @@ def skeleton(mechanism: Mechanism, position: YokePosition) -> f.Skeleton:
     return f.Skeleton(members, joints)
 
 
+def derivation(made: f.Derivation) -> None:
+    """Loop: x = R cos(phi - delta)."""
+    p, phi = made.position, made.driver
+    at = f"{phi} - delta" if made.mechanism.geometry.get("yoke.direction") else phi
+    made.equations(f"R*cos({at}) = x")
+    made.part(_("Positions"))
+    made.find("x", f"R*cos({at})", "m", _("Place of the yoke"), found=p.yoke)
+    made.part(_("Influence coefficients g: the first derivatives"))
+    made.find("x_prime", f"-(R*sin({at}))", "m", found=p.yoke_rate)
+    made.part(_("Their derivatives g′"))
+    made.find("x_second", f"-(R*cos({at}))", "m", found=p.yoke_slope)
+    made.moves(yoke="x")
+    f.block_on_pin(made, "R")
+    made.pivoted("crank", made.driver, "crank")
+
+
 KIND = f.Kind(
     "scotch-yoke",
     "a crank pin slides in a slot of a yoke that moves along a straight line",
@@ -80,4 +97,7 @@ KIND = f.Kind(
     ports=(f.Displacement("yoke", False, "x = R cos(phi - direction), positive along direction"),),
     skeleton=skeleton,
     guides={"yoke": "guide"},
+    symbols={"crank.length": "R", "yoke.direction": "delta"},
+    derivation=derivation,
+    main=("guide",),
 )

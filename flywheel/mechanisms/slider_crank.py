@@ -8,6 +8,7 @@ from math import pi
 from operator import attrgetter
 from typing import Any
 
+from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.functions import atan2, sqrt
@@ -100,7 +101,7 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["rod.length"], geometry.get("slider.offset", 0.0)
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a slider-crank: rod and slider each straight from the crank, the rod's mass at its centre."""
     lengths = _lengths(mechanism)
     parts = f.joined(
@@ -165,6 +166,33 @@ def skeleton(mechanism: Mechanism, position: SliderPosition) -> f.Skeleton:
     return f.Skeleton(members, joints)
 
 
+def derivation(made: f.Derivation) -> None:
+    """Loop: r cos phi + l cos beta = x, r sin phi + l sin beta = e."""
+    p, phi = made.position, made.driver
+    offset = bool(made.mechanism.geometry.get("slider.offset"))
+    made.equations(f"r*cos({phi}) + l*cos(beta) = x", f"r*sin({phi}) + l*sin(beta) = {'e' if offset else '0'}")
+    made.part(_("Positions"))
+    made.find(
+        "beta",
+        f"asin((e - r*sin({phi}))/l)" if offset else f"-asin(r*sin({phi})/l)",
+        "°",
+        _("Angle of the rod"),
+        found=p.rod,
+    )
+    made.find("x", f"r*cos({phi}) + l*cos(beta)", "m", _("Place of the slider"), found=p.slider)
+    made.part(_("Influence coefficients g: the first derivatives"))
+    made.find("beta_prime", f"-(r*cos({phi}))/(l*cos(beta))", f.ONE, found=p.rod_rate)
+    made.find("x_prime", f"-(r*sin({phi})) - l*sin(beta)*beta_prime", "m", found=p.slider_rate)
+    made.part(_("Their derivatives g′"))
+    made.find("beta_second", f"(r*sin({phi}) + l*sin(beta)*beta_prime**2)/(l*cos(beta))", f.ONE, found=p.rod_slope)
+    made.find(
+        "x_second", f"-(r*cos({phi})) - l*cos(beta)*beta_prime**2 - l*sin(beta)*beta_second", "m", found=p.slider_slope
+    )
+    made.moves(rod="beta", slider="x")
+    made.pivoted("crank", made.driver, "crank")
+    made.floating("rod", "beta", ("r", phi, "1", "0"))
+
+
 KIND = f.Kind(
     "slider-crank",
     "a crank drives a slider along a straight line through a rod",
@@ -187,4 +215,8 @@ KIND = f.Kind(
     skeleton=skeleton,
     guides={"slider": "guide"},
     lock_angles=lock_angles,
+    symbols={"crank.length": "r", "rod.length": "l", "slider.offset": "e"},
+    heights=("slider.offset",),
+    derivation=derivation,
+    main=("guide",),
 )

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import BODY, POINT, Key, length
@@ -264,7 +265,7 @@ CLAMP = f.Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos"
 ROD = f.line("rod")._replace(rate=attrgetter("rod_turn"))
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a toggle clamp: block -> bell crank -> rod and platen; the coupler straight from the block."""
     lengths, mass = bars(mechanism), f.body(mechanism, "block").mass
     weight = () if mass == 0 else (f.Weight("block", mass, pi, "block"),)
@@ -351,6 +352,63 @@ def skeleton(mechanism: Mechanism, position: TogglePosition) -> f.Skeleton:
     return f.Skeleton(members, joints, (side,))
 
 
+def derivation(made: f.Derivation) -> None:
+    """a2 at theta2 and a3 at theta3 reach the block at (-x, a1); a5 at theta5 and a6 at theta6 the platen at (s, 0)."""
+    p, m = made.position, made.mechanism
+    made.equations(
+        "a_2*cos(theta_2) + a_3*cos(theta_3) = -x",
+        "a_2*sin(theta_2) + a_3*sin(theta_3) = a_1",
+        "a_5*cos(theta_5) + a_6*cos(theta_6) = s",
+        "a_5*sin(theta_5) + a_6*sin(theta_6) = 0",
+    )
+    side, ahead = ("-" if m.assembly.startswith("crossed") else "+"), not m.assembly.endswith("-behind")
+    made.part(_("Positions, by the diagonal D from the bell crank's pivot to the block"))
+    made.find("D", "sqrt(a_1**2 + x**2)", "m", _("Length of the diagonal"))
+    made.find("delta", "atan2(a_1, -x)", "°", _("Angle of the diagonal"))
+    made.find(
+        "rho",
+        "acos((D**2 + a_2**2 - a_3**2)/(2*D*a_2))",
+        "°",
+        _("Angle between diagonal and drive arm, by the law of cosines"),
+    )
+    made.angle("theta_2", f"delta {side} rho", _("Angle of the drive arm of the bell crank"), float(p.bell_crank))
+    made.angle(
+        "theta_3", "atan2(a_1 - a_2*sin(theta_2), -x - a_2*cos(theta_2))", _("Angle of the coupler"), float(p.coupler)
+    )
+    made.find("theta_5", "theta_2 + alpha + pi", "°", _("Angle of the clamp arm of the bell crank"), found=p.clamp)
+    made.angle(
+        "theta_6",
+        "-asin(a_5*sin(theta_5)/a_6)" if ahead else "pi + asin(a_5*sin(theta_5)/a_6)",
+        _("Angle of the rod"),
+        float(p.rod),
+    )
+    made.find("s", "a_5*cos(theta_5) + a_6*cos(theta_6)", "m", _("Place of the platen"), found=p.platen)
+    made.part(_("Influence coefficients g: the first derivatives"))
+    made.find("theta_2_prime", "cos(theta_3)/(a_2*sin(theta_2 - theta_3))", "1/m", found=p.bell_crank_rate)
+    made.find("theta_3_prime", "-cos(theta_2)/(a_3*sin(theta_2 - theta_3))", "1/m", found=p.coupler_rate)
+    made.find("theta_6_prime", "-(a_5*cos(theta_5)*theta_2_prime)/(a_6*cos(theta_6))", "1/m", found=p.rod_turn)
+    made.find("theta_5_prime", "theta_2_prime", "1/m")
+    s1 = p.platen_rate * p.bell_crank_rate
+    made.find("s_prime", "-(a_5*sin(theta_5)*theta_2_prime) - a_6*sin(theta_6)*theta_6_prime", f.ONE, found=s1)
+    made.part(_("Their derivatives g′"))
+    text = "-(a_3*theta_3_prime**2 + a_2*cos(theta_2 - theta_3)*theta_2_prime**2)/(a_2*sin(theta_2 - theta_3))"
+    made.find("theta_2_second", text, "1/m²", found=p.bell_crank_slope)
+    text = "(a_2*theta_2_prime**2 + a_3*cos(theta_2 - theta_3)*theta_3_prime**2)/(a_3*sin(theta_2 - theta_3))"
+    made.find("theta_3_second", text, "1/m²", found=p.coupler_slope)
+    made.find("theta_5_second", "theta_2_second", "1/m²")
+    top = "a_5*sin(theta_5)*theta_2_prime**2 - a_5*cos(theta_5)*theta_2_second + a_6*sin(theta_6)*theta_6_prime**2"
+    found = p.rod_slope * p.bell_crank_rate + p.rod_rate * p.bell_crank_slope
+    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", found=found)
+    text = "-(a_5*cos(theta_5)*theta_2_prime**2) - a_5*sin(theta_5)*theta_2_second"
+    text += " - a_6*cos(theta_6)*theta_6_prime**2 - a_6*sin(theta_6)*theta_6_second"
+    found = p.platen_slope * p.bell_crank_rate + p.platen_rate * p.bell_crank_slope
+    made.find("s_second", text, "1/m", found=found)
+    made.moves(block="x", bell_crank="theta_2", coupler="theta_3", rod="theta_6", platen="s")
+    made.pivoted("bell_crank", "theta_5", "bell_crank")
+    made.floating("coupler", "theta_3", ("a_2", "theta_2", "theta_2_prime", "theta_2_second"))
+    made.floating("rod", "theta_6", ("a_5", "theta_5", "theta_5_prime", "theta_5_second"))
+
+
 KIND = f.Kind(
     "toggle-clamp",
     "a sliding block swings a bell crank through a coupler; a rod from the bell crank pushes a platen straight",
@@ -393,4 +451,15 @@ KIND = f.Kind(
     skeleton,
     {"block": "block_guide", "platen": "platen_guide"},
     driver="slides",
+    symbols={
+        "frame.height": "a_1",
+        "bell_crank.drive_length": "a_2",
+        "coupler.length": "a_3",
+        "bell_crank.clamp_length": "a_5",
+        "rod.length": "a_6",
+        "bell_crank.angle": "alpha",
+    },
+    heights=("frame.height",),
+    derivation=derivation,
+    main=("platen_guide",),
 )

@@ -8,14 +8,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.numerics import roots_between
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
+from flywheel.motions.joint_forces import DRIVER as DRIVER
+from flywheel.motions.joint_forces import TIME as TIME
+from flywheel.motions.joint_forces import steady_motion
+from flywheel.motions.simulation import Motion, sampled, switching, time_along
+from flywheel.motions.transients import Transient
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
@@ -24,16 +30,16 @@ from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
 from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit
+from flywheel.reading.fields import Faults
+from flywheel.reading.scenes import build_scene, load
+from flywheel.reading.tables import read_columns
 from flywheel.regime import state
 from flywheel.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from flywheel.motions.simulation import Motion
-    from flywheel.motions.transients import Transient
+from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
 
-DRIVER, TIME = "driver", "time"
 UNSURE = state.EVALUATED * ROUNDING
 
 
@@ -79,12 +85,8 @@ class Course(NamedTuple):
         if not found:
             return at_end
         cell, target = np.array([k for k, _ in found]), np.array([position for _, position in found])
-        a, b, rising = grid[cell], grid[cell + 1], np.sign(q[cell + 1] - q[cell])
-        for _ in range(60):
-            middle = 0.5 * (a + b)
-            above = rising * (self.at(middle).q - target) > 0.0
-            a, b = np.where(above, a, middle), np.where(above, middle, b)
-        pairs = zip((0.5 * (a + b)).tolist(), target.tolist(), strict=True)
+        places = roots_between(lambda at: self.at(at).q - target, grid[cell], grid[cell + 1])
+        pairs = zip(places.tolist(), target.tolist(), strict=True)
         return sorted([*pairs, *at_end])
 
 
@@ -137,7 +139,7 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
 
 
 def _speed(scene: Scene, speed: float) -> str:
-    if scene.reduction_element == "slide":
+    if scene.sliding:
         return f"{figure(speed)} m/s"
     return f"{figure(speed)} rad/s ({figure(speed * 30 / np.pi)} rpm)"
 
@@ -149,11 +151,6 @@ _INVERTED = 1440  # angles between which the time along the cycle is inverted by
 
 def steady(machine: Machine, over: str) -> Course:
     """The steady regime with the scene's flywheel, given or sized, through one cycle."""
-    from flywheel.motions.joint_forces import steady_motion
-    from flywheel.motions.transients import time_along
-    from flywheel.sizing.results import speed_error_over_cycle
-    from flywheel.sizing.sizing import size
-
     scene = machine.scene
     if scene.stroke is not None:
         raise SceneError(
@@ -229,8 +226,6 @@ def steady(machine: Machine, over: str) -> Course:
 
 def along_transient(scene: Scene, given: Transient | Motion) -> Course:
     """A motion that `flywheel.transient` or `flywheel.simulate` followed, with its own estimated error."""
-    from flywheel.motions.transients import Transient, sampled, switching
-
     motion = given.motion if isinstance(given, Transient) else given
     trail = motion.trail
     if trail is None:
@@ -339,7 +334,7 @@ def imposed(
     jumps = np.abs(q[1:, 0] - q[:-1, -1])
     if (jumps > _JUMP * scale).any():
         worst = int(np.argmax(jumps > _JUMP * scale))
-        unit = "m" if scene.reduction_element == "slide" else "rad"
+        unit = "m" if scene.sliding else "rad"
         where = f"{found.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_SHOWN}g} s"
         raise SceneError([Fault("law", where, "a law whose position does not jump")])
     corners = np.abs(rate[1:, 0] - rate[:-1, -1]) > _CORNER * float(np.abs(rate).max())
@@ -373,8 +368,6 @@ def scene_moved(path: Path, law: object, until: float | None) -> Scene:
 
     """
     import tomllib
-
-    from flywheel.reading.scenes import build_scene, load
 
     try:
         return load(path)
@@ -418,7 +411,7 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
     """A SceneError with the first instant at which a law passes a limit."""
     first, last = float(law.edges[0]), float(law.edges[-1])
     faults: list[tuple[float, Fault]] = []
-    sliding = scene.reduction_element == "slide"
+    sliding = scene.sliding
     for what, (low, high) in limits.items():
         for end, sense in ((low, -1.0), (high, 1.0)):
             if not np.isfinite(end):
@@ -464,7 +457,7 @@ def _needed(until: float | None) -> float:
 
 def _formula(scene: Scene, text: str, until: float) -> _Law:
     """A law by an expression of t and the scene's parameters."""
-    dimension = "velocity" if scene.reduction_element == "slide" else "speed"
+    dimension = "velocity" if scene.sliding else "speed"
     try:
         parse_quantity(text, dimension)
     except QuantityError:
@@ -554,16 +547,13 @@ _UNIT = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)")
 
 def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
     """Times (s) and positions (rad or m) of a CSV file, in the units that its header has in brackets."""
-    from flywheel.reading.fields import Faults
-    from flywheel.reading.tables import read_columns
-
     if not path.is_file():
         raise SceneError([Fault("law", f"no file {show(str(path))}", "a CSV file with times and positions")])
     faults = Faults()
     columns = read_columns(path.name, None, path.parent, "law", faults)
     if columns is None:
         raise SceneError(list(faults))
-    position = "length" if scene.reduction_element == "slide" else "angle"
+    position = "length" if scene.sliding else "angle"
     with path.open(encoding="utf-8-sig") as stream:
         head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
     units = [_UNIT.search(name) for name in (*re.split(r"[,;\t]", head), "")[:2]]
@@ -602,12 +592,7 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
         grid = np.linspace(0.0, until, 4001)
         q = jet(grid, grid)[0] - value
         at = np.flatnonzero(np.sign(q[1:]) != np.sign(q[:-1]))
-        a, b, rising = grid[at], grid[at + 1], np.sign(q[at + 1] - q[at])
-        for _ in range(55 if at.size else 0):
-            middle = 0.5 * (a + b)
-            above = rising * (jet(middle, middle)[0] - value) > 0.0
-            a, b = np.where(above, a, middle), np.where(above, middle, b)
-        return 0.5 * (a + b)
+        return roots_between(lambda t: jet(t, t)[0] - value, grid[at], grid[at + 1])
 
     return _Law("a function of t", jet, edges, (), passes)
 

@@ -10,29 +10,31 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.numerics import summits
+from flywheel.components.motors.motor import States
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import MachineMotion, close_positions, port_forces
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.motions.simulation import sampled, time_along
+from flywheel.motions.transients import Transient
 from flywheel.numerics import cells, notebook
-from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
 from flywheel.regime import constant_speed, state, turning_moment
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from flywheel.components.motors.circuit import States
-    from flywheel.motions.transients import Transient
-    from flywheel.sizing.results import Sizing
+from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.results import Sizing
+from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -246,8 +248,6 @@ def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
 
 def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
     """The steady regime of a sizing at crank angles phi (rad), and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
-    from flywheel.sizing.results import speed_error_over_cycle
-
     machine = sizing.machine or machine  # with friction in joints as it is in that regime
 
     if sizing.cycle is None or sizing.run is None:
@@ -297,8 +297,6 @@ def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
 
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times
 def _steady_sizing(machine: Machine) -> Sizing:
-    from flywheel.sizing.sizing import size
-
     return size(machine, simulate=False)
 
 
@@ -312,8 +310,6 @@ def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, 
     if sizing.cycle is None or sizing.run is None:
         time, late = phi / sizing.speed, 0.0 * phi
     else:
-        from flywheel.motions.transients import time_along
-
         time = np.where(phi == 0.0, 0.0, time_along(sizing, phi))
         late = time * float(np.max(omega / motion.omega)) + 0.1 * sizing.rtol * machine.scene.cycle / sizing.speed
     errors = MotionErrors(0.0, omega, alpha, late + 4 * ROUNDING * time, off)
@@ -350,8 +346,6 @@ def along_run(
     run: Transient, times: Array, owners: Indices | None = None, *, inertia: bool = True, friction: bool = True
 ) -> JointForces:
     """Forces in the joints at times (s) of a motion that was followed; at a switch `owners` tell the stretch (the side)."""
-    from flywheel.motions.transients import sampled
-
     trail = run.motion.trail
     assert trail is not None
     owners = trail.owners(times) if owners is None else owners
@@ -364,7 +358,7 @@ def along_run(
 
 
 def _unit_of_speed(scene: Scene) -> str:
-    return "m/s" if scene.reduction_element == "slide" else "rad/s"
+    return "m/s" if scene.sliding else "rad/s"
 
 
 def _errors_along(run: Transient, motion: MachineMotion, states: States) -> MotionErrors:
@@ -380,7 +374,7 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Moti
 
     def acceleration(dphi: float, domega: float, share: float) -> Array:
         place = np.clip(own + dphi, 0.0, machine.scene.cycle)
-        found = dynamics.along(place, anchor, motion.omega + domega, time, np.multiply(states, 1.0 + share))
+        found = dynamics.at_many(place, anchor, motion.omega + domega, time, np.multiply(states, 1.0 + share))
         return np.asarray(found.acceleration)
 
     apart = [
@@ -463,7 +457,7 @@ def close_angles(forces: JointForces, count: int) -> Array:
     machine = forces.machine
     assert machine is not None
     omega = forces.motion.omega
-    if machine.resists and omega.size and (omega == omega[0]).all():
+    if machine.has_joint_friction and omega.size and (omega == omega[0]).all():
         with suppress(SceneError):  # where friction locks there is no moment of it
             machine = machine_of(machine, None if forces.motion.creeps else float(omega[0]))
     return close_positions(machine, count)
@@ -514,14 +508,13 @@ def _extreme_places(
     pairs = [(row, k) for row, near in enumerate(rivals) for k in _highest(values[row], np.flatnonzero(near))]
     rows, tops = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
     low, high = places[before[tops]], places[after[tops]]
-    found, many = np.empty((3, 0)), np.arange(tops.size)
-    for _ in range(_ROUNDS if tops.size else 0):
-        grid = np.linspace(low, high, _FINER, axis=1)
-        there = _both_ways(along(grid.ravel(), np.repeat(tops, _FINER))).reshape(-1, *grid.shape)[rows, many]
-        best = there.argmax(axis=1)
-        low, high = grid[many, np.maximum(best - 1, 0)], grid[many, np.minimum(best + 1, _FINER - 1)]
-        found = np.stack((low, grid[many, best], high))
-    return found.ravel(), np.tile(tops, 3) if tops.size else tops
+
+    def curves(grid: Array) -> Array:
+        every = _both_ways(along(grid.ravel(), np.repeat(tops, _FINER))).reshape(-1, *grid.shape)
+        return np.asarray(every[rows, np.arange(tops.size)])
+
+    found = summits(curves, low, high, _FINER, _ROUNDS)
+    return np.concatenate((found.low, found.place, found.high)), np.tile(tops, 3)
 
 
 def _both_ways(forces: JointForces) -> Array:
@@ -554,7 +547,8 @@ def axis(forces: JointForces, over: str) -> Axis:
     """
     machine, motion, anchor = forces.machine, forces.motion, forces.motion.anchor
     assert machine is not None
-    switched = np.diff(machine.anchors(motion.own(machine) if anchor is None else anchor.phi)) != 0.0
+    own = motion.own(machine) if anchor is None else anchor.phi
+    switched = np.diff(middles(machine.switches, own)) != 0.0
     if anchor is not None:  # a new stretch without a new piece begins at a time or a speed
         piece = (
             np.searchsorted(machine.restarts, anchor.phi)
@@ -570,7 +564,7 @@ def axis(forces: JointForces, over: str) -> Axis:
         raise SceneError([Fault("over", f"time, of forces {forces.condition}", expected, advice)])
     if over == TIME and motion.time is not None:
         return Axis("t", "s", motion.time, motion.time[first])
-    if machine.scene.reduction_element == "slide":
+    if machine.scene.sliding:
         return Axis("x", "m", motion.phi, motion.phi[first])
     return Axis("phi", "deg", degrees := np.degrees(motion.phi), degrees[first])
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,19 +17,17 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.families import build
+from flywheel.mechanisms.families import build, has_joints
 from flywheel.mechanisms.linkages.positions import Track
 from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
+from flywheel.motions.simulation import Motion
+from flywheel.motions.transients import Transient
 from flywheel.numerics import arguments, cells, notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
-from flywheel.scene.linkage import CRANK, PIN, SLIDE, SLOT, straight
+from flywheel.scene.linkage import CRANK, PIN, SLIDE, SLOT, offered, straight
 from flywheel.scene.scene import TURN, Mechanism, Scene
-
-if TYPE_CHECKING:
-    from flywheel.motions.simulation import Motion
-    from flywheel.motions.transients import Transient
 
 Array = NDArray[np.float64]
 
@@ -62,7 +60,7 @@ def places(
     """
     found: dict[str, Place] = {}
     other: dict[str, str] = {}
-    sliding = scene.reduction_element == "slide"
+    sliding = scene.sliding
     if not (sliding and mechanisms):
         for name, ratio in {scene.reduction_element: 1.0, **scene.shafts}.items():
             if not sliding or name == scene.reduction_element:
@@ -71,7 +69,7 @@ def places(
     for mechanism in mechanisms:
         ratio = scene.shafts[mechanism.shaft]
         psi, middle = ratio * own + mechanism.phase, ratio * anchor + mechanism.phase
-        if mechanism.type == "law":
+        if mechanism.outputs:
             moving, names = _outputs(mechanism, psi, middle, scene.parameters), dict[str, str]()
         else:
             moving, names = _bodies_and_joints(mechanism, psi)
@@ -168,12 +166,11 @@ def edges_of(scene: Scene) -> Array:
     cycle = scene.cycle
     found = [np.array([0.0, cycle])]
     for mechanism in scene.mechanisms:
-        cams = mechanism.linkage is not None and any(pair.lift is not None for pair in mechanism.linkage.couplings)
-        if mechanism.type != "law" and not cams:
+        if KINDS[mechanism.type].smooth(mechanism):
             continue
         breaks = np.array(build(mechanism, scene.parameters).breakpoints)
         ratio = scene.shafts[mechanism.shaft]
-        period = mechanism.period if mechanism.type == "law" else solution_of(mechanism)[1]
+        period = solution_of(mechanism)[1] if has_joints(mechanism) else mechanism.period
         if period is None:
             found.append((breaks - mechanism.phase) / ratio)
         else:
@@ -298,9 +295,7 @@ class Kinematics:
         """What it is of, instead of every curve."""
         return f"Kinematics({len(self.curves)} curves at {self.q.size} positions over {self.over}, {self.condition!r})"
 
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
+    _repr_html_ = notebook.html
 
     @property
     def axis(self) -> Array:
@@ -310,11 +305,23 @@ class Kinematics:
     @property
     def sliding(self) -> bool:
         """Whether the driver slides."""
-        return self.scene.reduction_element == "slide"
+        return self.scene.sliding
 
     @cached_property
     def _survey(self) -> Survey:
         return survey(Moving(self.scene), self.course, self.over, tuple(self.curves))
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the curves that are ports of mechanisms, where loads may act."""
+        ports: list[str] = []
+        for mechanism in self.scene.mechanisms:
+            names = [*(port.name for port in KINDS[mechanism.type].ports), *(output.name for output in mechanism.outputs)]
+            if mechanism.linkage is not None:
+                names = list(offered(mechanism.linkage, [port.name for port in mechanism.points]))
+            full = [f"{mechanism.name}.{name}" for name in names]
+            ports += [self.other_names.get(name, name) for name in full]
+        return tuple(name for name in dict.fromkeys(ports) if name in self.curves)
 
     @property
     def breakpoints(self) -> Array:

@@ -162,7 +162,7 @@ def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLik
     held = np.broadcast_to(held, total.shape)
     short = ~(held >= 0.0)
     if short.any():
-        where = told(float(positions[short].flat[0]), _sliding(machine.scene))
+        where = told(float(positions[short].flat[0]), machine.scene.sliding)
         found = f"{float(held[short].flat[0]):g} J at {where}"
         raise SceneError([Fault("energy", found, "0 or above", "the machine stops before it gets there")])
     return np.asarray(np.sqrt(2.0 * held / total))
@@ -294,7 +294,7 @@ def _moving(
     phi, total, parts = _inertia(machine, phi, flywheel)
     scene = machine.scene
     path = scene.mechanisms[0].path if scene.mechanisms else "inertia"
-    _refuse_still(path, phi, total, _scale(machine, flywheel) if scale is None else scale, _sliding(scene))
+    _refuse_still(path, phi, total, _scale(machine, flywheel) if scale is None else scale, scene.sliding)
     return phi, total, parts
 
 
@@ -310,10 +310,6 @@ def _scale(machine: Machine, flywheel: float) -> float:
     """The greatest I* of positions over the cycle."""
     probes = machine.scene.origin + machine.mesh[-1] * (np.arange(_PROBES) + 0.5) / _PROBES
     return float(_inertia(machine, probes, flywheel)[1].max())
-
-
-def _sliding(scene: Scene) -> bool:
-    return scene.stroke is not None and scene.stroke.sliding
 
 
 def _refuse_still(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) -> None:

@@ -1,21 +1,323 @@
-"""Heat of a motor's start along a motion: integrals of current and heat up to its end, against what the motor bears."""
+"""A motor's start: the load at rest on its shaft, the run-up through its torque map, and the heat of it all.
+
+In order: what acts at rest, and the torque that carries the machine there (`load_at_rest`); the run-up through a table of
+net moment by angle and speed (`mapped_run_up`), which is quick and good to about a thousandth; and the heat of a start along
+a motion that was followed in time (`start_heat`).
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors import DC, Induction, Started
-from flywheel.regime.free_motion import Trail
+from flywheel.components.motors import Connection, Motor, Started, Switch
+from flywheel.components.motors.starting import as_started
+from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.equation import Moments
+from flywheel.machine.machine import DRIVE, Anchor, Machine
+from flywheel.numerics import cells
+from flywheel.regime.trail import Start, Trail
 
 Array = NDArray[np.float64]
 
-_GAUSS = 10  # nodes in a step
 _WHOLE = 1e-9  # by which a number of starts may miss a whole one
+_SPEEDS = 160  # rows of a torque map, evenly from rest to the speed that is to be reached
+_WIDEST, _CLOSER = 1 / 12, 1 / 8  # of the cycle: a cell of a torque map; of the way, where a start takes less than a cycle
+_NEAR = 1e-9  # of the cycle: edges nearer than this are one
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
+_SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
+_OFF = 0.01  # of the greatest push of a drive: with less it is off
+_MOST_TURNS = 5_000  # that a run-up is followed for
+_SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0  # of a square at both ends of a step and in its middle
+_SAME_SPEED = 1e-9  # share of the energy that a cycle must add, or the machine stays at its speed
+
+
+# -- at rest -----------------------------------------------------------------------------------------------------------
+
+
+def torque_at_rest(motor: Motor) -> float:
+    """The greatest torque (N m) that a motor gives at rest: of the connections that time alone takes it through.
+
+    >>> from flywheel.components.motors import DC, Switch, resistance_steps
+    >>> from dataclasses import replace
+    >>> motor = DC(voltage=100.0, resistance=1.0, constant=0.5)
+    >>> stepped = replace(motor, start=resistance_steps(motor, [4.0, 1.0], [Switch(time=1.0), Switch(speed=50.0)]))
+    >>> torque_at_rest(motor), torque_at_rest(stepped)
+    (50.0, 25.0)
+    """
+    connections = () if motor.start is None else motor.start.connections
+    found = []
+    for connection in connections:
+        own = Started(own=motor, connections=(connection,), times=())
+        found.append(float(own.torque_at(0.0, connection.ramp or connection.until.time or 0.0)))
+        if connection.until.time is None:
+            return max(found)
+    return max([*found, motor.starting_torque])
+
+
+def load_at_rest(machine: Machine, phi: Array) -> Array:
+    """The torque (N m, on the motor's shaft) that just carries a machine at rest at crank angles (rad), about to start.
+
+    What every part needs passes through each mesh between it and the motor, and each takes its share: on the way from the
+    motor a mesh of efficiency eta asks for 1/eta of what it gives, one that gets power back gives eta of it.
+
+    Valid for rigid shafts; friction in joints is left out. Source: the balance of powers at a vanishing speed.
+
+    >>> import flywheel
+    >>> press = {"shafts": {"a": {"ratio": 2.0, "efficiency": 0.5}, "motor": {"ratio": 3.0, "on": "a", "efficiency": 0.5}},
+    ...          "load": [{"on": "crank", "torque": "-180 N m"}], "drive": {"on": "motor", "torque": "200 N m"}}
+    >>> load_at_rest(Machine(flywheel.load(press)), np.zeros(1)).tolist()
+    [120.0]
+    """
+    scene, stages, anchor = machine.scene, machine.stages, machine.anchors(phi)
+    onset = ONSET * machine.typical_speed
+    needed: list[Array] = []
+    for stage in stages:
+        station = stage.reduction.at(phi, anchor)
+        still = sum(value for part, value in station.moments(0.0).items() if part != "drive")
+        laws = station.contributions(0.0, 0.0, onset, 0.0) if stage.reduction.moves else []
+        moving = sum(effort for element, effort, _ in laws if not element.name.startswith(DRIVE))
+        needed.append(np.zeros(phi.shape) - still - moving)
+    way = [next(k for k, stage in enumerate(stages) if stage.drives)]
+    while way[-1]:
+        way.append(stages[way[-1]].near)
+    for k in range(len(stages) - 1, 0, -1):
+        if k not in way:
+            needed[stages[k].near] = needed[stages[k].near] + _with_mesh_losses(needed[k], stages[k].efficiency)
+    total = needed[0]
+    for k in way[-2::-1]:
+        total = needed[k] + _with_mesh_losses(total, stages[k].efficiency)
+    assert scene.drive is not None
+    return np.asarray(total / scene.shafts[scene.drive.on])
+
+
+def _with_mesh_losses(passed: Array, efficiency: float) -> Array:
+    """What the giving side of a mesh feels of a torque that passes it, or that comes back."""
+    return np.where(passed > 0.0, passed / efficiency, passed * efficiency)
+
+
+def moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
+    """M* as the machine sets out from rest at t (s), and how large the moments in it are, there and over the cycle.
+
+    It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.
+    """
+    machine = dynamics.machine
+    phi = within(machine, begin.phi)
+    place = Anchor(float(machine.anchors(phi)), ONSET * machine.typical_speed, t, tuple(1.0 for _ in machine.stages))
+    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.states)
+    around = _around(machine)
+    still = np.zeros_like(around)
+    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.states)
+    largest = sum(float(np.abs(part).max()) for part in over.values())
+    return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
+
+
+def within(machine: Machine, phi: float) -> float:
+    """A position within the cycle, or along the stroke."""
+    return phi if machine.scene.stroke is not None else phi % machine.scene.cycle
+
+
+def _around(machine: Machine) -> Array:
+    """Positions all over the cycle, or the stroke, in every piece of it."""
+    return np.asarray((machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel())
+
+
+def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
+    """Whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed that the motion had.
+
+    One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine
+    stop; any other was too weak.
+    """
+    machine = dynamics.machine
+    speeds = np.unique(np.append(np.abs(trail.ends()[1]), 0.0))
+    speeds = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _SEEN)).astype(int)]
+    axes = _around(machine), speeds, np.linspace(last, 0.0, _SEEN)
+    phi, omega, time = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
+    onset = np.maximum(omega, ONSET * machine.typical_speed)
+    place = Anchor(machine.anchors(phi), onset, time, tuple(1.0 for _ in machine.stages))
+    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * omega)
+    drive = dynamics.moments(phi, place, omega, time, states).get("drive", np.zeros(phi.size))
+    return bool(drive[time == last].max() > _OFF * max(float(drive.max()), 0.0))
+
+
+# -- the run-up through a torque map ----------------------------------------------------------------------------------
+
+
+class RunUp(NamedTuple):
+    """A run-up: how long it takes (s), its turns of the crank, and the integral of (I/I_n)² dt of the windings (s).
+
+    current_squared: None where the motor's kind or plate does not tell its current.
+    speed: of the crank at the end, rad/s: the one that was to be reached, 0 where the machine stops, or where it stays.
+    reached: whether that speed was reached; None where it would take more turns than are followed.
+    stop: crank angle (rad) at which it stops again; None where it does not.
+    """
+
+    time: float
+    turns: float
+    current_squared: float | None
+    speed: float
+    reached: bool | None
+    stop: float | None = None
+
+
+def maps(motor: Motor) -> bool:
+    """Whether a motor's start may be followed through torque maps: its torque depends on speed alone in each connection."""
+    return motor.start is None or not any(connection.ramp for connection in motor.start.connections)
+
+
+def mapped_run_up(machine: Machine, inertia: float, at: float, target: float) -> RunUp:
+    """The run-up of a machine from rest at a crank angle to a crank speed, through its motor's connections.
+
+    Net moments F = dE/dphi, mesh losses with what accelerates included, are tabled over angles and speeds; the kinetic
+    energy E = (I* + J) omega²/2 then follows from node to node, and the time from dt = dphi/omega.
+
+    Args:
+        machine: driven by a motor; where its torque has states of its own they are taken as steady at every speed.
+        inertia: J of the flywheel, kg m² on the crank.
+        at: crank angle, rad.
+        target: speed to be reached in the last connection, rad/s.
+
+    Raises:
+        SceneError: for laws that are not defined somewhere on the way.
+
+    A step from omega to omega' gives I omega'²/2 = E + w F at their mean, F as a line in omega: a quadratic, of order 2,
+    stable where torque falls steeply, and exact in the cycle's work at a constant speed. Valid for loads
+    that do not depend on time, and connections without a ramp (`maps`).
+
+    >>> import flywheel
+    >>> fan = {"drive": {"motor": {"type": "line", "starting_torque": 10, "slope": 1}}, "flywheel": {"inertia": 2}}
+    >>> run = mapped_run_up(Machine(flywheel.load(fan)), 2.0, 0.0, 9.5)
+    >>> run.reached, round(run.time, 2), round(2 * math.log(20), 2)
+    (True, 5.99, 5.99)
+
+    """
+    found = _run_up(machine, inertia, at, target, _mesh(machine, at))
+    way = 2 * math.pi * found.turns
+    if not 0.0 < way < 0.5 * machine.scene.cycle:
+        return found
+    return _run_up(machine, inertia, at, target, _mesh(machine, at, way))
+
+
+def _mesh(machine: Machine, at: float, way: float = 0.0) -> cells.Cells:
+    """Cells of a torque map, an edge of which is where the start begins; finer along the way that is given (rad)."""
+    cycle = machine.scene.cycle
+    edges = np.unique(np.append(machine.restarts, [at % cycle, min(at % cycle + way, cycle)]))
+    edges = edges[np.diff(edges, prepend=-1.0) > _NEAR * cycle]
+    edges[-1] = cycle
+    while True:
+        ahead = (edges[:-1] - at) % cycle < (1.0 - _NEAR) * way
+        wide = np.diff(edges) > np.where(ahead, _CLOSER * way, _WIDEST * cycle)
+        if not wide.any():
+            return cells.cells(edges)
+        edges = cells.bisected(edges, wide)
+
+
+def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: cells.Cells) -> RunUp:
+    motor, drive = machine.scene.motor, machine.scene.drive
+    assert motor is not None
+    assert drive is not None
+    ratio = machine.scene.shafts[drive.on]
+    legs = [*(() if motor.start is None else motor.start.connections), Connection(motor, Switch(time=math.inf))]
+    place, energy, clock, turned, squared, known = at, 0.0, 0.0, 0.0, 0.0, True
+    for k, leg in enumerate(legs):
+        last = k + 1 == len(legs)
+        running = Started(own=motor, connections=(leg,), times=())
+        table = _Map(machine if last else _driven_by(machine, running), inertia, target, mesh)
+        level = target if last else math.inf if leg.until.speed is None else leg.until.speed / ratio
+        end = math.inf if last or leg.until.time is None else leg.until.time
+        steps = table.followed(place, energy, level, end - clock)
+        ends = steps.omega if steps.omega.size else np.zeros((1, 2))
+        within = ratio * np.stack((ends[:, 0], ends.mean(axis=1), ends[:, 1]))
+        share = running.windings_at(within, np.zeros(within.shape))
+        known = known and share is not None and motor.current_share(0.0) is not None
+        if share is not None and steps.omega.size:
+            squared += float(steps.lasting @ (_SIMPSON @ share**2))
+        place, energy = steps.place, steps.energy
+        clock, turned = clock + float(steps.lasting.sum()), turned + steps.way / (2 * math.pi)
+        if steps.stop is not None or not steps.done:
+            break
+    speed = 0.0 if steps.stop is not None or not steps.omega.size else float(steps.omega[-1, 1])
+    reached = False if steps.stop is not None else steps.done
+    return RunUp(clock, float(turned), squared if known else None, target if reached else speed, reached, steps.stop)
+
+
+def _driven_by(machine: Machine, motor: Motor) -> Machine:
+    """The machine with another motor in the place of its own."""
+    scene = machine.scene
+    assert scene.drive is not None
+    return Machine(replace(scene, drive=scene.drive._replace(law=motor.law()), motor=motor), machine.friction)
+
+
+class _Steps(NamedTuple):
+    """A stretch of a run-up: how long each step lasts (s), its first and last speed (rad/s), and how the stretch ends."""
+
+    lasting: Array
+    omega: Array
+    place: float
+    energy: float
+    way: float
+    done: bool | None
+    stop: float | None
+
+
+class _Map:
+    """Net moment of a machine (N m, on the crank) by node of the cycle and speed, its inertia with the flywheel by node."""
+
+    def __init__(self, machine: Machine, inertia: float, fastest: float, mesh: cells.Cells) -> None:
+        moments = Moments(machine, mesh, local=True)
+        speeds = np.linspace(0.0, 1.02 * fastest, _SPEEDS)
+        asked = np.maximum(speeds, ONSET * machine.typical_speed)[:, None, None] + np.zeros(mesh.phi.shape)
+        states = () if moments.circuit is None else moments.circuit.steady(moments.drive_ratio * asked)
+        found = moments.rate(asked, 0.0, inertia, states).moment
+        self.phi, self.cycle = mesh.phi.ravel(), float(mesh.edges[-1])
+        self.weights = cells.node_weights(mesh)
+        self.inertias = moments.inertia.ravel() + inertia
+        self.moments = found.reshape(_SPEEDS, -1).T
+        self.spacing = float(speeds[1])
+
+    def followed(self, place: float, energy: float, level: float, lasting: float) -> _Steps:
+        """From a place and an energy on, until a speed (rad/s) or a time (s) is reached, or nothing drives it on."""
+        rows, weights, inertias = self.moments.tolist(), self.weights.tolist(), self.inertias.tolist()
+        count, spacing, node = len(rows), self.spacing, int(np.searchsorted(self.phi, place % self.cycle)) % self.phi.size
+        times, speeds, clock, way = list[float](), list[tuple[float, float]](), 0.0, 0.0
+        omega = math.sqrt(2.0 * energy / inertias[node])
+        done: bool | None = omega >= level or lasting <= 0.0
+        stop, before = None, energy
+        for k in range(0 if done else math.ceil(count * _MOST_TURNS * 2 * math.pi / self.cycle)):
+            row, half, weight = rows[node], 0.5 * inertias[node], weights[node]
+            omega = math.sqrt(energy / half)
+            below = min(int(omega / spacing), _SPEEDS - 2)
+            slope = (row[below + 1] - row[below]) / spacing
+            moment = row[below] + slope * (omega - below * spacing)
+            linear, square = 0.5 * weight * slope, energy + weight * (moment - 0.5 * slope * omega)
+            root = linear * linear + 4.0 * half * square
+            after = (linear + math.sqrt(root)) / (2.0 * half) if root >= 0.0 else 0.0
+            if after <= 0.0:
+                stop = float(self.phi[node])
+                break
+            step = 2.0 * weight / (omega + after)
+            part = min(1.0, (level - omega) / (after - omega) if after > level else 1.0, (lasting - clock) / step)
+            energy = half * (omega + part * (after - omega)) ** 2
+            times.append(part * step)
+            speeds.append((omega, omega + part * (after - omega)))
+            clock, way, node = clock + part * step, way + part * weight, (node + 1) % count
+            if after >= level or clock >= lasting:
+                done = True
+                break
+            if (k + 1) % count == 0:
+                if math.isinf(lasting) and energy - before <= _SAME_SPEED * energy:
+                    break
+                before = energy
+        else:
+            done = done or None
+        return _Steps(np.array(times), np.array(speeds).reshape(-1, 2), float(self.phi[node]), energy, way, done, stop)
+
+
+# -- its heat along a motion -------------------------------------------------------------------------------------------
 
 
 class StartHeat(NamedTuple):
@@ -96,21 +398,17 @@ def start_heat(trail: Trail) -> StartHeat | None:
     thermal limit); NEMA MG 1, part 12 (two starts of a cold motor, one of a warm one).
     """
     motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
-    own = motor.own if isinstance(motor, Started) else motor
-    if not isinstance(own, (Induction, DC)) or trail.dynamics.circuit is not None or not trail.stretches:
+    if motor is None or trail.dynamics.circuit is not None or not trail.stretches:
         return None
-    running = motor if isinstance(motor, Started) else Started(own=own, connections=(), times=())
+    running = as_started(motor)
+    own = running.own
+    if own.heated is None:
+        return None
     rated = None if own.rated is None else trail.time_to(own.rated.speed / ratio)
     over = rated is not None and len(running.times) >= len(running.connections)
     end = max([rated or 0.0, *running.times]) if over else float(trail.t[-1])
     squared, winding, added = _integrals(trail, running, end)
-    known = squared is not None and (isinstance(own, Induction) or own.rated_current is not None)
-    stator = own.rated_stator_heat if isinstance(own, Induction) else None
-    warm = cold = None
-    if isinstance(own, Induction):
-        locked = float(own.current_share(0.0)) ** 2
-        times = own.plate.locked_rotor_time, own.plate.locked_rotor_time_cold
-        warm, cold = (None if time is None else locked * time for time in times)
+    known, stator = squared is not None and own.current_share(0.0) is not None, own.rated_stator_heat
     title = "direct on line" if own.start is None else own.start.title
     return StartHeat(
         title=title,
@@ -121,19 +419,14 @@ def start_heat(trail: Trail) -> StartHeat | None:
         winding=winding,
         added=added,
         stator=None if stator is None or squared is None else stator * squared,
-        allowed=warm,
-        allowed_cold=cold,
+        allowed=own.locked_rotor_limit(),
+        allowed_cold=own.locked_rotor_limit(cold=True),
     )
 
 
 def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None, float, float]:
     """Integrals over time up to an end (s): of the windings' current over the rated one squared (s), of both heats (J)."""
-    points, weights = np.polynomial.legendre.leggauss(_GAUSS)
-    first, last = trail.t[:-1], np.minimum(trail.t[1:], end)
-    used = np.flatnonzero(last > first)
-    half = 0.5 * (last - first)[used, None]
-    times = (first[used, None] + half * (1.0 + points)).ravel()
-    lasting, owners = (half * weights).ravel(), np.repeat(used, _GAUSS)
+    times, owners, lasting = trail.gauss(end)
     omega = trail.dynamics.ratio * trail.states(times, owners)[1]
     within = trail.anchors(owners)[1].time
     current = running.windings_at(omega, times, within)

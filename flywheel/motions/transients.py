@@ -1,43 +1,60 @@
 """A machine followed in time from a start to an end: run-up, run-down, load step, stall.
 
 In order: what ends a motion (`until`), `transient` itself with its start, its goals and how it ended, the record of the
-motion (`Transient`), what the machine does along it (`sampled`, `energy_of`, `peak`), its errors, and the steady regime that
-it comes to (`regime_of`, `time_along`).
+motion (`Transient`) and the errors of its figures.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from flywheel.components.motors import DC, Induction, Motor, Started, TwoAxisInduction
-from flywheel.machine.dynamics import ONSET, Dynamics
-from flywheel.machine.machine import Anchor, Machine
-from flywheel.motions.simulation import Motion, actual, motion_from
-from flywheel.numerics import cells, notebook
+from bondgraph.numerics import root
+from flywheel.components.motors import Motor, Started
+from flywheel.components.motors.starting import as_started
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Machine, circuit_of
+from flywheel.motions.simulation import (
+    Energy,
+    Indices,
+    Motion,
+    Peak,
+    Peaks,
+    Regime,
+    Samples,
+    actual,
+    column,
+    energy_of,
+    highest,
+    motion_from,
+    peaks_of,
+    regime_of,
+    sampled,
+    samples_of,
+    speed_at,
+    states_at,
+)
+from flywheel.motions.starting import StartHeat, drive_acts, moment_at_rest, start_heat, within
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, held_by, neighbours, straight
-from flywheel.regime.joint_friction import machine_of
+from flywheel.regime.free_motion import Goal, Passing, Watching, end_of_stroke, friction_of, held_by, neighbours, straight
+from flywheel.regime.joint_friction import dynamics_of, machine_of
 from flywheel.regime.state import own_coordinate
+from flywheel.regime.trail import Start, Trail
 from flywheel.scene.scene import TURN, Scene
-from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
-if TYPE_CHECKING:
-    from flywheel.motions.starting import StartHeat
-
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # -- what ends a motion -----------------------------------------------------------------------------------------------
 
@@ -117,11 +134,6 @@ _SHORT = 1e-9  # the same, before a speed counts as out of reach
 _SHORT_OF_IT = ("stop", "stall", "creep", "stroke")
 _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
 _BALANCED = 64 * ROUNDING
-_MORE = 1e-9  # current than balances the load: so that the machine moves on, and not back
-_ONSET = 1e-15  # of a locked motor's states, with which it starts what no load holds
-_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
-_SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
-_OFF = 0.01  # of the greatest push of a drive: with less it is off
 
 
 @np.errstate(all="ignore")  # as in `flywheel.simulate`
@@ -158,10 +170,10 @@ def transient(
     Raises:
         SceneError: where the machine does not start, has no regime where one is asked for, or cannot be followed.
 
-    A motion ends early where the machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop`
-    without one, or where it is off by then or brakes. For a time, what has neither drive nor loads is let go and swings both
-    ways, as a pendulum does; so does what has friction in its joints. At a step of load or drive (an expression of `t`)
-    stepping starts afresh.
+    For a time, the machine is followed wherever it goes, through rests, back and forth; at rest dry laws hold it until
+    something drives it away (forwards, where either way were possible). With any other end the motion ends early where the
+    machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop` without one, or where it is off by
+    then or brakes. At a step of load or drive (an expression of `t`) stepping starts afresh.
 
     >>> import math, flywheel
     >>> fan = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "10 - omega"}, "flywheel": {"inertia": 0}}
@@ -176,14 +188,15 @@ def transient(
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
     asked = goal.kind in ("regime", "share") or start == "regime" or (machine.scene.unknown is not None and balance is None)
-    setting = _setting(machine, drive, inertia, balance, asked or not machine.resists)
-    if goal.kind == "stop" and machine.resists and not _is_pressed(setting.machine):
+    circuit = circuit_of(machine.scene)
+    dear = machine.has_joint_friction or (circuit is not None and len(circuit.names) > 1)
+    setting = _setting(machine, drive, inertia, balance, asked or not dear)
+    if goal.kind == "stop" and machine.has_joint_friction and not _is_pressed(setting.machine):
         found = (
             "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
         )
         raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
-    let_go = setting.machine.scene.drive is None and not setting.machine.scene.loads  # weights and springs alone move it
-    goes_on = goal.kind == "time" and (let_go or setting.dynamics.holds)
+    goes_on = goal.kind == "time"  # through rests, back and forth
     starting = None if setting.motor is None or start == "regime" else setting.motor.start
     if starting is not None:
         setting = setting.started(())
@@ -192,10 +205,11 @@ def transient(
     if starting is not None:
         setting, held = _switched(setting, begin, goal, rtol, watching)
     goals, limit = _goals(setting, begin, goal)
-    goals = goals[goes_on:]
     motion = motion_from(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
     trail = motion.trail
     assert trail is not None
+    if not goes_on and all(stretch.anchor.direction == 0.0 for stretch in trail.stretches):
+        raise SceneError([_never_started(setting, trail)])
     reason, ended = _ending(setting, trail, motion, goal, limit)
     regime, scene = setting.regime, setting.machine.scene
     if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
@@ -203,7 +217,10 @@ def transient(
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
-    messages += _held_at_rest(setting.dynamics, begin)
+    if begin.omega == 0.0 and trail.stretches[0].anchor.direction == 0.0 and not trail.stuck:
+        rest = next((k for k, stretch in enumerate(trail.stretches) if stretch.anchor.direction), len(trail.stretches))
+        messages.append(f"held at rest by {friction_of(setting.machine)} for {trail.t[rest]:.6g} s")
+    messages += _reversal(setting, trail, goes_on)
     if held:
         messages.append(held)
     expected = scene.has_flywheel or goal.kind == "regime"
@@ -257,17 +274,24 @@ def run_down(
     return transient(machine, start=start, end=end, drive=False, **given)
 
 
-def _held_at_rest(dynamics: Dynamics, begin: Start) -> list[str]:
-    """What is to be said of a motor whose states are not those of one just switched on, where it starts from rest."""
-    circuit = dynamics.circuit
-    if circuit is None or begin.omega:
+def _reversal(setting: Setting, trail: Trail, goes_on: bool) -> list[str]:
+    """What is to be said of a driven machine that turns back: where, and against which moment."""
+    states, machine = trail.ends(), setting.machine
+    back = np.flatnonzero(states[1] < -_CREEPING * np.abs(states[1]).max())
+    if not goes_on or machine.scene.drive is None or not back.size:
         return []
-    if all(abs(state) <= 2 * _MORE * size for state, size in zip(begin.states, circuit.scales, strict=True)):
-        return []
-    if len(begin.states) == 1:
-        held = f"{begin.states[0]:.6g} {circuit.names[0].unit}, with which its motor carries the load at rest"
-        return [f"held at rest until the {circuit.names[0].name} has risen to {held}; time counts from then on"]
-    return ["held at rest until its motor's own states have settled: before, the load would turn it back; time counts then"]
+    k, last = int(back[0]) - 1, np.zeros(1)
+    before = np.flatnonzero(states[1, : k + 1] > 0.0)
+    if before.size:
+        step = trail.stretches[k].step
+        last = np.array([root(lambda t: float(step.dense(t)[1]), step.start, step.end)])
+    at = trail.states(last, np.array([k]))[:, 0]
+    stands = Start(float(at[0]), 0.0, tuple(at[3:].tolist()))
+    moment = f"{moment_at_rest(setting.dynamics, stands, float(last[0]))[0]:.6g} N m"
+    if not before.size:
+        return [f"goes back from its start, where M* is {moment}"]
+    phi = within(machine, float(at[0]))
+    return [f"stalled at {machine.where(phi)} after {last[0]:.6g} s and turned back: M* at rest there is {moment}"]
 
 
 def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> None:
@@ -281,7 +305,7 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
     wanted = [goal.kind in ("regime", "share"), start == "regime"]
     if scene.stroke is not None and any(wanted):
         faults.append(Fault("until" if wanted[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
-    if goal.sliding is not None and goal.sliding != (scene.reduction_element == "slide"):
+    if goal.sliding is not None and goal.sliding != (scene.sliding):
         what, other = ("slides", "turns")[:: 1 if goal.sliding else -1]
         found = f"a {goal.kind} of a driver that {what}, where it {other}"
         faults.append(Fault("until", found, f'a {goal.kind} such as "{_EXAMPLES[goal.kind, not goal.sliding]}"'))
@@ -337,7 +361,7 @@ class Setting(NamedTuple):
     def motor(self) -> Motor | None:
         """The drive's motor, as it runs."""
         motor = self.machine.scene.motor
-        return motor.own if isinstance(motor, Started) else motor
+        return None if motor is None else as_started(motor).own
 
     def started(self, times: Sequence[float]) -> Setting:
         """The same with its motor as it is started, switched at `times` (s) so far."""
@@ -347,7 +371,7 @@ class Setting(NamedTuple):
         assert scene.drive is not None
         found = Started.of(motor, motor.start, times)
         machine = Machine(replace(scene, drive=scene.drive._replace(law=found.law()), motor=found))
-        return self._replace(machine=machine, dynamics=Dynamics(machine, self.dynamics.inertia, self.dynamics.balance))
+        return self._replace(machine=machine, dynamics=dynamics_of(machine, self.dynamics.inertia, self.dynamics.balance))
 
     def target(self, goal: Until) -> float:
         """The speed (rad/s) that is to be reached."""
@@ -382,7 +406,8 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
     elif machine.depends_on_time:
         no_regime = "loads or drive that depend on time have no regime"
     elif not regimes:
-        no_regime = "not looked for, as with friction in joints it takes long; --until regime finds it"
+        what = "friction in joints" if machine.has_joint_friction else "the fluxes of its motor"
+        no_regime = f"not looked for, as with {what} it takes long; --until regime finds it"
     else:
         try:
             regime = regime_of(machine, inertia)
@@ -401,7 +426,7 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
     if not drive:
         unknown = None if scene.unknown == "drive" else scene.unknown
         machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
-    dynamics = Dynamics(machine, inertia * scene.flywheel_ratio**2, balance)
+    dynamics = dynamics_of(machine, inertia * scene.flywheel_ratio**2, balance)
     return Setting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
 
 
@@ -441,10 +466,9 @@ def _switched(setting: Setting, begin: Start, goal: Until, rtol: float, watching
 
 
 def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool) -> Start:
-    """The start; a SceneError for a machine that stays at rest, or goes back, when it is let go.
+    """The start; a SceneError for a machine that stays at rest, or goes back for ever, when it is let go.
 
-    A motor with inductance has no torque at first. Where the load would turn it back until then, it is held until the
-    current is strong enough, and starts with that.
+    goes_on: whether it is followed wherever it goes.
     """
     machine, dynamics, circuit = setting.machine, setting.dynamics, setting.dynamics.circuit
     scene = machine.scene
@@ -455,108 +479,85 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
     else:
         omega = 0.0 if isinstance(start, str) else float(start)
     begin = Start(phi, omega, _own_states(setting, phi, omega, start == "regime"))
-    if omega > 0.0:
+    start_of_motor = None if setting.motor is None else setting.motor.start
+    later = start_of_motor is not None and any(one.until.time is not None for one in start_of_motor.connections)
+    if omega > 0.0 or machine.depends_on_time or later or (circuit is not None and dynamics.holds):
         return begin
     if dynamics.holds:
-        return _rough_start(setting, begin, goes_on)
+        return _held_start(setting, begin, goes_on)
     locked = begin if circuit is None else begin._replace(states=circuit.steady(0.0))
-    moment, scale = _moment_at_rest(dynamics, locked)
-    if moment > _BALANCED * scale:
-        unfed = moment if circuit is None else _moment_at_rest(dynamics, begin)[0]
-        return begin if unfed > 0.0 else _carrying(begin, locked, unfed / (unfed - moment))
+    moment, scale = moment_at_rest(dynamics, locked)
     balanced = abs(moment) <= _BALANCED * scale
-    if machine.depends_on_time and balanced:
-        return begin
-    if goes_on and not balanced:
+    if (moment > 0.0 or goes_on) and not balanced:
         return begin
     share = "M* = 0, so that nothing moves it" if balanced else f"M* = {moment:.6g} N m, which holds it or turns it back"
     found = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
     advice = (
         "start at another angle" if balanced else "the drive stalls there: start at another angle, or with a larger drive"
     )
+    raise SceneError([_unmoved(scene, found, advice)])
+
+
+def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
+    """The fault of a machine that nothing sets going."""
     if scene.drive is None:
-        speed = "0.1 m/s" if scene.reduction_element == "slide" else "200 rpm"
+        speed = "0.1 m/s" if scene.sliding else "200 rpm"
         regime = "" if scene.stroke is not None or _is_driven_freely(scene) else "--from regime, or "
         advice = f'nothing drives it: start at a speed, {regime}--from "{speed}"'
-    raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
+    return Fault("from", found, "a moment that sets it going", advice)
 
 
 def _own_states(setting: Setting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
-    """A motor's own states at the start: of one just switched on, or as steady as the speed (rad/s) is; the regime's own."""
+    """A motor's own states at the start: the regime's own, as steady as the speed (rad/s) is, or of one just switched on."""
     dynamics, circuit = setting.dynamics, setting.dynamics.circuit
     if circuit is None:
         return ()
-    if of_regime and circuit.only_speed is not None:
+    if of_regime:
         return states_at(setting.needed().sizing, phi)
     return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
 
 
-def _carrying(begin: Start, locked: Start, share: float) -> Start:
-    """The start with a little more of the states of a locked motor than carries the load at rest.
-
-    share: of those states which does so where torque grows with them evenly; with another torque, all of them.
-    """
-    if len(begin.states) > 1 and share:
-        return locked
-    return begin._replace(states=tuple((1 + _MORE) * share * state or _ONSET * state for state in locked.states))
-
-
-def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
-    """The start of a machine with dry friction, which may hold it until loads or its motor's current move it.
-
-    goes_on: whether it is followed backwards too.
-    """
-    machine, dynamics, circuit = setting.machine, setting.dynamics, setting.dynamics.circuit
-    phi = begin.phi if machine.scene.stroke is not None else begin.phi % machine.scene.cycle
-    sides, now = neighbours(machine, phi), np.zeros(1)
-    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, now))
+def _held_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
+    """The start of a machine that dry friction may hold, where nothing changes with time; goes_on: as for `_start`."""
+    machine, dynamics = setting.machine, setting.dynamics
+    phi = within(machine, begin.phi)
+    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.zeros(1))[:, 0].tolist()
     least = _BALANCED * max(abs(forwards), abs(backwards))
-    if forwards > least or machine.depends_on_time or (goes_on and backwards < -least):
+    if forwards > least or (goes_on and backwards < -least):
         return begin
-    if circuit is not None and float(dynamics.from_rest(phi, *sides, now, circuit.steady(0.0))[0][0]) > least:
-        return begin
-    where = machine.where(phi)
+    where, held = machine.where(phi), friction_of(machine)
     if backwards < -least:
-        found = f"a machine that goes back: at rest at {where} {_friction(machine)} does not hold it"
+        found = f"a machine that goes back: at rest at {where} {held} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
         found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
         advice = "a larger drive, less friction, or a start at a speed"
-    raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
+    raise SceneError([_unmoved(machine.scene, found, advice)])
 
 
-def _friction(machine: Machine) -> str:
-    return "friction in its joints" if machine.resists else "the drag of its shafts"
-
-
-def _moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
-    """M* as the machine sets out from rest at t (s), and how large the moments in it are, there and over the cycle.
-
-    It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.
-    """
-    machine = dynamics.machine
-    phi = begin.phi if machine.scene.stroke is not None else begin.phi % machine.scene.cycle
-    place = Anchor(float(machine.anchors(phi)), ONSET * machine.typical_speed, t, tuple(1.0 for _ in machine.stages))
-    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.states)
-    around = _around(machine)
-    still = np.zeros_like(around)
-    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.states)
-    largest = sum(float(np.abs(part).max()) for part in over.values())
-    return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
-
-
-def _around(machine: Machine) -> Array:
-    """Positions all over the cycle, or the stroke, in every piece of it."""
-    return np.asarray((machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel())
+def _never_started(setting: Setting, trail: Trail) -> Fault:
+    """The fault of a machine that dry friction holds at rest to the end of the time that was looked at."""
+    machine, last = setting.machine, trail.ends()[:, -1]
+    phi = within(machine, float(last[0]))
+    held = held_by(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
+    found = f"a machine that does not start within {trail.t[-1]:.6g} s: at rest at {machine.where(phi)} {held}"
+    return _unmoved(machine.scene, found, "a larger drive, less friction, or a start at a speed")
 
 
 def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
-    """What ends the motion, stopping always; and the time (s) that was wanted, or at which it is given up."""
-    slow = _CREEPING * begin.omega
-    found = [straight("stop", 1, -slow, 1.0)]
+    """What ends the motion, a stop too where no time was wanted; and that time (s), or the one at which it is given up.
+
+    What starts from rest may go back at first: a stop is then one beyond the start.
+    """
     if goal.kind == "time":
-        return found, goal.value
-    machine = setting.machine
+        return [], goal.value
+    machine, slow = setting.machine, _CREEPING * begin.omega
+    found = [straight("stop", 1, -slow, 1.0)]
+    if begin.omega == 0.0 and (machine.depends_on_time or setting.dynamics.circuit is not None):
+        found = [
+            Goal("stop", lambda t, phi, omega: np.where(phi > begin.phi, omega, 1.0)),
+            straight("back", 0, machine.scene.cycle - begin.phi, 1.0),
+        ]
     way = goal.value if goal.kind == "way" else MOST_CYCLES * machine.scene.cycle
     found.append(straight("way" if goal.kind == "way" else "limit", 0, begin.phi + way, -1.0))
     if goal.kind in ("speed", "share"):
@@ -574,8 +575,8 @@ def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
     time, a speed or a stop may still come.
     """
     motor = setting.machine.scene.motor
-    switched = motor.times[-1] if isinstance(motor, Started) and motor.times else 0.0
-    timed = setting.machine.depends_on_time and not isinstance(motor, Started)
+    switched = max(() if motor is None else as_started(motor).times, default=0.0)
+    timed = setting.machine.depends_on_time and (motor is None or not as_started(motor).connections)
     if goal.kind not in _NAMES or (goal.kind != "regime" and timed):
         return None
     name = _NAMES[goal.kind]
@@ -605,28 +606,37 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
     place = machine.where(phi % scene.cycle) if stroke is None else told(phi + scene.origin, stroke.sliding)
     at, turns = f"at {place} after {last:.6g} s", (phi - trail.start.phi) / TURN
 
-    sliding = scene.reduction_element == "slide"
+    sliding = scene.sliding
     unit, effort, unit_of_effort = ("m/s", "F*", "N") if sliding else ("rad/s", "M*", "N m")
 
     def speed(omega: float) -> str:
         return f"{omega:.6g} {unit}" + ("" if sliding else f" ({omega * 60 / TURN:.6g} rpm)")
 
-    if trail.stuck or trail.goal == "stop":
+    if trail.goal == "back":
+        return "stall", f"turned back by its load: {turns:.6g} turns {at}, at {speed(omega)}"
+    at_rest = trail.stretches[-1].anchor.direction == 0.0 and not np.all(
+        [stretch.anchor.direction == 0.0 for stretch in trail.stretches]
+    )
+    if at_rest:
+        began = max(k for k, stretch in enumerate(trail.stretches) if stretch.anchor.direction != 0.0)
+        last = float(trail.t[began + 1])
+        at = f"at {place} after {last:.6g} s"
+    if trail.stuck or at_rest or trail.goal == "stop":
         acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
         if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
             return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} {unit} {at}"
         states = trail.states(np.array([last]))
         why = ""
-        if setting.dynamics.holds:
+        if trail.stuck or setting.dynamics.holds:
             why = f": {_rough_rest(setting.dynamics, trail, states[:, 0], last)}"
         if scene.drive is None:
             return "stop", f"stopped {at}{why}"
-        if not _drive_acts(setting.dynamics, trail, last):
+        if not drive_acts(setting.dynamics, trail, last):
             return "stop", f"stopped {at}, where its drive no longer pushes it on{why}"
         if why:
             return "stall", f"stalled {at}{why}"
         stall = Start(float(states[0, 0]), 0.0, tuple(states[3:, 0].tolist()))
-        moment, _ = _moment_at_rest(setting.dynamics, stall, last)
+        moment, _ = moment_at_rest(setting.dynamics, stall, last)
         lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
         left = f"{effort} at rest is {moment:.6g} {unit_of_effort}"
         return "stall", f"stalled {at}: {left}{', before losses in meshes' if lossy else ''}"
@@ -652,67 +662,14 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
 def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
     """What a machine with rough joints does at the end of its motion: friction holds it, or it would move."""
     machine, own = dynamics.machine, state[3:].tolist()
-    phi = float(state[0]) if machine.scene.stroke is not None else float(state[0]) % machine.scene.cycle
-    sides = neighbours(machine, phi)
-    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, np.array([last]), own))
+    phi = within(machine, float(state[0]))
+    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.array([last]), own)[:, 0].tolist()
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
         return held_by(dynamics, phi, last, own)
-    return f"{_friction(machine)} does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
-
-
-def _drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
-    """Whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed that the motion had.
-
-    One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine
-    stop; any other was too weak.
-    """
-    machine = dynamics.machine
-    speeds = np.unique(np.append(np.abs(trail.ends()[1]), 0.0))
-    speeds = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _SEEN)).astype(int)]
-    axes = _around(machine), speeds, np.linspace(last, 0.0, _SEEN)
-    phi, omega, time = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
-    onset = np.maximum(omega, ONSET * machine.typical_speed)
-    place = Anchor(machine.anchors(phi), onset, time, tuple(1.0 for _ in machine.stages))
-    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * omega)
-    drive = dynamics.moments(phi, place, omega, time, states).get(DRIVE, np.zeros(phi.size))
-    return bool(drive[time == last].max() > _OFF * max(float(drive.max()), 0.0))
+    return f"{friction_of(machine)} does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
 
 
 # -- the record -------------------------------------------------------------------------------------------------------
-
-
-class Peak(NamedTuple):
-    """A greatest value and the time (s) at which it is reached."""
-
-    value: float
-    time: float
-
-
-class Energy(NamedTuple):
-    """Where the energy of a motion came from and went (J): works of drive and loads, heat, and kinetic energy gained.
-
-    `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
-    leave is the kinetic energy gained, but for `residual`, a share of the largest of them or of the greatest kinetic energy.
-    `copper` is the heat in a DC motor's armature, `rotor_heat` that in an induction motor's rotor, torque times slip speed.
-    Neither is part of that balance: the drive's work is what its shaft gives.
-    """
-
-    drive: float
-    works: dict[str, float]
-    meshes: float
-    kinetic_gained: float
-    residual: float
-    copper: float | None
-    rotor_heat: float | None = None
-
-
-class Peaks(NamedTuple):
-    """Greatest speed of the crank (rad/s), torque of the drive (N m, at its shaft), its power (W), a motor's current (A)."""
-
-    speed: Peak
-    torque: Peak | None
-    power: Peak | None
-    current: Peak | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -765,8 +722,6 @@ class Transient:
     @cached_property
     def start_heat(self) -> StartHeat | None:
         """Heat of the motor's start, against what it bears; None where it is not started, or its kind does not tell."""
-        from flywheel.motions.starting import start_heat  # only motions that a motor drives pay for it
-
         assert self.motion.trail is not None
         return None if self.from_regime else start_heat(self.motion.trail)
 
@@ -775,9 +730,7 @@ class Transient:
         figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
         return f"Transient({self.reason}: {self.ended}; {figures})"
 
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
+    _repr_html_ = notebook.html
 
     @property
     def time(self) -> float:
@@ -828,225 +781,11 @@ class Transient:
             "energy": self.energy._asdict(),
             "motor_start": None if self.start_heat is None else self.start_heat.as_dict(),
             "error": self.error,
-            "energy_residual": self.motion.energy_residual,
+            "energy_residual": self.energy.residual,
             "drift": self.motion.drift,
             "rtol": self.rtol,
             "messages": list(self.messages),
         }
-
-
-# -- what the machine does along a motion -----------------------------------------------------------------------------
-
-DRIVE = "drive"
-_TOGETHER = 20_000  # times that are looked at in one go
-_GAUSS = 10  # nodes in a step
-_TOPS = 64  # how many of the highest samples are looked at more closely
-_FINER, _ROUNDS = 33, 4  # times between the neighbours of a top, and how often they are laid closer
-
-
-class Samples(NamedTuple):
-    """A motion at times t (s): phi (rad, not reduced), omega (rad/s), acceleration (rad/s²), moment M* less losses (N m).
-
-    `drive` is the drive's torque at its own shaft (N m), `power` what it gives (W), `loss` what meshes lose (W), `kinetic`
-    the kinetic energy (J), `current` a motor's (A; None where its kind does not tell it), `states` a motor's own by
-    name, None without any. On a stroke whose driver slides: m, m/s, N.
-    """
-
-    t: Array
-    phi: Array
-    omega: Array
-    acceleration: Array
-    moment: Array
-    drive: Array
-    power: Array
-    loss: Array
-    kinetic: Array
-    current: Array | None
-    states: dict[str, Array] | None = None
-
-
-class _Here(NamedTuple):
-    """States at some times, with what the machine's laws need to know there."""
-
-    phi: Array
-    anchor: Anchor
-    omega: Array
-    time: Array
-    states: Array
-
-
-def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice, Array, _Here, Array | None]]:
-    """Times in portions: which, their states, what laws need there, and a motor's current (A).
-
-    That current follows from states of the motor's own, or from its speed.
-    """
-    motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
-    for k in range(0, times.size, _TOGETHER):
-        portion = slice(k, k + _TOGETHER)
-        states = trail.states(times[portion], owners[portion])
-        offset, anchor = trail.anchors(owners[portion])
-        here = _Here(states[0] - offset, anchor, states[1], times[portion], states[3:])
-        circuit = trail.dynamics.circuit
-        stepped = None if circuit is None else circuit.current(ratio * states[1], states[3:])
-        yield portion, states, here, _current(motor, ratio, here) if circuit is None else stepped
-
-
-def _current(motor: Motor | None, ratio: float, here: _Here) -> Array | None:
-    """The current (A) of a motor whose speed tells it: an armature's, or a line's by its name plate."""
-    if isinstance(motor, Started):
-        share = motor.current_at(ratio * here.omega, here.time, here.anchor.time)
-        rated = motor.rated_current or (1.0 if isinstance(motor.own, DC) else None)
-        return None if share is None or rated is None else rated * share
-    if isinstance(motor, (DC, Induction)):
-        found = motor.current(ratio * here.omega)
-        return None if found is None else np.asarray(found)
-    return None
-
-
-def _heat(motor: Motor | None, ratio: float, here: _Here, current: Array | None) -> Array | None:
-    """The heat (W) of a motor's armature or rotor; None where its kind does not tell it."""
-    if isinstance(motor, Started):
-        return motor.heat_at(ratio * here.omega, here.time, here.anchor.time)
-    if isinstance(motor, DC) and current is not None:
-        return np.asarray(motor.copper_heat(current))
-    if isinstance(motor, TwoAxisInduction) and motor.circuit is not None:
-        return np.asarray(motor.circuit.rotor_heat(here.states))
-    return motor.rotor_heat(ratio * here.omega) if isinstance(motor, Induction) else None
-
-
-def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:
-    """The motion at times within it; at an end of a stretch `owners` tell the side (the one before, where they are None)."""
-    dynamics, parts, own = trail.dynamics, list[Any](), list[Array]()
-    for portion, states, here, current in _along(trail, times, trail.owners(times) if owners is None else owners):
-        now, omega = dynamics.along(*here), states[1]
-        drive = dynamics.moments(*here, now).get(DRIVE, np.zeros_like(omega))
-        kinetic, shaft = 0.5 * now.inertia * omega**2, drive / dynamics.ratio
-        figures = now.acceleration, now.moment, shaft, drive * omega, now.loss * omega, kinetic, current
-        parts.append((times[portion], states[0], omega, *figures))
-        own.append(states[3:])
-    joined: list[Any] = [None if column[0] is None else np.concatenate(column) for column in zip(*parts, strict=True)]
-    found = Samples._make([*joined, None])
-    if dynamics.circuit is None:
-        return found
-    rows = zip(dynamics.circuit.names, np.concatenate(own, axis=1), strict=True)
-    return found._replace(states={one.name: row for one, row in rows})
-
-
-def switching(trail: Trail) -> tuple[Array, Indices]:
-    """Times at which a law switches or a piece ends, each twice, and the stretches on either side."""
-    stretches = trail.stretches
-    last = np.array(
-        [k for k in range(len(stretches) - 1) if stretches[k].anchor is not stretches[k + 1].anchor], dtype=np.intp
-    )
-    return np.repeat(trail.t[last + 1], 2), np.column_stack((last, last + 1)).ravel()
-
-
-def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indices]:
-    """So many times from start to end, and their stretches; with `breaks` also where laws switch, once for each side."""
-    times = np.linspace(0.0, float(trail.t[-1]), points)
-    owners = trail.owners(times)
-    if not breaks:
-        return times, owners
-    more, sides = switching(trail)
-    rows = np.unique(np.column_stack((np.append(owners, sides), np.append(times, more))), axis=0)
-    return np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp)
-
-
-def samples_of(trail: Trail) -> tuple[Samples, Indices]:
-    """The motion in every stretch, at both its ends and at ten times between, and the stretches that these belong to."""
-    points, _ = np.polynomial.legendre.leggauss(_GAUSS)
-    times, owners = trail.within(0.5 * (1.0 + points))
-    return sampled(trail, times, owners), owners
-
-
-def energy_of(trail: Trail, kinetic: Array) -> Energy:
-    """Works and heats of a motion with its kinetic energy (J) at times from start to end, and how far they close.
-
-    Work is the integral of moment times speed over every step, by Gauss quadrature. It follows from the motion by dense
-    output, apart from the work that time stepping itself adds up.
-    """
-    points, weights = np.polynomial.legendre.leggauss(_GAUSS)
-    start, end = np.array([(stretch.step.start, stretch.step.end) for stretch in trail.stretches]).T
-    half = 0.5 * (end - start)[:, None]
-    times = (start[:, None] + half * (1.0 + points)).ravel()
-    lasting, owners = (half * weights).ravel(), np.repeat(np.arange(half.size), _GAUSS)
-    motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
-    own = motor.own if isinstance(motor, Started) else motor
-    heated = 0.0
-    works: dict[str, float] = {}
-    meshes = 0.0
-    for portion, states, here, current in _along(trail, times, owners):
-        way = lasting[portion] * states[1]
-        now = trail.dynamics.along(*here)
-        for part, moment in trail.dynamics.moments(*here, now).items():
-            works[part] = works.get(part, 0.0) + float(way @ moment)
-        meshes += float(way @ now.loss)
-        heat = _heat(motor, ratio, here, current)
-        heated += 0.0 if heat is None else float(lasting[portion] @ heat)
-    gained, drive = float(kinetic[-1] - kinetic[0]), works.pop(DRIVE, 0.0)
-    total = drive + sum(works.values()) - meshes
-    scale = max([float(kinetic.max()), abs(drive), *map(abs, works.values()), 1e-300])
-    copper, rotor = (heated if isinstance(own, kind) else None for kind in (DC, Induction))
-    return Energy(drive, works, meshes, gained, abs(total - gained) / scale, copper, rotor)
-
-
-def peaks_of(trail: Trail, samples: Samples, owners: Indices) -> Peaks:
-    """Greatest speed, and of a driven machine torque, power and current."""
-    drives = trail.dynamics.machine.scene.drive is not None
-    others = {"drive": drives, "power": drives, "current": samples.current is not None}
-    tops = [peak(trail, name, samples, owners) if wanted else None for name, wanted in others.items()]
-    return Peaks(peak(trail, "omega", samples, owners), *tops)
-
-
-def peak(trail: Trail, name: str, samples: Samples, owners: Indices) -> Peak:
-    """The greatest value of a column of `samples_of`: on either side of a jump, or between two samples of a stretch."""
-    return max(summits(trail, name, samples, owners), key=lambda one: one.value)
-
-
-def _column(samples: Samples, name: str) -> Array:
-    """A column of samples; of the speed its size, as a machine that swings back is fastest either way."""
-    return np.asarray(np.abs(samples.omega) if name == "omega" else getattr(samples, name))
-
-
-def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
-    """A column of samples, by no more than it takes: a speed needs no laws, and what drives no friction in joints."""
-    dynamics = trail.dynamics
-    if name == "omega":
-        return np.asarray(np.abs(trail.states(times, owners)[1]))
-    if name not in ("drive", "power"):
-        return _column(sampled(trail, times, owners), name)
-    parts = [np.zeros(0)]
-    for _, states, here, _ in _along(trail, times, owners):
-        drive = dynamics.moments(*here, rubbing=False).get(DRIVE, np.zeros_like(states[1]))
-        parts.append(drive / dynamics.ratio if name == "drive" else drive * states[1])
-    return np.concatenate(parts)
-
-
-def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
-    """The greatest values about each of the highest samples; the very greatest sample first.
-
-    The highest are those that no neighbour in their stretch exceeds. Each is then refined on times ever closer.
-    """
-    times, values = samples.t, _column(samples, name)
-
-    def beside(which: Indices, side: int) -> Indices:
-        """The neighbours of samples, or they themselves where their stretch ends."""
-        other = np.clip(which + side, 0, owners.size - 1)
-        return np.where(owners[other] == owners[which], other, which)
-
-    every, best = np.arange(values.size), int(values.argmax())
-    top = np.flatnonzero((values >= values[beside(every, -1)]) & (values >= values[beside(every, 1)]))
-    tops = top[np.argsort(values[top], kind="stable")[-_TOPS:]]
-    summit = [Peak(float(values[best]), float(times[best])), *(Peak(float(values[k]), float(times[k])) for k in tops)]
-    low, high = times[beside(tops, -1)], times[beside(tops, 1)]
-    for _ in range(_ROUNDS):
-        grid = np.linspace(low, high, _FINER, axis=1)
-        finer = _figure(trail, name, grid.ravel(), np.repeat(owners[tops], _FINER)).reshape(grid.shape)
-        rows, column = np.arange(tops.size), finer.argmax(axis=1)
-        here = map(Peak, finer[rows, column].tolist(), grid[rows, column].tolist())
-        summit[1:] = [max(pair, key=lambda one: one.value) for pair in zip(summit[1:], here, strict=True)]
-        low, high = grid[rows, np.maximum(column - 1, 0)], grid[rows, np.minimum(column + 1, _FINER - 1)]
-    return summit
 
 
 # -- errors -----------------------------------------------------------------------------------------------------------
@@ -1070,11 +809,11 @@ def estimates(transient: Transient) -> dict[str, Any]:
     position, speed, time = motion.error * way, motion.error * fastest, motion.error * transient.time
     peaks: dict[str, Any] = dict.fromkeys(_COLUMNS)
     old = peaks_of(other, before, sides)
-    for name, column in _COLUMNS.items():
+    for name, key in _COLUMNS.items():
         now, then = getattr(transient.peaks, name), getattr(old, name)
         if now is not None and then is not None:
-            value = share * abs(now.value - then.value) + motion.error * float(np.abs(getattr(samples, column)).max())
-            peaks[name] = {"value": value, "time": time + _peak_width(fine, column, samples, owners, now, value)}
+            value = share * abs(now.value - then.value) + motion.error * float(np.abs(getattr(samples, key)).max())
+            peaks[name] = {"value": value, "time": time + _peak_width(fine, key, samples, owners, now, value)}
     late, when, steady_speed = None, transient.time_to_regime, transient.regime_speed
     if when == 0.0:
         late = 0.0
@@ -1083,7 +822,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
         acceleration = abs(float(sampled(fine, np.array([when])).acceleration[0]))
         off = (speed + SHARE * (transient.given_errors["regime_speed"] or 0.0)) / acceleration
         late = None if then is None else share * abs(when - then) + off + time
-    works = energy_of(other, before.kinetic)
+    works, heat = energy_of(other, before.kinetic), transient.start_heat
     scale = max(float(samples.kinetic.max()), abs(energy.drive), energy.meshes, *map(abs, energy.works.values()), 1e-300)
 
     def of_energy(now: float | None, then: float | None) -> float | None:
@@ -1101,16 +840,8 @@ def estimates(transient: Transient) -> dict[str, Any]:
         "time_to_95_percent": late,
         "peaks": peaks,
         "energy": energies | {"works": {name: of_energy(it, works.works.get(name)) for name, it in energy.works.items()}},
-        "motor_start": _start_errors(transient, other),
+        "motor_start": heat and heat.errors(start_heat(other), share, 2 * motion.error),
     }
-
-
-def _start_errors(transient: Transient, rough: Trail) -> dict[str, float | None] | None:
-    """Errors of the heat of a motor's start, by comparison with the run before."""
-    from flywheel.motions.starting import start_heat  # only motions that a motor drives pay for it
-
-    found, before = transient.start_heat, start_heat(rough)
-    return None if found is None else found.errors(before, transient.motion.share, 2 * transient.motion.error)
 
 
 def of_samples(transient: Transient, points: int) -> dict[str, float | None]:
@@ -1143,8 +874,8 @@ def _peak_width(trail: Trail, name: str, samples: Samples, owners: Indices, top:
     The column falls from a peak at least as a parabola does, or evenly, to its samples on either side; other summits count
     where they may be as great.
     """
-    values = _column(samples, name)
-    near = [one for one in summits(trail, name, samples, owners) if one.value >= top.value - 2 * off]
+    values = column(samples, name)
+    near = [one for one in highest(trail, name, samples, owners) if one.value >= top.value - 2 * off]
     far = max(abs(one.time - top.time) for one in near)
     lower = np.flatnonzero(values < top.value - 2 * off)
     wide = 0.0
@@ -1153,86 +884,3 @@ def _peak_width(trail: Trail, name: str, samples: Samples, owners: Indices, top:
             share = min(2 * off / (top.value - float(values[k])), 1.0)
             wide = max(wide, abs(float(samples.t[k]) - top.time) * float(np.sqrt(share)))
     return far + wide
-
-
-# -- the steady regime ------------------------------------------------------------------------------------------------
-
-
-class Regime(NamedTuple):
-    """A steady cycle: its mean speed over time (rad/s), its period (s), and the analysis that it comes from."""
-
-    speed: float
-    period: float
-    sizing: Sizing
-
-
-def regime_of(machine: Machine, inertia: float) -> Regime:
-    """The steady regime of a machine with a flywheel of some inertia (kg m² at its own shaft).
-
-    Raises SceneError where there is none.
-    """
-    scene = machine.scene
-    same = scene.inertia == inertia and machine.friction is None
-    sizing = size(machine if same else scene.with_flywheel(inertia), simulate=False)
-    found = sizing.simulation
-    if found is None or found.period is None or found.speed_time_mean is None:
-        raise SceneError([Fault("regime", "a machine whose steady motion has no period", "one that has inertia")])
-    return Regime(found.speed_time_mean, found.period, sizing)
-
-
-def speed_at(sizing: Sizing, phi: ArrayLike) -> Array:
-    """Crank speed (rad/s) of the steady cycle at crank angles phi (rad)."""
-    cycle, run = sizing.cycle, sizing.run
-    if cycle is None or run is None:
-        raise SceneError([Fault("regime", "a sizing without a steady motion", "a machine that has inertia")])
-    return turning_moment.speed_over_cycle(cycle, sizing.speed, run, np.asarray(phi, dtype=float) % sizing.scene.cycle)
-
-
-def states_at(sizing: Sizing, phi: float) -> tuple[float, ...]:
-    """A motor's own states in the steady cycle at a crank angle (rad); none where it has none."""
-    cycle, run = sizing.cycle, sizing.run
-    if cycle is None or run is None or run.along is None:
-        return ()
-    cell, t = cells.located(cycle.mesh, np.array([phi % sizing.scene.cycle]))
-    return tuple(float(cells.value(cells.fit(row)[cell], t)[0]) for row in run.along)
-
-
-def time_along(sizing: Sizing, phi: ArrayLike) -> Array:
-    """Time (s) since phi = 0 along the steady cycle: t = integral of dphi/omega from 0 to phi.
-
-    Args:
-        sizing: of a scene, with its steady motion.
-        phi: crank angles, rad, any shape; beyond a cycle, whole periods are added.
-
-    Raises:
-        SceneError: for a sizing that has no steady motion.
-
-    Quadrature on the cells of the sizing, with 1/omega as a Chebyshev series on each, halved where that is not enough.
-    Source: the course's time along the cycle, t = t0 + integral of dphi/omega.
-
-    >>> import flywheel
-    >>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
-    ...                        "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"inertia": 50}})
-    >>> sizing = flywheel.size(scene, simulate=False)
-    >>> half = float(time_along(sizing, np.pi))  # a speed that falls evenly: from w + d to w - d, and back
-    >>> abs(half / sizing.simulation.period - 0.5) < 1e-12
-    True
-
-    """
-    angles = np.asarray(phi, dtype=float)
-    speed_at(sizing, 0.0)
-    assert sizing.cycle is not None
-
-    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
-        mesh = cells.cells(edges)
-        slowness = 1.0 / speed_at(sizing, mesh.phi)
-        series = cells.fit(slowness)
-        shares = cells.tails(series) * mesh.half[:, 0] / float(cells.integral(slowness, mesh.half).sum())
-        return (mesh, series), float(shares.sum()), cells.above(shares)
-
-    mesh, series = cells.refined(sizing.cycle.mesh.edges, evaluated, 0.1 * sizing.rtol)
-    rising = cells.antiderivative(series, mesh.half)
-    start = cells.accumulated(rising)
-    turns = np.floor(angles / sizing.scene.cycle)
-    cell, t = cells.located(mesh, angles - turns * sizing.scene.cycle)
-    return np.asarray(turns * start[-1] + start[cell] + (rising[cell] * cells.basis(t)).sum(axis=-1))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.numerics.units import is_recorded
+from flywheel.numerics.functions import is_recorded
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -22,7 +22,7 @@ _GREATEST = sys.float_info.max
 
 
 def fits(value: Any, expected: str = ANY) -> bool:
-    """Whether a value is a finite number; with `NOT_NEGATIVE` or `POSITIVE`, one of that sign.
+    """Tells whether a value is a finite number; with `NOT_NEGATIVE` or `POSITIVE`, one of that sign.
 
     >>> fits(0), fits(float("nan")), fits("1"), fits(True), fits(0.0, POSITIVE), fits(0.0, NOT_NEGATIVE)
     (True, False, False, False, False, True)
@@ -60,7 +60,7 @@ def require(path: str, value: object, kind: type | tuple[type, ...], expected: s
 
 
 def known(path: str, name: object, valid: Mapping[str, T]) -> T:
-    """What stands under a name; SceneError for a name that is not there."""
+    """The value of a name; SceneError for a name that is not there."""
     faults = name_faults(path, name, valid)
     refuse(faults)
     return valid[str(name)]

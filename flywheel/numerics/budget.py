@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
-from bondgraph.records import NamedTuple
-from bondgraph.reduction import Tally, count, counted
+from bondgraph.numerics import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 
-__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "spend"]
+__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "portion", "spend"]
 
 
 class Cost(NamedTuple):
@@ -86,6 +85,29 @@ def limited(work: float) -> Iterator[None]:
         yield
     finally:
         _LEFT.reset(token)
+
+
+@contextmanager
+def portion(share: float) -> Iterator[None]:
+    """Allow what is tried inside a share of the work that is left, so that something is left for what is tried after it.
+
+    >>> with limited(10):
+    ...     with portion(0.5):
+    ...         spend(4)
+    ...     spend(5)
+    """
+    left = _LEFT.get()
+    if left is None:
+        yield
+        return
+    allowed = share * left[0]
+    inner = [allowed]
+    token = _LEFT.set(inner)
+    try:
+        yield
+    finally:
+        _LEFT.reset(token)
+        left[0] -= allowed - inner[0]
 
 
 def spend(work: float) -> None:

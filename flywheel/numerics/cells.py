@@ -8,12 +8,10 @@ looks at its own ends, where a load may jump. The middle node is the cell's anch
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-
-from bondgraph.records import NamedTuple
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -103,7 +101,7 @@ def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:
 
 
 def above(by_cell: Array, factor: float = 1.0) -> Coarse:
-    """Which cells to halve by the errors that add up to the whole one: those with more than `factor` times an even share."""
+    """A mask of the cells to halve, by errors that add up: those with more than `factor` times an even share."""
     return lambda share: by_cell > factor * share * by_cell.sum() / by_cell.size
 
 
@@ -114,7 +112,7 @@ def halved(edges: Array, coarse: NDArray[np.bool_], most: int = MOST_CELLS) -> A
 
 
 def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], rtol: float, most: int = MOST_CELLS) -> T:
-    """What is found on cells that are halved until its error is within rtol, or until halving no longer helps.
+    """A result on cells that are halved until its error is within rtol, or until halving has no effect.
 
     Args:
         edges: of the cells to begin with, ascending.
@@ -160,6 +158,11 @@ def integral(values: Array, half: Array) -> Array:
 def total(values: Array, half: Array) -> Array:
     """Integral over all cells of values at the nodes (..., cells, ORDER)."""
     return np.asarray(values.reshape(*values.shape[:-2], -1) @ (half * _WEIGHTS).reshape(-1))
+
+
+def node_weights(mesh: Cells) -> Array:
+    """Weights (rad) of the nodes of all cells, one after the other, in the integral over them."""
+    return np.asarray((mesh.half * _WEIGHTS).ravel())
 
 
 def antiderivative(series: Array, half: Array) -> Array:
@@ -238,7 +241,7 @@ def extents_with(series: Array, cell: Index, inside: Array) -> tuple[Array, Arra
 
 
 def peak(values: Array, places: Array) -> Index:
-    """Where along the last axis the greatest value stands: of those that only rounding tells apart, the first by place.
+    """The index of the greatest value along the last axis: of values that differ by rounding alone, the first.
 
     >>> int(peak(np.array([1.0, 3.0, 3.0 - 1e-15]), np.array([2.0, 1.0, 0.0])))
     2
@@ -267,7 +270,7 @@ def tail(first: Array, middle: Array, last: Array) -> Array:
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:
-    """What rounding of the angles makes of series (..., cells, ORDER), at most, in each cell: a steep one feels it."""
+    """The greatest change of series (..., cells, ORDER) in each cell by rounding of the angles: it matters in steep ones."""
     steepness = np.abs(series @ _DIFFERENTIATE) @ _ONES[: series.shape[-1]]
     return np.asarray(ROUNDING * mesh.edges[1:] / mesh.half[:, 0] * steepness)
 

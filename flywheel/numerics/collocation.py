@@ -10,10 +10,11 @@ U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary V
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.cells import NODES, ORDER
 
@@ -51,7 +52,7 @@ class Changes(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """How far an error made anywhere in the cycle may carry, (states, states): of each state, by that of each.
+        """The greatest effect of an error made anywhere in the cycle, (states, states): on each state, by that of each.
 
         A state that is off by r at phi = 0 in every cycle is off by Y(phi) (I - M)^-1 r, with M what a cycle makes of a
         change and Y what it makes of it up to phi; the largest over the edges, in size.
@@ -61,7 +62,7 @@ class Changes(NamedTuple):
 
     @property
     def gained(self) -> Array:
-        """What a change at the start of the cycle has gained at its end, (states, states)."""
+        """The gain over the cycle of a change at its start, (states, states)."""
         edge: Array = self.edge_start[-1] if self.around is None else self.around[:, : self.around.shape[0]]
         return edge
 
@@ -165,7 +166,7 @@ def _chained(solved: Array, gained: Array, states: int) -> Changes:
 
 
 def multiplier(change: Changes) -> tuple[float, float]:
-    """What a cycle leaves of a small change (the largest in size), and 1 less that, without cancellation."""
+    """The multiplier of a small change over a cycle (the largest in size), and 1 less it, without cancellation."""
     if change.growth:
         return float(np.exp(min(change.growth, _MOST_GROWTH))), -float(np.expm1(min(change.growth, _MOST_GROWTH)))
     grown = change.gained

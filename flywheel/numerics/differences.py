@@ -165,7 +165,7 @@ def _limit(row: Array, noise: Array, powers: Sequence[int]) -> tuple[Array, Arra
 
 
 def _size(centre: Array, plus: Array, minus: Array) -> Array:
-    """How large the figures are around a point, shape (figures, variables)."""
+    """The sizes of the figures around a point, shape (figures, variables)."""
     around = np.fmax(np.fmax.reduce(np.abs(plus), axis=-1), np.fmax.reduce(np.abs(minus), axis=-1))
     return np.asarray(np.fmax(np.abs(centre)[:, None], np.nan_to_num(around)))
 
@@ -180,7 +180,7 @@ def _judged(
     noise: Array,
     steps: Array,
 ) -> Slopes:
-    """Which derivatives there are: on both sides, on one, on neither."""
+    """Derivatives where they exist: on both sides, on one, on neither."""
     (both, wrong), (right, of_right), (left, of_left), (corner, doubt) = best
     base = _size(centre, plus, minus) / scales
     size = np.fmax(np.abs(both), 1e-2 * base)
@@ -210,7 +210,7 @@ def _judged(
 
 
 def _jumps(change: Array, noise: Array) -> NDArray[np.bool_]:
-    """Whether a change over a step does not shrink with the step: over the smallest steps, and over those before."""
+    """Tells whether a change over a step does not shrink with the step: over the smallest steps, and over those before."""
     known = np.isfinite(change).any(axis=-1)
     result = np.zeros(known.shape, dtype=bool)
     for index in zip(*np.nonzero(known), strict=True):

@@ -18,11 +18,10 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import LONGEST_SHOWN
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit
@@ -73,7 +72,7 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 def depends(node: Node, name: str) -> bool:
-    """Whether a name occurs in a tree."""
+    """Tells whether a name occurs in a tree."""
     return node.name == name or any(depends(arg, name) for arg in node.args)
 
 
@@ -130,7 +129,7 @@ def _power(node: Node, at: At) -> Any:
 
 
 def grows(node: Node) -> bool:
-    """Whether a node is an exponential: exp, or a positive number to a power that varies."""
+    """Tells whether a node is an exponential: exp, or a positive number to a power that varies."""
     if node.op != "**":
         return node.op == "exp"
     base, exponent = node.args
@@ -249,8 +248,8 @@ def _reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) 
     if node.op in _VALID:
         what, outside = _VALID[node.op]
         short = f"{operands[0]:.6g}"
-        shown = repr(operands[0]) if short.lstrip("-") == "1" and float(short) != operands[0] else short  # just beside 1
-        return f"{what} of {shown}" + (f", which is {outside}" if operands[0] else "")
+        divisor = repr(operands[0]) if short.lstrip("-") == "1" and float(short) != operands[0] else short  # just beside 1
+        return f"{what} of {divisor}" + (f", which is {outside}" if operands[0] else "")
     for sign, arg, operand in zip(node.signs, node.args, operands, strict=False):
         if node.op == "product" and sign == "/" and operand == 0.0:
             return "a division by 0" if _is_zero(arg) else f"a division by {text(arg)}, which is 0"
@@ -394,6 +393,8 @@ NODE_CAP = 500
 DEPTH_CAP = 60
 EXPONENT_CAP = 64
 
+_CONDITION = "a condition is written a if c else b"
+_CALLED_IF = re.compile(r"\bif\s*\(.*,")  # of spreadsheets: if(v > 0, a, b)
 _FOREIGN = re.compile(r"[^\w \t+\-*/()<>=!,.]")
 _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, and functions such as sin(phi)"
 
@@ -433,17 +434,17 @@ class Expression:
 
     @cached_property
     def uses_speed(self) -> bool:
-        """Whether it depends on `omega`, or on `v` other than through its sign."""
+        """Tells whether it depends on `omega`, or on `v` other than through its sign."""
         return _uses_speed(self.tree)
 
     @property
     def uses_time(self) -> bool:
-        """Whether it depends on `t`."""
+        """Tells whether it depends on `t`."""
         return "t" in self.names
 
     @cached_property
     def switches_on_velocity(self) -> bool:
-        """Whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
+        """Tells whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
         return any(_sign_only(node) for node in walk(self.tree))
 
     def evaluate(self, values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None = None) -> Any:
@@ -459,7 +460,7 @@ class Expression:
         return self._in_range(lambda at: value(self.tree, at), values, ns, anchor)
 
     def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
-        """What is found at a place; with exponentials kept apart where plain floats overflow, and in intervals always."""
+        """The value at a place; exponentials are kept apart where plain floats overflow, and always in intervals."""
         at = At(values, ns, None if anchor is None else At(anchor, ns))
         with np.errstate(all="ignore"):
             if not self._grows:
@@ -502,7 +503,7 @@ class Expression:
         return pair
 
     def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
-        """What leaves it without a finite value at a place, in words and as it was written; nothing where it has one.
+        """The term that is not finite at a place, in words and as it was written; an empty text where there is none.
 
         It is the first part whose operands are finite and whose value is not. What leaves the floating-point range is told
         only where nothing else is wrong: exponentials may overflow and cancel.
@@ -526,7 +527,7 @@ class Expression:
     def part(self, node: Node) -> str:
         """A part of the tree as it was written, where it stands in the text as one."""
         body = self.text.strip(" \t")
-        reader = _Reader(body, self.names, 0)
+        reader = _ExpressionReader(body, self.names, 0)
         reader.read(_python_tree(body, 0).body, 1)
         text = reader.texts.get(node) or written(node)
         return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
@@ -561,7 +562,7 @@ def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
     _check_text(text)
     body = text.strip(" \t")
     indent = len(text) - len(text.lstrip(" \t"))
-    return Expression(text, _Reader(body, names, indent).read(_python_tree(body, indent).body, 1))
+    return Expression(text, _ExpressionReader(body, names, indent).read(_python_tree(body, indent).body, 1))
 
 
 def _check_text(text: str) -> None:
@@ -571,7 +572,7 @@ def _check_text(text: str) -> None:
     if len(text) > LENGTH_CAP:
         raise ExpressionError(f"a text of {len(text)} characters", f"at most {LENGTH_CAP}")
     if foreign := _FOREIGN.search(text):
-        advice = "a power is written **" if foreign[0] == "^" else ""
+        advice = {"^": "a power is written **", "?": _CONDITION}.get(foreign[0], "")
         raise ExpressionError(f"the character {foreign[0]!a} at column {foreign.start() + 1}", advice=advice)
     depth = 0
     for column, character in enumerate(text, 1):
@@ -587,12 +588,13 @@ def _python_tree(body: str, indent: int) -> ast.Expression:
             return ast.parse(body, mode="eval")
     except SyntaxError as error:
         place = f" (column {error.offset + indent})" if error.offset else ""
-        raise ExpressionError(f"a text that cannot be read{place}: {str(error.msg)[:100]}") from None
+        advice = _CONDITION if _CALLED_IF.search(body) else ""
+        raise ExpressionError(f"a text that cannot be read{place}: {str(error.msg)[:100]}", advice=advice) from None
     except (ValueError, RecursionError, MemoryError, OverflowError):
         raise ExpressionError("a text too large or too deeply nested", "a shorter one") from None
 
 
-class _Reader:
+class _ExpressionReader:
     """Turns Python's tree of one text into ours, and refuses every node that is not on the list; `texts` are its parts'."""
 
     def __init__(self, text: str, names: frozenset[str], indent: int) -> None:
@@ -612,9 +614,9 @@ class _Reader:
         rule = _READERS.get(type(node))
         if rule is None:
             raise ExpressionError(self._shown(node))
-        found = rule(self, node, depth + 1)
-        self.texts.setdefault(found, self._text(node))
-        return found
+        value = rule(self, node, depth + 1)
+        self.texts.setdefault(value, self._text(node))
+        return value
 
     def _text(self, node: ast.expr) -> str:
         return self.source[node.col_offset : node.end_col_offset].decode()
@@ -648,7 +650,11 @@ class _Reader:
         if name in FUNCTIONS:
             raise ExpressionError(f"the function {name!r}{self._place(node)} without brackets", f"{name}(...)")
         known = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
-        raise ExpressionError(f"the unknown name {self._shown(node)}", "one of " + ", ".join(known), _nearest(name, known))
+        raise ExpressionError(
+            f"the unknown name {self._shown(node)}",
+            "one of " + ", ".join(known),
+            _nearest("pi" if name == "π" else name, known),
+        )
 
     def _binary(self, node: ast.BinOp, depth: int) -> Node:
         """A power; a sum or product with all its members side by side, however long."""
@@ -664,8 +670,8 @@ class _Reader:
             members.append((signs[type(inner.op)], self.read(inner.right, depth)))
             inner = inner.left
         members.append(("+" if kind == "sum" else "*", self.read(inner, depth)))
-        found, args = zip(*reversed(members), strict=True)
-        return Node(kind, args, signs=found)
+        senses, args = zip(*reversed(members), strict=True)
+        return Node(kind, args, signs=senses)
 
     def _power(self, node: ast.BinOp, depth: int) -> Node:
         base, exponent = self.read(node.left, depth), self.read(node.right, depth)
@@ -734,15 +740,15 @@ def _nearest(name: str, known: tuple[str, ...]) -> str:
 
 _SPINES: dict[str, dict[type, str]] = {"sum": {ast.Add: "+", ast.Sub: "-"}, "product": {ast.Mult: "*", ast.Div: "/"}}
 _COMPARE = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-_READERS: dict[type, Callable[[_Reader, Any, int], Node]] = {
-    ast.Constant: _Reader._number,
-    ast.Name: _Reader._name,
-    ast.BinOp: _Reader._binary,
-    ast.UnaryOp: _Reader._unary,
-    ast.Compare: _Reader._compare,
-    ast.BoolOp: _Reader._logic,
-    ast.IfExp: _Reader._choice,
-    ast.Call: _Reader._call,
+_READERS: dict[type, Callable[[_ExpressionReader, Any, int], Node]] = {
+    ast.Constant: _ExpressionReader._number,
+    ast.Name: _ExpressionReader._name,
+    ast.BinOp: _ExpressionReader._binary,
+    ast.UnaryOp: _ExpressionReader._unary,
+    ast.Compare: _ExpressionReader._compare,
+    ast.BoolOp: _ExpressionReader._logic,
+    ast.IfExp: _ExpressionReader._choice,
+    ast.Call: _ExpressionReader._call,
 }
 
 
@@ -756,13 +762,36 @@ def expression_of(number: float) -> str:
     return f"({text})" if text.startswith("-") else text
 
 
-def compiled(template: str, **numbers: float) -> Expression:
-    """The expression that a template becomes when its names in braces are replaced by numbers, to the last bit.
+def compiled(template: str, **parts: float | Expression) -> Expression:
+    """The expression that a template becomes when its names in braces are replaced by numbers or by other expressions.
+
+    These are put in as trees: what is made of them may be longer and deeper than a text that is read.
 
     >>> compiled("-{k}*omega*abs(omega)", k=0.1).text
     '-0.1*omega*abs(omega)'
+    >>> compiled("{law} if omega > 2 else 0", law=compiled("{k}*omega", k=3)).evaluate({"omega": 4.0}, np)
+    12.0
     """
-    return parse(template.format(**{name: expression_of(number) for name, number in numbers.items()}))
+    trees = {f"part_{name}": part.tree if isinstance(part, Expression) else _finite(part) for name, part in parts.items()}
+    tree = parse(template.format(**{name: f"part_{name}" for name in parts}), frozenset(trees)).tree
+    texts = {name: f"({part.text})" if isinstance(part, Expression) else expression_of(part) for name, part in parts.items()}
+    return Expression(template.format(**texts), _composed(tree, trees))
+
+
+def _finite(number: float) -> Node:
+    if not math.isfinite(number):
+        raise ExpressionError(f"the number {float(number)}", "a number below 1.8e308")
+    return numeral(number)
+
+
+def _composed(node: Node, parts: Mapping[str, Node]) -> Node:
+    """A tree with parts in place of names."""
+    if node.op == "name":
+        return parts.get(node.name, node)
+    args = tuple(_composed(arg, parts) for arg in node.args)
+    if node.op == "neg" and args[0].op == "number":
+        return numeral(-args[0].number)
+    return node._replace(args=args)
 
 
 def numeral(number: float) -> Node:
@@ -804,8 +833,8 @@ def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
     if node.op == "name":
         return units.get(node.name)
     if node.op in _KEEPING:
-        found = {unit_of(arg, units) for arg in node.args[node.op == "if" :]}
-        return found.pop() if len(found) == 1 else None
+        units_of = {unit_of(arg, units) for arg in node.args[node.op == "if" :]}
+        return units_of.pop() if len(units_of) == 1 else None
     if node.op == "product":
         return _unit_of_product(zip(node.signs, node.args, strict=True), units)
     if node.op == "**":

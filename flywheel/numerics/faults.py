@@ -46,12 +46,12 @@ class Fault(NamedTuple):
 
     @property
     def told(self) -> str:
-        """What follows the path."""
+        """The text after the path."""
         return f"{f' ({self.place})' if self.place else ''}: {self.sentence}"
 
     @property
     def sentence(self) -> str:
-        """What was found and expected, and the advice, in the language in use."""
+        """The words for what was found and expected, and the advice, in the language in use."""
         words = {"found": message(self.found, numbers=False), "expected": message(self.expected, numbers=False)}
         tail = f"; {message(self.advice, numbers=False)}" if self.advice else ""
         return _("found {found}, expected {expected}", **words) + tail
@@ -76,7 +76,7 @@ class Remark(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What it comes to and the advice, in the language in use."""
+        """The words for the value and the advice, in the language in use."""
         return f"{message(self.found)}; {message(self.advice)}"
 
 

@@ -1,5 +1,7 @@
 """Functions of one number at a time: Python's own for floats, which are fast; numpy's for numbers that record themselves.
 
+`is_recorded` knows these, `present` gives the value that they have now.
+
 >>> sqrt(2.0) == math.sqrt(2.0), type(atan2(1.0, 2.0))
 (True, <class 'float'>)
 """
@@ -8,9 +10,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
+
+
+def is_recorded(value: object) -> TypeGuard[float]:
+    """Tells whether a value is a number on a tape (`bondgraph.recording`), which stands for those of many designs."""
+    return getattr(value, "is_recorded", False) is True
+
+
+def present(value: Any) -> Any:
+    """The present value of a recorded number; anything else unchanged.
+
+    What depends on it is not on record: only a choice that guards elsewhere hold, such as that of a piece by its anchor.
+    """
+    return value.value if is_recorded(value) else value  # type: ignore[attr-defined]
 
 
 def _of_any_number(plain: Callable[..., float], ufunc: Callable[..., Any]) -> Callable[..., float]:

@@ -60,7 +60,7 @@ class Interval:
         return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
 
     def contains(self, number: Any) -> Any:
-        """Whether a number, or each of an array, lies in the interval, ends included."""
+        """Tells whether a number, or each of an array, lies in the interval, ends included."""
         return (self.lo <= number) & (number <= self.hi)
 
     def __neg__(self) -> Interval:
@@ -105,7 +105,7 @@ class Interval:
 
 
 def _foreign(other: Any) -> bool:
-    """Whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
+    """Tells whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
     return not isinstance(other, Interval) and getattr(type(other), "__array_ufunc__", True) is None
 
 
@@ -159,7 +159,7 @@ def _increasing(function: Callable[[Any], Any], least: float = -np.inf, most: fl
 
 
 def _holds(u: Interval, place: float, period: float) -> Any:
-    """Whether the interval may hold place + n period for an integer n."""
+    """Tells whether the interval may hold place + n period for an integer n."""
     first, last = (u.lo - place) / period, (u.hi - place) / period
     slack = 4 * _EPS * (1 + np.maximum(np.abs(first), np.abs(last)))
     return np.floor(last + slack) >= np.ceil(first - slack)
@@ -301,7 +301,7 @@ NAMESPACE = SimpleNamespace(
 )
 
 
-_MOST = 1e300  # exponents beyond are taken for this: their products with 0 stay 0
+_GREATEST_EXPONENT = 1e300  # exponents beyond are taken for this: their products with 0 stay 0
 _FOLDED = Interval(1 - 2e-15, 1 + 2e-15)  # what rounding can make of a product of numeric factors
 Powers = dict[Hashable, tuple[Any, Any]]  # under the key of each exponent: its value a, and its coefficient c
 
@@ -383,22 +383,22 @@ def _parts(u: Any) -> tuple[Any, Powers]:
 
 def _merged(one: Powers, two: Powers, sign: float) -> Powers:
     """The exponents of a product (sign 1) or quotient (-1), without those that cancel everywhere."""
-    found = {}
+    entries = {}
     for key in {**one, **two}:
         (a, c), (b, d) = one.get(key, (None, 0.0)), two.get(key, (None, 0.0))
         total = c + sign * d
         if np.any(total != 0.0):
-            found[key] = (b if a is None else a, total)
-    return found
+            entries[key] = (b if a is None else a, total)
+    return entries
 
 
 def _chosen(first: Any, one: Powers, two: Powers) -> Powers:
     """Of two lots of exponents the first where that is chosen, element by element."""
-    found = {}
+    entries = {}
     for key in {**one, **two}:
         a = (one.get(key) or two[key])[0]
-        found[key] = a, np.where(first, one.get(key, (0, 0.0))[1], two.get(key, (0, 0.0))[1])
-    return found
+        entries[key] = a, np.where(first, one.get(key, (0, 0.0))[1], two.get(key, (0, 0.0))[1])
+    return entries
 
 
 def _is_zero(u: Any) -> Any:
@@ -425,9 +425,9 @@ def _scaled_namespace(ns: Any) -> SimpleNamespace:
         for key, c, number in parts:
             a = plain(number)
             if ns is NAMESPACE:
-                a = _FOLDED * Interval(*(np.clip(end, -_MOST, _MOST) for end in _ends(a)))
+                a = _FOLDED * Interval(*(np.clip(end, -_GREATEST_EXPONENT, _GREATEST_EXPONENT) for end in _ends(a)))
             else:
-                a = np.clip(a, -_MOST, _MOST)
+                a = np.clip(a, -_GREATEST_EXPONENT, _GREATEST_EXPONENT)
             powers = _merged(powers, {key: (a, c)}, 1.0)
         return Scaled(1.0, powers, ns)
 
@@ -486,6 +486,6 @@ def scaled_namespace(ns: Any) -> Any:
     """The namespace of scaled numbers over those of `ns`, or of jets over them where `ns` is one of jets."""
     if id(ns) not in _NAMESPACES:
         base = getattr(ns, "over", None)
-        found = _scaled_namespace(ns) if base is None else jet_namespace(scaled_namespace(base))
-        _NAMESPACES[id(ns)] = ns, found
+        namespace = _scaled_namespace(ns) if base is None else jet_namespace(scaled_namespace(base))
+        _NAMESPACES[id(ns)] = ns, namespace
     return _NAMESPACES[id(ns)][1]

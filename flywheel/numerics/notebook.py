@@ -11,10 +11,10 @@ def html(thing: object) -> str | None:
     import flywheel
 
     try:
-        found: str | None = flywheel.notebooks.html(thing)
+        page: str | None = flywheel.notebooks.html(thing)
     except Exception:  # a notebook shows the object's text instead: to look at a result must never fail
         return None
-    return found
+    return page
 
 
 def quoted(title: str | None) -> str:

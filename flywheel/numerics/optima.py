@@ -1,13 +1,22 @@
-"""Least values of functions with corners, under bounds and constraints: scipy's SLSQP, then linear programs over a bundle.
+"""Least values of functions with corners, under bounds and constraints: SLSQP, linear programs over a bundle, curved steps.
 
 Figures of flywheels are greatest values less least ones, so that the best design often lies where two lobes are equal: in a
 corner, at which methods for smooth functions stop short. There every tangent known nearby counts: the linear program
 
     min t  with  t >= f_i + grad f_i (x - x_i),  0 >= g_i + grad g_i (x - x_i),  |x - x_k| <= radius
 
-goes to where tangents meet, and does so quadratically where as many meet as there are variables and one.
+goes to where tangents meet, and does so quadratically where as many meet as there are variables and one. Where fewer meet,
+on a ridge that is curved (the mass of a counterweight times its distance), its straight steps leave the ridge. There each
+piece of the function counts with its Hessian,
 
-Source: D. Kraft, DFVLR-FB 88-28 (1988); R. Fletcher, E. Sainz de la Maza, Mathematical Programming 43 (1989), 235.
+    min t  with  t >= f_i + grad f_i (x - x_i) + (x - x_i)' H_i (x - x_i)/2,
+
+which is Newton's method where there is one piece alone. Whether a point is least nearby is told by the linear program over
+tangents at points around it, by differences of their own: a step of a radius r gains slope r, and nothing where no
+combination of tangents, constraints and bounds leaves a way down (F. Clarke's stationary points).
+
+Source: D. Kraft, DFVLR-FB 88-28 (1988); R. Fletcher, E. Sainz de la Maza, Mathematical Programming 43 (1989), 235; J. Burke,
+A. Lewis, M. Overton, SIAM Journal on Optimization 15 (2005), 751; R. Fletcher, Practical Methods of Optimization (1987).
 """
 
 from __future__ import annotations
@@ -27,13 +36,20 @@ Rows = Callable[[Array], Array]
 KEPT = 1e-9
 """How far a constraint, of the size of 1, may be above 0 and be kept."""
 _PENALTY = 1e3  # of a constraint that is not kept, beside the function's own size
-_REFUSED = 1e9  # what SLSQP sees where there is no value
+_NO_VALUE = 1e9  # what SLSQP sees where there is no value
 _STEPS, _BUNDLE = 60, 60  # of SLSQP; of linear programs
-_SMOOTH = 1e-13  # relative change at which SLSQP stops
-_RADIUS, _LEAST, _MOST = 0.02, 1e-10, 0.25  # of the interval between bounds
-_ENOUGH = 1e-13  # of the function: a gain that is none
+_SLSQP_CHANGE = 1e-13  # relative change at which SLSQP stops
+_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.02, 1e-10, 0.25  # of the interval between bounds
+_LEAST_GAIN = 1e-13  # of the function: a gain that is none
 _FINEST = 2.0**-28  # of a variable's scale, over which slopes are taken as the radius becomes small
-_NEAR, _MANY = 8.0, 40  # radii within which a tangent counts; how many do
+_TANGENT_RADII, _MANY = 8.0, 40  # radii within which a tangent counts; how many do
+_WEIGHT, _TANGENT_DIFFERENCE = 1e-6, 1e-3  # of a tangent that decides a step; relative difference of tangents of one piece
+_CURVED = 40  # steps along ridges
+_AWAY, _STEP = 1e-3, 1.25e-4  # shares of the interval: from a corner to where a piece is taken; over which it is
+_NEARBY, _TANGENT_STEP, _BESIDE = 2e-5, 1e-7, 0.02  # radius of tangents around a point; their steps; radii beside corners
+_CERTAIN = 0.5  # of what a program gains: what is won of it for it to be right
+STATIONARY = 2e-5
+"""Up to which slope of `descent` a function counts as least at a point."""
 
 
 class Point(NamedTuple):
@@ -50,8 +66,76 @@ def merit(rows: Array, size: float) -> Array:
     return np.where(np.isnan(rows).any(axis=0), np.inf, rows[0] + _PENALTY * size * excess)
 
 
+class _Terrain(NamedTuple):
+    """A function and its constraints over shares of the intervals between bounds; slopes are those by shares."""
+
+    rows: Rows
+    low: Array
+    high: Array
+    scales: Array
+
+    def values(self, shares: Array) -> Array:
+        """At points (variables, points), each within the bounds."""
+        low, high = self.low[:, None], self.high[:, None]
+        return self.rows(np.clip(low + np.clip(shares, 0.0, 1.0) * (high - low), low, high))
+
+    def at(self, share: Array, radius: float = 1.0) -> Point:
+        """A point with slopes by differences as small as a radius asks for; beyond the bounds, where it has to be."""
+        width = self.high - self.low
+        x = np.clip(self.low + share * width, self.low, self.high)
+        step = min(FINE, max(_FINEST, radius * FINE / _RADIUS))
+        values, slopes = gradient(lambda columns: (self.rows(columns), np.zeros(1)), x, self.scales, step)
+        return Point(np.clip(share, 0.0, 1.0), values, slopes * width)
+
+    def tangent(self, share: Array, *, in_corner: bool = True) -> Point:
+        """A point with slopes by small differences within the bounds; NaN where these mix pieces, unless they may."""
+        moved = np.where(share + _TANGENT_STEP <= 1.0, _TANGENT_STEP, -_TANGENT_STEP)
+        # within the bounds, if need be on one side
+        back = np.where((share >= _TANGENT_STEP) & (moved > 0.0), -_TANGENT_STEP, 0.5 * moved)
+        found = self.values(np.array([share, *(share + np.diag(moved)), *(share + np.diag(back))]).T)
+        changes = found[:, 1:].reshape(len(found), 2, -1) - found[:, :1, None]
+        there, other = changes[:, 0] / moved, changes[:, 1] / back
+        mixed = np.abs(there - other).max(axis=1) > _TANGENT_DIFFERENCE * np.abs(there).max(axis=1)
+        return Point(share, found[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
+
+    def piece(self, share: Array) -> Piece | None:
+        """A function's piece around a point, to the second order; None where a value is missing."""
+        h, count = _STEP, len(share)
+        share = np.clip(share, h, 1.0 - h)
+        step = h * np.eye(count)
+        pairs = [(i, j) for i in range(count) for j in range(i)]
+        both = np.array([step[i] + step[j] for i, j in pairs]).reshape(-1, count)
+        moved = np.concatenate([np.zeros((1, count)), step, -step, both, -both])
+        found = self.values(share[:, None] + moved.T)
+        if not np.isfinite(found).all():
+            return None
+        middle, plus, minus = found[:, :1], found[:, 1 : count + 1], found[:, count + 1 : 2 * count + 1]
+        curvature = np.zeros((len(found), count, count))
+        curvature[:, range(count), range(count)] = (plus - 2 * middle + minus) / h**2
+        twice = found[:, 2 * count + 1 :].reshape(len(found), 2, -1).sum(axis=1)
+        for k, (i, j) in enumerate(pairs):
+            others = plus[:, i] + minus[:, i] + plus[:, j] + minus[:, j]
+            curvature[:, i, j] = curvature[:, j, i] = (twice[:, k] + 2 * middle[:, 0] - others) / (2 * h**2)
+        return Piece(share, middle[:, 0], (plus - minus) / (2 * h), curvature)
+
+
+class Piece(NamedTuple):
+    """A function and its constraints around a point to the second order: values, slopes, Hessians by rows."""
+
+    x: Array
+    rows: Array
+    slopes: Array
+    curvature: Array
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Values and slopes at another point."""
+        step = x - self.x
+        bend = self.curvature @ step
+        return self.rows + (self.slopes + 0.5 * bend) @ step, self.slopes + bend
+
+
 def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) -> Array:
-    """Where a function is least nearby: a point that is good beside all that were tried.
+    """A point nearby where a function is least: as good as all that were tried.
 
     Args:
         rows: the function and its constraints.
@@ -66,20 +150,50 @@ def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) ->
     >>> found = minimum(lobes, np.array([0.2, 0.9]), low, high, high)
     >>> np.round(found, 9).tolist()
     [0.75, 0.25]
+    >>> def ridge(x):  # a ridge along x y = 0.3, on which it falls towards greater x: up to the bound
+    ...     return (abs(x[0] * x[1] - 0.3) - 0.01 * x[0])[None]
+    >>> np.round(minimum(ridge, np.array([0.5, 0.9]), low, high, high), 7).tolist()
+    [1.0, 0.3]
 
     """
-    width = high - low
-
-    def at(share: Array, radius: float = 1.0) -> Point:
-        x = np.clip(low + share * width, low, high)
-        step = min(FINE, max(_FINEST, radius * FINE / _RADIUS))
-        values, slopes = gradient(lambda columns: (rows(columns), np.zeros(1)), x, scales, step)
-        return Point(np.clip(share, 0.0, 1.0), values, slopes * width)
-
-    first = at((start - low) / width)
+    terrain = _Terrain(rows, low, high, scales)
+    first = terrain.at((start - low) / (high - low))
     size = abs(first.rows[0]) or 1.0
-    best = _bundle(at, _smooth(at, first, size), size)
-    return np.asarray(np.clip(low + best.x * width, low, high))
+    best = _bundle(terrain.at, _smooth(terrain.at, first, size), size)
+    best = _along_ridges(terrain, best, size)
+    return np.asarray(np.clip(low + best.x * (high - low), low, high))
+
+
+def descent(rows: Rows, x: Array, low: Array, high: Array, seed: int = 0) -> float:
+    """The steepest descent of a function from a point: 0 but for errors of differences at a local minimum.
+
+    Args:
+        rows: the function and its constraints.
+        x: where.
+        low: least values of the variables.
+        high: greatest ones.
+        seed: of the points around it.
+
+    Returns: gain per share of the intervals between bounds, over the function's size and slopes there.
+
+    >>> def ridge(x):
+    ...     return (abs(x[0] * x[1] - 0.3) - 0.01 * x[0])[None]
+    >>> low, high = np.zeros(2), np.ones(2)
+    >>> descent(ridge, np.array([0.5, 0.6]), low, high) > STATIONARY
+    True
+    >>> descent(ridge, np.array([1.0, 0.3]), low, high) > STATIONARY
+    False
+
+    """
+    own = rows(x[:, None])
+    kept = np.where(np.arange(len(own))[:, None] > 0, np.clip(own, 0.0, KEPT), 0.0)  # a constraint may be above 0 by that
+    terrain = _Terrain(lambda columns: rows(columns) - kept, low, high, high - low)
+    share = (x - low) / (high - low)
+    point, random = terrain.tangent(share), np.random.default_rng([seed, 2])
+    size = abs(point.rows[0]) or 1.0
+    wide, close = (_descent(terrain, point, radius, size, random)[0] for radius in (_NEARBY, 0.25 * _NEARBY))
+    falls = close if close > 0.5 * wide else (4.0 * close - wide) / 3.0  # with the radius, as far as it comes from curvature
+    return float(max(falls, 0.0))
 
 
 def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
@@ -101,7 +215,7 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
     def held(j: int) -> dict[str, Any]:
         return {
             "type": "ineq",
-            "fun": lambda x: np.nan_to_num(-known(x).rows[j], nan=-_REFUSED),
+            "fun": lambda x: np.nan_to_num(-known(x).rows[j], nan=-_NO_VALUE),
             "jac": lambda x: np.nan_to_num(-known(x).slopes[j]),
         }
 
@@ -110,29 +224,33 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
         "bounds": [(0.0, 1.0)] * len(first.x),
         "constraints": [held(j) for j in range(1, len(first.rows))],
         "method": "SLSQP",
-        "options": {"maxiter": _STEPS, "ftol": _SMOOTH},
+        "options": {"maxiter": _STEPS, "ftol": _SLSQP_CHANGE},
     }
 
     def aim(x: Array) -> float:
-        return float(np.nan_to_num(known(x).rows[0] / size, nan=_REFUSED))
+        return float(np.nan_to_num(known(x).rows[0] / size, nan=_NO_VALUE))
 
     minimize(aim, first.x, **wanted)
     return best
 
 
-def _bundle(at: Callable[..., Point], point: Point, size: float) -> Point:
-    """The best point that linear programs over tangents come to."""
-    tangents, radius = [point], _RADIUS
+def _bundle(
+    at: Callable[..., Point], point: Point, size: float, radius: float = _RADIUS, least: float = _LEAST_RADIUS
+) -> Point:
+    """The best point that linear programs over tangents come to, from a radius on until it is a least one."""
+    tangents = [point]
     for _ in range(_BUNDLE):
-        near = [other for other in tangents if np.abs(other.x - point.x).max() <= _NEAR * radius][-_MANY:]
-        step, gain = _program(point, near, radius, size)
+        near = [other for other in tangents if np.abs(other.x - point.x).max() <= _TANGENT_RADII * radius][-_MANY:]
+        step, gain, _ = _program(point, near, radius, size)
         won = -1.0
-        if step is not None and gain > _ENOUGH * size:
+        if step is not None and gain > _LEAST_GAIN * size:
             trial = at(point.x + step, radius)
             tangents.append(trial)
             won = float(merit(point.rows, size) - merit(trial.rows, size))
         if won > 0.1 * gain:
-            radius = min(2.0 * radius, _MOST) if step is not None and np.abs(step).max() > 0.9 * radius else radius
+            radius = (
+                min(2.0 * radius, _GREATEST_RADIUS) if step is not None and np.abs(step).max() > 0.9 * radius else radius
+            )
         else:
             radius *= 0.25
         if won > 0.0:
@@ -141,20 +259,24 @@ def _bundle(at: Callable[..., Point], point: Point, size: float) -> Point:
             tangents = [other for other in tangents if not np.array_equal(other.x, point.x)]
             point = at(point.x, radius)
             tangents.append(point)
-        if radius < _LEAST:
+        if radius < least:
             break
     return point
 
 
-def _program(point: Point, near: list[Point], radius: float, size: float) -> tuple[Array | None, float]:
-    """The best step as tangents have it, and by how much the merit falls on it; None where there is none."""
+def _program(point: Point, near: list[Point], radius: float, size: float) -> tuple[Array | None, float, list[Point]]:
+    """The best step as tangents have it, by how much the merit falls on it, and the tangents that decide it.
+
+    The step is None where there is none.
+    """
     from scipy.optimize import linprog
 
     count, many = len(point.x), len(point.rows) - 1
-    matrix, right = [], []
+    matrix, right, used = [], [], []
     for other in near:
         if not np.isfinite(other.rows).all() or not np.isfinite(other.slopes).all():
             continue
+        used.append(other)
         there = other.rows + other.slopes @ (point.x - other.x)
         there = np.minimum(there, point.rows)  # tangents of a function that is not convex may lie above it
         matrix.append([*other.slopes[0] / size, -1.0, *[0.0] * many])
@@ -165,7 +287,7 @@ def _program(point: Point, near: list[Point], radius: float, size: float) -> tup
             matrix.append([*other.slopes[1 + j], 0.0, *row])
             right.append(-there[1 + j])
     if not matrix:
-        return None, 0.0
+        return None, 0.0, []
     bounds = [(max(-radius, -x), min(radius, 1.0 - x)) for x in point.x.tolist()]
     found = linprog(
         [*[0.0] * count, 1.0, *[_PENALTY] * many],
@@ -175,6 +297,135 @@ def _program(point: Point, near: list[Point], radius: float, size: float) -> tup
         method="highs",
     )
     if found.x is None:
-        return None, 0.0
+        return None, 0.0, []
     before = float(np.maximum(point.rows[1:], 0.0).sum()) * _PENALTY
-    return np.asarray(found.x[:count]), (before - float(found.fun or 0.0)) * size
+    weights = -found.ineqlin.marginals.reshape(len(used), 1 + many)
+    active = [other for other, own in zip(used, weights, strict=True) if own.max() > _WEIGHT]
+    return np.asarray(found.x[:count]), (before - float(found.fun or 0.0)) * size, active
+
+
+# -- ridges that are curved --------------------------------------------------------------------------------------------
+
+
+def _descent(
+    terrain: _Terrain, point: Point, radius: float, size: float, random: np.random.Generator
+) -> tuple[float, list[Point]]:
+    """The steepest descent of a function within a radius, by tangents at points around, and those that meet at the point.
+
+    A slope is what is gained per share of the intervals between bounds, over the function's own size there.
+    Tangents are taken a little beside the points that programs give: these lie in corners, where differences mix pieces.
+    """
+    count = len(point.x)
+    shares = point.x + radius * random.uniform(-1.0, 1.0, (2 * count + 2, count))
+    near = [terrain.tangent(share) for share in np.clip(shares, 0.0, 1.0)]
+    slopes = [np.abs(other.slopes[0]).max() for other in near if np.isfinite(other.slopes).all()]
+    own = max([size, *slopes])
+    active, gain, most = list[Point](), 0.0, 0.0
+    for _ in range(4 * count + 8):
+        step, gain, active = _program(point, near, radius, size)
+        if step is None or gain <= 0.5 * STATIONARY * radius * own:
+            break
+        trial = point.x + step + _BESIDE * radius * random.uniform(-1.0, 1.0, count)
+        near.append(terrain.tangent(np.clip(trial, 0.0, 1.0), in_corner=False))
+        if np.isnan(near[-1].rows).any():
+            break
+        most = max(most, float(merit(point.rows, size) - merit(near[-1].rows, size)))
+        if most > _CERTAIN * gain:
+            break
+    return max(gain, most) / radius / own, active
+
+
+def _along_ridges(terrain: _Terrain, point: Point, size: float) -> Point:
+    """The best point that steps over pieces of the second order come to, each followed by tangents back to the ridge."""
+    radius, random, first = _RADIUS, np.random.default_rng(0), point
+    for _ in range(_CURVED):
+        slope, active = _descent(terrain, point, _NEARBY, size, random)
+        if slope <= STATIONARY:
+            break
+        pieces = _pieces(terrain, point, active)
+        won = 0.0
+        while pieces and won <= 0.0 and radius > _NEARBY:
+            step, gain = _curved(point, pieces, radius, size)
+            moved = float(np.abs(step).max())
+            trial = _bundle(terrain.at, terrain.at(point.x + step, _NEARBY), size, 0.1 * radius, 0.1 * _NEARBY)
+            won = float(merit(point.rows, size) - merit(trial.rows, size))
+            if won <= max(0.1 * gain, 0.0):
+                radius *= 0.25
+            elif moved > 0.9 * radius:
+                radius = min(3.0 * radius, 1.0)
+        if won <= _LEAST_GAIN * size:
+            break
+        point = trial
+    return point if point is first else _bundle(terrain.at, point, size, _NEARBY)
+
+
+def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]:
+    """Of every tangent that differs from the others the piece that it belongs to, where that is greater than the others."""
+    from scipy.optimize import linprog
+
+    distinct: list[Array] = []
+    for other in active:
+        slope = other.slopes[0]
+        if all(np.abs(slope - known).max() > _TANGENT_DIFFERENCE * np.abs(slope).max() for known in distinct):
+            distinct.append(slope)
+    found = []
+    for i, slope in enumerate(distinct):
+        ways = [slope - other for k, other in enumerate(distinct) if k != i]
+        way = np.zeros(len(point.x))
+        if ways:  # along which it rises above all others
+            matrix = np.array([[*(-way / np.linalg.norm(way)), 1.0] for way in ways])
+            bounds = [*[(-1.0, 1.0)] * len(way), (None, None)]
+            program = linprog([*way, -1.0], A_ub=matrix, b_ub=np.zeros(len(ways)), bounds=bounds, method="highs")
+            way = way if program.x is None else np.asarray(program.x[:-1])
+        piece = terrain.piece(point.x + _AWAY * way)
+        if piece is not None:
+            found.append(piece)
+    return found
+
+
+def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tuple[Array, float]:
+    """The best step as pieces of the second order have it, and by how much the merit falls on it."""
+    from scipy.optimize import minimize
+
+    count, many = len(point.x), len(point.rows) - 1
+    units = np.array([size, *[1.0] * many])
+
+    def rows(x: Array) -> tuple[Array, Array]:
+        """Of every piece the rows over their units, and their slopes."""
+        each = [piece.at(point.x + x) for piece in pieces]
+        return np.array([row / units for row, _ in each]), np.array([slope / units[:, None] for _, slope in each])
+
+    def aim(z: Array) -> float:
+        return float(weights @ z)
+
+    def of_aim(z: Array) -> Array:
+        return weights
+
+    above = np.hstack([np.zeros((1 + many, count)), np.eye(1 + many)])  # t, and by how much constraints are not kept
+
+    def room(z: Array) -> Array:
+        return np.asarray((above @ z - rows(z[:count])[0] + base).ravel())
+
+    def of_room(z: Array) -> Array:
+        slopes = np.tile(above, (len(pieces), 1, 1))
+        slopes[:, :, :count] -= rows(z[:count])[1]
+        return slopes.reshape(-1, count + 1 + many)
+
+    base = np.array([point.rows[0] / size, *[0.0] * many])
+    before = rows(np.zeros(count))[0].max(axis=0) - base
+    weights = np.array([*[0.0] * count, 1.0, *[_PENALTY] * many])
+    ends = list(zip(np.maximum(-radius, -point.x), np.minimum(radius, 1.0 - point.x), strict=True))
+    start = np.array([*[0.0] * count, before[0], *np.maximum(before[1:], 0.0)])
+    wanted: Any = {
+        "jac": of_aim,
+        "bounds": [*ends, (None, None), *[(0.0, None)] * many],
+        "constraints": [{"type": "ineq", "fun": room, "jac": of_room}],
+        "method": "SLSQP",
+        "options": {"maxiter": _STEPS, "ftol": _SLSQP_CHANGE},
+    }
+    found = minimize(aim, start, **wanted)
+    low, high = np.array(ends).T
+    step = np.clip(found.x[:count], low, high)
+    after = rows(step)[0].max(axis=0) - base
+    unkept = np.maximum(point.rows[1:], 0.0).sum() - np.maximum(after[1:], 0.0).sum()
+    return step, float(-after[0] + _PENALTY * unkept) * size

@@ -15,12 +15,12 @@ where it rises, and not where it is 1.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
+from bondgraph.numerics import roots_between
 from flywheel.numerics import expressions
 from flywheel.numerics.expressions import At, Expression, Node
 from flywheel.numerics.intervals import NAMESPACE, Interval, Powers, Scaled, interval, plain, scaled_namespace
@@ -156,42 +156,16 @@ def _touching_points(
 
 
 def _sign_changes(value: Callable[[Array, Array], Any], cells: Array) -> tuple[Array, Array]:
-    """The roots of cells at whose ends the signs differ, to the last unit or two, and the other cells.
-
-    By Chandrupatla's method on all cells at once: inverse quadratic interpolation where it is safe, bisection elsewhere.
-    Source: T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
-    """
+    """The roots of cells at whose ends the signs differ, to the last unit or two, and the other cells."""
 
     def at(phi: Array, anchor: Array) -> Array:
         return np.broadcast_to(np.asarray(value(phi, anchor), dtype=float), phi.shape)
 
     if not cells.size:
         return cells[0], cells
-    low, high = at(cells[0], cells[2]), at(cells[1], cells[2])
-    change = np.sign(low) * np.sign(high) < 0
-    if not change.any():
-        return low[change], cells
-    b, a, anchor = cells[:, change]
-    fb, fa = low[change], high[change]
-    share = np.full_like(a, 0.5)
-    best = a
-    for _ in range(200):
-        x = a + share * (b - a)
-        fx = at(x, anchor)
-        same = np.sign(fx) == np.sign(fa)
-        c, fc = np.where(same, a, b), np.where(same, fa, fb)
-        b, fb = np.where(same, b, a), np.where(same, fb, fa)
-        a, fa = x, fx
-        best = np.where(np.abs(fa) < np.abs(fb), a, b)
-        least = _EPS * np.abs(best) / np.abs(b - a)
-        if np.all((least > 0.5) | (fa == 0) | (fb == 0)):
-            break
-        place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        safe = (height**2 < place) & ((1 - height) ** 2 < 1 - place)
-        share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        share = np.clip(np.where(safe, share, 0.5), least, 1 - least)
-        share = np.where(np.isfinite(share), share, 0.5)
-    return best, cells[:, ~change]
+    change = np.sign(at(cells[0], cells[2])) * np.sign(at(cells[1], cells[2])) < 0
+    low, high, anchor = cells[:, change]
+    return roots_between(lambda phi: at(phi, anchor), low, high), cells[:, ~change]
 
 
 def _distance(angles: Array, edges: Array) -> Array:
@@ -336,7 +310,7 @@ def _examined(inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array
 
 
 def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array, peak: Array) -> Mask:
-    """Which cells (cells, machines) are narrow enough for the nodes to follow an expression, as `resolved` would have them.
+    """A mask of the cells (cells, machines) narrow enough for the nodes to follow an expression, as `resolved` requires.
 
     Args:
         expression: of which no branch changes inside a cell.
@@ -422,7 +396,7 @@ def _too_wide(node: Node, cells: _Cells, tolerance: Array, powers: Powers) -> Ma
 
 
 def _share(tolerance: Array, steepness: Any) -> Array:
-    """What an argument may be off where its function rises by so much at most; nothing where that is not known."""
+    """The error allowed in an argument whose function rises by so much at most; 0 where that is not known."""
     shared = tolerance / steepness
     return np.asarray(np.where(np.isnan(shared), np.where(tolerance == np.inf, np.inf, 0.0), shared))
 

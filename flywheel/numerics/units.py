@@ -18,15 +18,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeGuard
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import quote, show, suggestion
+from flywheel.numerics.functions import is_recorded
 
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
-_LONGEST = 100
+_TEXT_LENGTH = 100
 _LARGEST_POWER = 9
 _MOST_DIGITS = 1000
 LARGEST = 1e50  # a quantity beyond it would leave the floating-point range with its first few products
@@ -91,7 +91,7 @@ class Dimension(NamedTuple):
 
     @property
     def expected(self) -> str:
-        """What a fault says was expected."""
+        """The expectation that a fault states."""
         article = "an" if self.name[0] in "aeiou" else "a"
         bare = f" or a bare number in {self.si}" if self.si else ""
         return f'{article} {self.name} such as "{self.example}"{bare}'
@@ -247,7 +247,7 @@ _BASES = {
 
 
 def is_quantity(value: object) -> bool:
-    """Whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
+    """Tells whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
     return all(hasattr(value, name) for name in ("to_base_units", "magnitude", "units"))
 
 
@@ -273,19 +273,6 @@ def quantity_text(value: Any) -> Any:
     numbers = np.asarray(base.magnitude, dtype=float)
     texts = [f"{float(number)!r} {unit}" if unit else float(number) for number in numbers.ravel()]
     return texts[0] if numbers.ndim == 0 else texts
-
-
-def is_recorded(value: object) -> TypeGuard[float]:
-    """Whether a value is a number on a tape (`bondgraph.recording`), which stands for those of many designs."""
-    return getattr(value, "is_recorded", False) is True
-
-
-def present(value: Any) -> Any:
-    """What a number stands for now, where it is recorded; anything else as it is.
-
-    What depends on it is not on record: only a choice that guards elsewhere hold, such as that of a piece by its anchor.
-    """
-    return value.value if is_recorded(value) else value  # type: ignore[attr-defined]
 
 
 def plain_number(value: object) -> float | None:
@@ -351,7 +338,7 @@ def split_quantity(text: str) -> tuple[str, str] | None:
 def _parse_text(text: str, dimension: str | None) -> float:
     """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone must need none."""
     expected = _expected(dimension)
-    parts = split_quantity(text) if len(text) <= _LONGEST else None
+    parts = split_quantity(text) if len(text) <= _TEXT_LENGTH else None
     if parts is None:
         raise QuantityError(quote(text), expected)
     number, rest = parts
@@ -401,7 +388,7 @@ def _scaled(match: re.Match[str], unit: Unit) -> float:
 def _unit(text: str, dimension: str | None) -> Unit:
     """The unit that a text spells, whatever its dimension."""
     spelt = re.sub(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m.group().translate(_SUPERSCRIPTS), text.strip())
-    if len(spelt) > _LONGEST or "(" in spelt or ")" in spelt:
+    if len(spelt) > _TEXT_LENGTH or "(" in spelt or ")" in spelt:
         raise QuantityError(quote(text), "a unit", "write no brackets: everything after / divides")
     if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
         return UNITS["rpm"]

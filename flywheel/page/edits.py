@@ -6,17 +6,17 @@ import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 from flywheel.mechanisms import KINDS
-from flywheel.numerics.faults import Fault
+from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity, parse_unit, split_quantity
 from flywheel.page.form import Field, Form, More, form_of
-from flywheel.page.places import places_of
+from flywheel.page.places import example_of, places_of
 from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
-from flywheel.reading.scenes import LARGEST
-from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, keys_for
+from flywheel.reading.scenes import LARGEST, parse_scene
+from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, Section, keys_for
 from flywheel.reading.toml_edits import EditError, literal, quoted, value_at, with_value, without
 from flywheel.reading.toml_text import Outline, Path, outline
 from flywheel.scene.keys import Key
@@ -128,20 +128,43 @@ class Draft:
     # -- another type
 
     def _of_type(self, place: Path, kind: str) -> Outline:
-        """A table of another type: what fits is kept, what does not goes, and what the new type needs is put in."""
-        found = with_value(self.outline, place, quoted(kind, self._snippet(place)))
+        """Give a table another type: what fits stays, what does not goes, and what the new type needs is put in.
+
+        Of what could stay as much stays as the reader takes: a value that fits a key may not fit the others.
+        """
+        typed = with_value(self.outline, place, quoted(kind, self._snippet(place)))
         above = place[:-1]
-        table = value_at(found.mapping, above)
-        needed = _needed(above, kind, table, found.mapping)
-        if needed is None:
-            return found
-        keep, begun = needed
-        for key in [key for key in table if key not in keep]:
-            found = without(found, (*above, key))
-        for path, value in begun.items():
-            if value_at(found.mapping, (*above, *path)) is None:
-                found = with_value(found, (*above, *path), value)
+        made = [self._with_table(typed, above, beginning) for beginning in _beginnings(above, kind, typed.mapping)]
+        if len(made) < 2:
+            return made[0] if made else typed
+        return min(made, key=lambda changed: _faults_within(changed, above))
+
+    def _with_table(self, found: Outline, above: Path, beginning: Beginning) -> Outline:
+        """The text with the keys of a table that a beginning keeps, and with those that it puts in."""
+        for key in list(value_at(found.mapping, above)):
+            if key not in beginning.keep:
+                found = without(found, (*above, key))
+        for path, value in beginning.begun.items():
+            if value_at(found.mapping, path) is None:
+                found = with_value(found, path, value)
         return found
+
+
+class Beginning(NamedTuple):
+    """A way to begin a table of another type: keys that stay, and values by their place where there is none."""
+
+    keep: set[str]
+    begun: dict[Path, str]
+
+
+def _faults_within(changed: Outline, above: Path) -> int:
+    """Count the faults of a text at a table; a text that is read without any has none."""
+    where = next((name for name, place in changed.places.items() if place == above), "")
+    try:
+        parse_scene(changed.text)
+    except SceneError as error:
+        return sum(fault.path == where or fault.path.startswith((f"{where}.", f"{where}[")) for fault in error.faults)
+    return 0
 
 
 def _known(place: Path | None) -> Path:
@@ -204,96 +227,85 @@ def _is_toml(text: str) -> bool:
 
 # -- what a type needs -----------------------------------------------------------------------------------------------------
 
-_MOTORS: dict[str, dict[str, Any]] = {
-    "constant": {"torque": "40 N m"},
-    "line": {"no_load_speed": "1500 rpm", "starting_torque": "100 N m"},
-    "table": {"speed": [0, 100, 157], "torque": [50, 40, 0]},
-    "dc": {"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"},
-    "induction": {"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5},
-    "engine": {"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"},
-    "hydraulic": {
-        "displacement": "160 cm^3",
-        "flow": "240 l/min",
-        "pressure": "140 bar",
-        "volumetric_efficiency": 0.92,
-        "mechanical_efficiency": 0.93,
-    },
-}
-_MODELS: dict[str, dict[str, Any]] = {
-    "constant": {"EFFORT": None},
-    "fan": {"EFFORT": None, "SPEED": None},
-    "pump": {"EFFORT": None, "SPEED": None},
-    "losses": {"constant": "EFFORT"},
-    "belt": {"tight": "600 N", "slack": "200 N", "radius": "200 mm"},
-    "press": {"energy": "500 J", "thickness": "5 mm"},
-    "punch": {"diameter": "20 mm", "thickness": "5 mm", "shear_strength": "300 MPa"},
-    "indicator": {"bore": "80 mm", "position": [0, 1], "out": [1e5, 1e5], "back": [1e5, 1e5]},
-    "compressor": {"bore": "80 mm", "clearance": 0.05, "suction": "1 bar", "discharge": "6 bar", "exponent": 1.3},
-}
-_TAKEN_BY = {"motor": (MOTORS, _MOTORS), "model": (LOAD_MODELS, _MODELS)}
+_TAKEN_BY = {"motor": MOTORS, "model": LOAD_MODELS}
 
 
-def _needed(
-    above: Path, kind: str, table: Mapping[str, Any], mapping: Mapping[str, Any]
-) -> tuple[set[str], dict[Path, str]] | None:
-    """The keys that a type of table has, and those that it must have, with values; None where there is no such type."""
+def _beginnings(above: Path, kind: str, mapping: Mapping[str, Any]) -> list[Beginning]:
+    """The ways to begin a table of a type, that which keeps most first; none where there is no such type."""
+    table = value_at(mapping, above)
     if above[-1] in _TAKEN_BY:
-        kinds, values = _TAKEN_BY[str(above[-1])]
-        if kind not in kinds:
-            return None
-        keep = {key.name for key in kinds[kind].keys}
-        rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
-        begun = _begun(values[kind], rotating)
-        fits = keep & table.keys() - {"type", "inertia"}
-        required = {key.name for key in kinds[kind].keys if key.required}
-        begun = {path: value for path, value in begun.items() if not fits or path[0] in required}
-        if kinds[kind].either and not any(set(way) <= table.keys() for way in kinds[kind].either):
-            keep, begun = {"type", "inertia"}, _begun(values[kind], rotating)
-        return keep, begun
+        section = _TAKEN_BY[str(above[-1])].get(kind)
+        return [] if section is None else _of_section(above, section, table, mapping)
     for name, section, by_type in (("joints", JOINT, JOINT_KEYS), ("couplings", COUPLING, COUPLING_KEYS)):
         if name in above and kind in by_type:
             keep = {key.name for key in keys_for(section, by_type[kind])}
             lift = kind == "cam" and not {"lift", "table"} & table.keys()
             ratio = kind in ("gear", "rolling") and not {"ratio", "teeth"} & table.keys()
-            begun = {("lift",): '"0.01*(1 - cos(phi))"'} if lift else {("ratio",): "1"} if ratio else {}
-            return keep, begun
+            begun = {"lift": '"0.01*(1 - cos(phi))"'} if lift else {"ratio": "1"} if ratio else {}
+            return [Beginning(keep, {(*above, key): value for key, value in begun.items()})]
     if above[0] == "mechanism" and kind in KINDS and len(above) <= 2:
-        return _mechanism(kind, table)
-    return None
+        return [_mechanism(above, kind, table, mapping)]
+    return []
 
 
-def _begun(values: Mapping[str, Any], rotating: bool) -> dict[Path, str]:
+def _of_section(above: Path, section: Section, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> list[Beginning]:
+    """The ways to begin a motor, or a load's model: with all values that fit, with those of its beginning, with none."""
+    rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
+    begun = {(*above, key): value for key, value in _begun(section.begin, rotating).items()}
+    for key in section.keys:
+        example = example_of(key) if key.required else None
+        if example is not None:
+            begun.setdefault((*above, key.name), literal(example))
+    names = {key.name for key in section.keys}
+    required = {(*above, key.name) for key in section.keys if key.required}
+    least = {path: value for path, value in begun.items() if path in required}
+    ways = [
+        *([Beginning(names, least)] if (names & table.keys()) - {"type", "inertia"} else []),
+        Beginning(names, begun),
+        Beginning({"type", "inertia", *(str(path[-1]) for path in begun)}, begun),
+        Beginning({"type", "inertia"}, begun),
+    ]
+    return [way for k, way in enumerate(ways) if way not in ways[:k]]
+
+
+def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
     """Values to begin with, for a place that rotates or one that does not."""
     effort, value = ("torque", "1 N m") if rotating else ("force", "1 N")
     speed, at = ("speed", "100 rpm") if rotating else ("velocity", "1 m/s")
     names = {"EFFORT": effort, "SPEED": speed}
     given = {names.get(key, key): {"EFFORT": value, "SPEED": at}.get(key, item) for key, item in values.items()}
-    return {(key,): literal(value if item == "EFFORT" else item) for key, item in given.items()}
+    return {key: literal(value if item == "EFFORT" else item) for key, item in given.items()}
 
 
-def _mechanism(kind: str, table: Mapping[str, Any]) -> tuple[set[str], dict[Path, str]]:
-    """What a type of mechanism has; lengths that it lacks are those of its starter, in the crank's proportion."""
+def _mechanism(above: Path, kind: str, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> Beginning:
+    """A mechanism of a type; lengths that it lacks are those of its starter, in the crank's proportion."""
     family = KINDS[kind]
     keep = {*(key.name for key in (*MECHANISM.keys, *family.keys)), *(part.name for part in family.parts)}
-    example = tomllib.loads(starter(kind))["mechanism"]
-    share = 1.0
+    scene, share = dict[str, Any](), 1.0
+    with suppress(KeyError):
+        scene = tomllib.loads(starter(kind))
+    example = scene.get("mechanism", {})
     with suppress(QuantityError, KeyError, TypeError, ZeroDivisionError):
         share = parse_quantity(table["crank"]["length"], "length") / parse_quantity(example["crank"]["length"], "length")
     begun: dict[Path, str] = {}
     for part in family.parts:
         for key in part.keys:
-            given = example.get(part.name, {}).get(key.name)
+            given = example.get(part.name, {}).get(key.name, None if scene else example_of(key))
             if key.required and given is not None:
-                begun[part.name, key.name] = literal(_scaled(given, key, share))
+                begun[(*above, part.name, key.name)] = literal(_scaled(given, key, share))
     for key in family.keys:
         if key.required and key.name in example:
-            begun[(key.name,)] = literal(example[key.name])
-    return keep, begun
+            begun[(*above, key.name)] = literal(example[key.name])
+    words = set(re.findall(r"\w+", " ".join(begun.values())))
+    for name, value in scene.get("parameters", {}).items():  # that the starter's values speak of
+        if name in words:
+            begun["parameters", name] = literal(value)
+    return Beginning(keep, begun)
 
 
-def _scaled(value: object, key: Key, share: float) -> object:
+def _scaled(given: object, key: Key, share: float) -> object:
     """A length in proportion, to three digits; anything else as it is."""
-    parts = split_quantity(value) if isinstance(value, str) else None
+    parts = split_quantity(given) if isinstance(given, str) else None
     if key.kind != "length" or parts is None:
-        return value
+        return given
     return f"{float(f'{float(parts[0]) * share:.3g}'):.10g} {parts[1]}"

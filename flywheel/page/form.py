@@ -18,10 +18,9 @@ from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, parse_unit, split_quantity
 from flywheel.page.places import places_of
-from flywheel.reading.duty import leaves
 from flywheel.reading.fields import child
 from flywheel.reading.load_models import LOAD_MODELS
-from flywheel.reading.motors import MOTORS, TABLES
+from flywheel.reading.motors import MOTORS, TABLES, leaves
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
     COUPLING,
@@ -79,6 +78,8 @@ OFFERED = {
     "drag": ("N s^2/m^2",),
     "angular drag": ("N m s^2/rad^2",),
     "energy per area": ("J/m^2", "J/mm^2", "J/cm^2"),
+    "volume": ("cm^3", "l", "m^3", "in^3"),
+    "volume flow": ("l/min", "l/s", "m^3/s", "m^3/h"),
     "number": ("", "%"),
 }
 """Units from which a drop-down chooses, by dimension; the unit of a value is among them besides."""
@@ -128,6 +129,7 @@ class Field(NamedTuple):
             "number": self.number,
             "unit": self.unit,
             "units": list(self.units),
+            "dimension": self.dimension,
             "range": None if self.range is None else self.range._asdict(),
             "choices": list(self.choices),
             "line": line,
@@ -238,7 +240,7 @@ def translated() -> frozenset[str]:
     sections += [Section("", kind.about, kind.keys) for kind in KINDS.values()]
     sections += [Section("", part.about, part.keys) for kind in KINDS.values() for part in kind.parts]
     sections.append(Section("", "", (*TOP, *WHEEL_KEYS)))
-    names = {*SECTIONS, *_TITLES, *(part.name for kind in KINDS.values() for part in kind.parts)}
+    names = {*SECTIONS, *_TITLES, *(noun for kind in KINDS.values() for noun in kind.all_nouns)}
     names |= {key.name for section in sections for key in section.keys}
     abouts = {section.about for section in sections} | {key.about for section in sections for key in section.keys}
     return frozenset(({name.replace("_", " ") for name in names} | abouts) - {""})
@@ -611,7 +613,7 @@ def quantity(path: str, label: str, about: str, key: Key, value: object, dimensi
             number, unit = float(parts[0]), parts[1]
     elif isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
         number = float(value)
-    offered = OFFERED[dimension]
+    offered = OFFERED.get(dimension, (si,))
     if dimension == "number" and key.name not in SHARES and unit != "%":
         offered = ()
     units = offered if unit in offered or not offered else (unit, *offered)

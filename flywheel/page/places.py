@@ -103,7 +103,7 @@ class Places(NamedTuple):
         if key.kind == "law":
             return ("0 N m" if key.name == "torque" else "0 N"), "expression"
         if dimension is not None:
-            return self._begun_quantity(key, dimension), "number" if dimension == "number" else "quantity"
+            return example_of(key, dimension) or "", "number" if dimension == "number" else "quantity"
         if key.kind == "flag":
             return "true", "boolean"
         if key.choices:
@@ -116,15 +116,19 @@ class Places(NamedTuple):
             return (self.points or ("",))[-1], "choice"
         return "" if key.default is None else str(key.default), "text"
 
-    def _begun_quantity(self, key: Key, dimension: str) -> str:
-        """The default of a quantity, or the example of its dimension."""
-        if isinstance(key.default, (int, float)):
-            for unit, size in _ROUND.get(dimension, ()):
-                if abs(round(key.default / size, 9) - key.default / size) < 1e-12:
-                    return f"{round(key.default / size, 9):.10g} {unit}".strip()
-            return f"{key.default:.10g} {DIMENSIONS[dimension].si}".strip()
-        example = key.example or DIMENSIONS[dimension].example
-        return example if dimension != "number" or key.range.low <= 0.04 else f"{max(key.range.low, 1.0):g}"
+
+def example_of(key: Key, dimension: str | None = None) -> str | None:
+    """The default of a quantity, or the example of its dimension; None of a key that is no quantity."""
+    dimension = key.kind.split(" | ")[0] if dimension is None else dimension
+    if dimension not in DIMENSIONS:
+        return None
+    if isinstance(key.default, (int, float)):
+        for unit, size in _ROUND.get(dimension, ()):
+            if abs(round(key.default / size, 9) - key.default / size) < 1e-12:
+                return f"{round(key.default / size, 9):.10g} {unit}".strip()
+        return f"{key.default:.10g} {DIMENSIONS[dimension].si}".strip()
+    example = key.example or DIMENSIONS[dimension].example
+    return example if dimension != "number" or key.range.low <= 0.04 else f"{max(key.range.low, 1.0):g}"
 
 
 _ROUND = {"length": (("mm", 1e-3),), "angle": (("deg", 3.141592653589793 / 180),)}

@@ -2,13 +2,15 @@
 
 A page of another site, or a name that somebody bends to this machine, gets nothing: every request must name this address
 as its host, come from this page where a browser says whence, and know the secret, which stands in the address and nowhere
-else. A refusal says no more than its kind.
+else. A refusal says no more than its kind. Answers are computed in processes of their own, which a newer question ends.
 """
 
 from __future__ import annotations
 
+import gc
 import hmac
 import json
+import signal
 import socket
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -17,15 +19,301 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from io import BufferedReader, RawIOBase
+from multiprocessing import get_context
+from pathlib import Path
 from secrets import token_urlsafe
-from threading import Lock
-from time import monotonic
+from threading import Condition, Lock, Thread
+from time import monotonic, perf_counter
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl
 
+import numpy as np
+
 from flywheel import language
-from flywheel.page.computation import OvertakenError, Workers
+from flywheel.numerics.faults import Fault, Remark, SceneError
+from flywheel.page import data
+from flywheel.page.edits import MOST_EDITS, Draft
+from flywheel.page.form import as_groups
 from flywheel.page.session import Conflict, Refusal, Session
+from flywheel.reading.scenes import parse_scene, placed_in, plain_lines
+from flywheel.scene.scene import Scene
+
+
+def answer(request: Mapping[str, Any]) -> bytes:
+    """Form, faults, remarks and figures of a text after its edits, as JSON."""
+    begin = perf_counter()
+    with language.use(spoken(request)), np.errstate(all="ignore"):
+        draft = edited(plain_lines(request["text"]), request.get("edits"))
+        text = draft.outline.text
+        faults, remarks = list(draft.faults), list[Remark]()
+        figures: dict[str, Any] | None = None
+        try:
+            scene = scene_of(text, request)
+            remarks = list(scene.remarks)
+            figures = data.answer(
+                scene,
+                request["view"] if isinstance(request.get("view"), dict) else {},
+                rest=request.get("rest") is True,
+                units="us" if request.get("units") == "us" else "si",
+            )
+            faults += placed_in(figures.pop("faults"), text)
+        except SceneError as error:
+            faults += placed_in(error.faults, text)
+        told = {
+            "text": text,
+            "form": as_groups(draft.form, draft.outline, faults),
+            "faults": [as_fault(fault) for fault in faults],
+            "remarks": [as_remark(remark) for remark in remarks],
+            "answer": figures,
+            "milliseconds": round(1e3 * (perf_counter() - begin), 3),
+        }
+    return json.dumps(told, allow_nan=False, separators=(",", ":")).encode()
+
+
+def edited(text: str, edits: object) -> Draft:
+    """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to take away."""
+    draft = Draft(text, _known.get((text, language.current())))
+    for edit in edits[:MOST_EDITS] if isinstance(edits, list) else ():
+        path, value, unit = (edit.get(key) for key in ("path", "value", "unit")) if isinstance(edit, dict) else (None,) * 3
+        if isinstance(path, str) and (value is None or isinstance(value, str)) and (unit is None or isinstance(unit, str)):
+            draft.edit(path, value, unit)
+    _known.clear()
+    _known[draft.outline.text, language.current()] = draft
+    return draft
+
+
+_known: dict[tuple[str, str], Draft] = {}
+"""The last text and the language of its form, which the next request changes at one place."""
+
+
+def scene_of(text: str, request: Mapping[str, Any]) -> Scene:
+    """The scene of a text, whose CSV files lie in the request's folder."""
+    folder = Path(request["folder"])
+    return parse_scene(text, folder=folder, file=folder / request["name"])
+
+
+def spoken(request: Mapping[str, Any]) -> str:
+    """The language that is asked for; English where there is no such language."""
+    asked = request.get("language", "en")
+    return asked if asked in language.LANGUAGES else "en"
+
+
+def report(request: Mapping[str, Any]) -> bytes:
+    """The worked report as the bytes of its file; a JSON object with the reason where there is none."""
+    from flywheel.report import contents
+    from flywheel.report.contents import html
+
+    text = plain_lines(request["text"])
+    with language.use(spoken(request)):
+        try:
+            units = "us" if request.get("units") == "us" else "si"
+            written = html(scene_of(text, request), units=units, page=request["pages"])
+            return contents.pdf(written) if request["format"] == "pdf" else written.encode()
+        except SceneError as error:
+            faults = placed_in(error.faults, text)
+            told = {"message": "; ".join(map(str, faults)), "faults": [as_fault(fault) for fault in faults]}
+        except contents.PrintError as error:
+            told = {"message": str(error), "faults": []}
+    return json.dumps(told).encode()
+
+
+def as_fault(fault: Fault) -> dict[str, Any]:
+    """A fault as the page shows it, at its line and beside its field, in the language in use."""
+    words = {part: language.message(getattr(fault, part), numbers=False) for part in ("found", "expected", "advice")}
+    return {"path": fault.path, "line": fault.line, "column": fault.column, **words, "message": fault.sentence}
+
+
+def as_remark(remark: Remark) -> dict[str, Any]:
+    """A remark alike."""
+    words = {part: language.message(getattr(remark, part)) for part in ("found", "advice")}
+    return {"path": remark.path, "line": remark.line, **words, "message": remark.sentence}
+
+
+CALLS: dict[str, Callable[[Mapping[str, Any]], bytes]] = {"answer": answer, "report": report}
+
+
+QUICK_SECONDS = 20.0
+"""The longest that an answer without time stepping may take."""
+REST_SECONDS = 120.0
+"""The longest that an answer may take."""
+REPORT_SECONDS = 300.0
+"""The longest that a report may take."""
+_LATE = 1.5  # seconds after which a computation that nobody waits for any more is ended
+
+
+class OvertakenError(Exception):
+    """A request that a newer one of the same page has made pointless."""
+
+
+class _Ticket:
+    """A request that waits for a process, or is being answered."""
+
+    def __init__(self, page: str) -> None:
+        self.page = page
+        self.overtaken = False
+
+
+class _Worker:
+    """A process that answers one request at a time."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._turn = Condition(Lock())
+        self._waiting: list[_Ticket] = []
+        self._busy: _Ticket | None = None
+        self._closed = False
+        self._start()
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(target=_compute, args=(theirs,), daemon=True)
+        with _without_interrupts():
+            self._process.start()
+        theirs.close()
+
+    def ask(self, call: str, request: Mapping[str, Any], page: str) -> bytes:
+        """What the process answers; raises OvertakenError where a newer request of the page comes before that."""
+        ticket = _Ticket(page)
+        with self._turn:
+            self._overtake(page)
+            self._waiting.append(ticket)
+            self._turn.notify_all()
+            while not ticket.overtaken and (self._busy is not None or self._waiting[0] is not ticket):
+                self._turn.wait()
+            if ticket.overtaken or self._closed:
+                raise OvertakenError
+            self._waiting.remove(ticket)
+            self._busy = ticket
+        try:
+            return self._answer(call, request, ticket)
+        finally:
+            with self._turn:
+                self._busy = None
+                self._turn.notify_all()
+
+    def _overtake(self, page: str) -> None:
+        """Drop what the page asked before; what is being answered ends if it takes long."""
+        for ticket in [*self._waiting, *filter(None, [self._busy])]:
+            ticket.overtaken = ticket.overtaken or ticket.page == page
+        self._waiting = [ticket for ticket in self._waiting if not ticket.overtaken]
+
+    def overtake(self, page: str) -> None:
+        """Drop what the page asked before, for it asks something else now."""
+        with self._turn:
+            self._overtake(page)
+            self._turn.notify_all()
+
+    def _answer(self, call: str, request: Mapping[str, Any], ticket: _Ticket) -> bytes:
+        """The bytes of an answer; of one that takes too long, or whose process has died, a fault that says so."""
+        begin = monotonic()
+        try:
+            self._connection.send_bytes(json.dumps([call, request]).encode())
+            while not self._connection.poll(0.05):
+                passed = monotonic() - begin
+                if ticket.overtaken and passed > _LATE:
+                    self._restart()
+                    raise OvertakenError
+                if passed > self.seconds:
+                    self._restart()
+                    return failure(f"a computation that has not ended after {self.seconds:.0f} s", request)
+            return self._connection.recv_bytes()
+        except (EOFError, OSError):
+            self._restart()
+            return failure("a computation whose process has ended", request)
+
+    def _restart(self) -> None:
+        if not self._closed:
+            self._end()
+            self._start()
+
+    def _end(self) -> None:
+        with suppress(OSError):
+            self._connection.close()
+        self._process.kill()
+        self._process.join(5.0)
+
+    def close(self) -> None:
+        """End the process."""
+        with self._turn:
+            self._closed = True
+            for ticket in self._waiting:
+                ticket.overtaken = True
+            self._turn.notify_all()
+        self._end()
+
+
+class Workers:
+    """The processes for a hand that moves, and for one that rests; a report begins its own."""
+
+    def __init__(self) -> None:
+        self._quick = _Worker(QUICK_SECONDS)
+        self._thorough = _Worker(REST_SECONDS)
+        self._report = Lock()
+
+    def ask(self, call: str, request: Mapping[str, Any], page: str, rest: bool) -> bytes:
+        """The answer to a page, as JSON; raises OvertakenError where it is no longer wanted."""
+        if rest:
+            return self._thorough.ask(call, request, page)
+        Thread(target=self._thorough.overtake, args=(page,), daemon=True).start()
+        return self._quick.ask(call, request, page)
+
+    def report(self, request: Mapping[str, Any]) -> bytes:
+        """The bytes of a report, or a JSON object of faults, by a process of its own: one report at a time."""
+        with self._report:
+            worker = _Worker(REPORT_SECONDS)
+            try:
+                return worker.ask("report", request, "")
+            finally:
+                worker.close()
+
+    def close(self) -> None:
+        """End the processes."""
+        self._quick.close()
+        self._thorough.close()
+
+
+def failure(found: str, request: Mapping[str, Any]) -> bytes:
+    """What a page gets where nothing could be computed: the text as it was, and why."""
+    fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
+    fault["message"] = message = f"found {found}, expected {fault['expected']}"
+    told = {"message": message, "text": request.get("text", ""), "form": None, "faults": [fault], "remarks": []}
+    return json.dumps(told | {"answer": None, "milliseconds": 0}).encode()
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Ctrl+C is for the server: a process that begins in this block does not hear it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _compute(connection: Any) -> None:
+    """What a process does: requests in, answers out, until the server is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from flywheel.page.server import CALLS
+
+    gc.collect()
+    gc.freeze()  # what has been imported stays: it is not searched for waste again and again
+    gc.set_threshold(20_000, 20, 20)
+    while True:
+        try:
+            call, request = json.loads(connection.recv_bytes())
+        except (EOFError, OSError):
+            return
+        try:
+            answer = CALLS[call](request)
+        except Exception as error:  # a defect: the page says so, and lives on
+            answer = failure(f"an internal error ({type(error).__name__})", request)
+        with suppress(BrokenPipeError):
+            connection.send_bytes(answer)
+
 
 HOST = "127.0.0.1"
 SECRET_BYTES = 24

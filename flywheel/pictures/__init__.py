@@ -1,6 +1,7 @@
 """Pictures: of a sizing, of mechanisms still and moving, of the forces in joints.
 
-Only these modules import matplotlib. A picture has two forms: "screen" in colours, and "print", which tells everything by
+`diagrams`, `samples` and `sketch` say what is drawn, as data; only the others import matplotlib. A picture
+has two forms: "screen" in colours, and "print", which tells everything by
 dashes, hatches and greys.
 """
 
@@ -9,6 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+
+from flywheel import language
+from flywheel.language import text as _
+from flywheel.mechanisms import KINDS
+from flywheel.numerics.units import figure
 
 FORMS = ("screen", "print")
 
@@ -30,3 +36,31 @@ def form(name: str) -> Iterator[None]:
 def current_form() -> str:
     """The form in use, "screen" unless a block says otherwise."""
     return _current.get()
+
+
+_PLAIN = 1e8  # below it numbers are written without a power of ten
+
+
+def written(value: float, most: int = 5, error: float = 0.0) -> str:
+    """A number with a true minus sign and the decimal mark of the language in use."""
+    digits = figure(value, error, most)
+    if "e+" in digits and abs(value) < _PLAIN:
+        digits = f"{float(digits):.0f}"
+    return language.number(digits.replace("-", "−"))
+
+
+def noun(name: str) -> str:
+    """The name of a body in the language in use, with its mechanism's: `press.rod` is "rod (press)"."""
+
+    def told(body: str) -> str:
+        words = body.replace("_", " ")
+        if _(words) == words:  # all families are looked through where there is something to translate
+            return body
+        return _(words) if any(body in kind.all_nouns for kind in KINDS.values()) else body
+
+    if name.startswith("inertia on "):
+        return _("inertia on {shaft}", shaft=told(name[11:]))
+    if name.endswith(" others"):
+        return _("{number} others", number=name[:-7])
+    mechanism, _dot, body = name.rpartition(".")
+    return f"{told(body)} ({mechanism})" if mechanism else told(name)

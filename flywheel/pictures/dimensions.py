@@ -21,6 +21,7 @@ import bondgraph
 from flywheel.language import number as localized
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
+from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
@@ -38,20 +39,6 @@ _OFFSETS = (4.0, -4.0, 7.5, -7.5, 11.0, -11.0)  # of a dimension line from what 
 _SHORT = 1e-3  # of the mechanism's size: distances below it are none
 _MOST = 18  # dimensions in one picture
 _MOST_PARTS = 8
-
-_SYMBOLS: Mapping[str, Mapping[str, str]] = {
-    "slider-crank": {"crank.length": "r", "rod.length": "l"},
-    "four-bar": {"crank.length": "r", "coupler.length": "c", "rocker.length": "L", "ground.length": "d"},
-    "scotch-yoke": {"crank.length": "R"},
-    "crank-shaper": {"crank.length": "r", "rocker.length": "L", "frame.length": "d"},
-    "toggle-clamp": {
-        "bell_crank.drive_length": "a₂",
-        "bell_crank.clamp_length": "a₅",
-        "coupler.length": "a₃",
-        "rod.length": "a₆",
-    },
-}
-"""Symbols of lengths in the formulas, by the keys of the mechanism; a distance has one where it is that length."""
 
 
 class Dimension(NamedTuple):
@@ -158,22 +145,30 @@ def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
         way = float(poses.q[0])
         if abs(way) > least:
             yield Dimension(ends[0], ends[1], f"x = {length_text(way)}", driver.second)
-    offset = mechanism.geometry.get("slider.offset", 0.0)
-    if offset:
-        x = float(poses.point("slider", (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit
-        yield Dimension(np.array([x, 0.0]), np.array([x, offset]), f"e = {length_text(offset)}", FRAME)
-    height = mechanism.geometry.get("frame.height", 0.0)
-    if height:
-        yield Dimension(np.array([0.0, 0.0]), np.array([0.0, height]), f"a₁ = {length_text(height)}", FRAME)
+    kind = KINDS[mechanism.type]
+    for key in kind.heights:
+        if height := mechanism.geometry.get(key, 0.0):
+            body = key.partition(".")[0]
+            x = 0.0 if body == FRAME else float(poses.point(body, (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit
+            text = f"{_written(kind.symbols[key])} = {length_text(height)}"
+            yield Dimension(np.array([x, 0.0]), np.array([x, height]), text, FRAME)
 
 
 def _symbol(mechanism: Mechanism, body: str, length: float) -> str:
     """The symbol of a distance between two joints of a body, where the scene gives it as a length."""
-    for key, symbol in _SYMBOLS.get(mechanism.type, {}).items():
+    kind = KINDS[mechanism.type]
+    keys = {f"{part.name}.{key.name}" for part in kind.parts for key in part.geometry if key.kind == "length"}
+    for key, symbol in kind.symbols.items():
         owner = key.partition(".")[0].replace("ground", FRAME)
-        if owner == body and abs(mechanism.geometry[key] - length) < 1e-9 * length:
-            return symbol
+        measured = key in keys and key not in kind.heights and owner == body
+        if measured and abs(mechanism.geometry[key] - length) < 1e-9 * length:
+            return _written(symbol)
     return ""
+
+
+def _written(symbol: str) -> str:
+    """A symbol with its number as an index: a_2 is a₂."""
+    return symbol.replace("_", "").translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
 
 
 def _nodes(linkage: Linkage, body: str) -> list[tuple[float, float]]:

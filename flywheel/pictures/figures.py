@@ -27,16 +27,25 @@ from matplotlib.text import Text
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
-from bondgraph.storage.files import replacement
+from bondgraph.files import replacement
 from flywheel import language
-from flywheel.language import text as _
-from flywheel.numerics.units import figure as number
 from flywheel.pictures import current_form
 
 Array = NDArray[np.float64]
 
 BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+COLOURS = {
+    "ink": BLACK,
+    "grey": "#BBBBBB",
+    "blue": BLUE,
+    "vermillion": VERMILLION,
+    "green": GREEN,
+    "purple": PURPLE,
+    "orange": ORANGE,
+    "sky": SKY,
+    "yellow": "#F0E442",
+}
 BODIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#8C6D31", "#999999")
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 STYLE: Any = {
@@ -224,17 +233,6 @@ def shade(colour: str, light: float) -> tuple[float, float, float]:
     return tuple(part + share * (end - part) for part in (red, green, blue))  # type: ignore[return-value]
 
 
-_PLAIN = 1e8  # below it numbers are written without a power of ten
-
-
-def told(value: float, most: int = 5, error: float = 0.0) -> str:
-    """A number with a true minus sign and the decimal mark of the language in use."""
-    written = number(value, error, most)
-    if "e+" in written and abs(value) < _PLAIN:
-        written = f"{float(written):.0f}"
-    return language.number(written.replace("-", "−"))
-
-
 def say(panel: Axes, title: str, why: str) -> None:
     """A panel that has nothing to draw says why."""
     panel.set_title(title)
@@ -248,6 +246,7 @@ _AWAY = (5.0, 9.0, 15.0, 24.0, 36.0)  # points from an anchor to the name's box
 _WAYS = np.radians(np.arange(16) * 22.5)
 _SPARE = 1.5  # points around a name
 _LINE, _NAME, _OUTSIDE, _FAR, _TASTE = 4.0, 150.0, 400.0, 0.5, 1.5  # what a place costs
+_LONGEST = 10_000  # steps along one segment of a line
 
 
 def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: Array | None = None) -> Array:
@@ -275,11 +274,14 @@ def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: 
 
 
 def along(path: Array, step: float) -> Array:
-    """Points (p, 2) along a polyline (2, m), at most `step` apart; strokes end where it has NaN."""
+    """Points (p, 2) along a polyline (2, m), at most `step` apart; strokes end where it has NaN.
+
+    A segment that is far longer than any panel, as a tangent of a loop that is a point, has `_LONGEST` of them.
+    """
     start, end = path[:, :-1].T, path[:, 1:].T
     whole = np.isfinite(start).all(axis=1) & np.isfinite(end).all(axis=1)
     start, end = start[whole], end[whole]
-    counts = np.maximum(np.ceil(np.hypot(*(end - start).T) / step).astype(int), 1)
+    counts = np.clip(np.ceil(np.hypot(*(end - start).T) / step), 1, _LONGEST).astype(int)
     first = np.concatenate(([0], np.cumsum(counts)[:-1]))
     share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
     between = np.repeat(start, counts, axis=0) + share[:, None] * np.repeat(end - start, counts, axis=0)
@@ -370,28 +372,6 @@ def settle(
         apart = np.abs(centres[k] - anchors[k]) - half
         if leaders and apart.max() > 6.0:
             panel.plot(*np.stack((spots[k], centre), axis=1), color=GREY, lw=0.6, zorder=5.5)
-
-
-def noun(name: str) -> str:
-    """The name of a body in the language in use, with its mechanism's: `press.rod` is "rod (press)"."""
-    nouns = {
-        "crank": _("crank"),
-        "rod": _("rod"),
-        "slider": _("slider"),
-        "coupler": _("coupler"),
-        "rocker": _("rocker"),
-        "yoke": _("yoke"),
-        "follower": _("follower"),
-        "lever": _("lever"),
-        "block": _("block"),
-        "ram": _("ram"),
-    }
-    if name.startswith("inertia on "):
-        return _("inertia on {shaft}", shaft=nouns.get(name[11:], name[11:]))
-    if name.endswith(" others"):
-        return _("{number} others", number=name[:-7])
-    mechanism, _dot, body = name.rpartition(".")
-    return f"{nouns.get(body, body)} ({mechanism})" if mechanism else nouns.get(name, name)
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

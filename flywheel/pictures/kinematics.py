@@ -23,8 +23,8 @@ from flywheel.language import text as _
 from flywheel.motions.driver import TIME
 from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Kinematics, Moving
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.pictures import figures
-from flywheel.pictures.figures import BLACK, BODIES, GREY, told
+from flywheel.pictures import figures, written
+from flywheel.pictures.figures import BLACK, BODIES, GREY
 
 Array = NDArray[np.float64]
 
@@ -273,9 +273,9 @@ def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], orde
     for (x, y), (mark, colour) in zip(spots, marks, strict=True):
         panel.plot(x, y, "o", color=colour, ms=4.5, zorder=4)
         rest = max(factor * mark.error, _RESTS * factor * largest)
-        value = told(0.0 if abs(y) <= rest else y, 5, rest)
+        value = written(0.0 if abs(y) <= rest else y, 5, rest)
         vague = _("about") + " " if mark.at_error > _VAGUE * (high - low) else ""
-        place = vague + told(0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x, 4)
+        place = vague + written(0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x, 4)
         texts.append(
             panel.text(0.0, 0.0, _("{value} at {place}", value=value, place=f"{place}{unit}"), fontsize=8.0, zorder=5)
         )

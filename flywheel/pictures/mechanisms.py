@@ -20,7 +20,7 @@ from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
-from bondgraph.storage.files import replacement
+from bondgraph.files import replacement
 from flywheel.mechanisms.linkages.instant_centres import FINITE, INFINITE, InstantCentre
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.motions.velocities import Centres, InstantCentres
@@ -512,7 +512,7 @@ def stage(scene: Scene, frames: int) -> Stage:
     handles = [Patch(color=colour, label=body) for body, colour in named]
     left.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=8.5)
 
-    panel, sliding = right.subplots(), _slides(scene)
+    panel, sliding = right.subplots(), scene.sliding
     figures.name_axes(panel, run.title, "position x of the driver, mm" if sliding else "crank angle φ, deg", run.label)
     x = _shown(run.q, sliding)
     panel.plot(x, run.curve, color=figures.BLUE, lw=1.8)
@@ -525,10 +525,6 @@ def stage(scene: Scene, frames: int) -> Stage:
     return Stage(made, tuple(mechanisms), marker, clock, times, q, values, run.timed)
 
 
-def _slides(scene: Scene) -> bool:
-    return scene.stroke is not None and scene.stroke.sliding
-
-
 def _shown(q: Any, sliding: bool) -> Array:
     """A coordinate as on the axis: mm, or degrees."""
     return np.asarray(1000.0 * np.asarray(q) if sliding else np.degrees(q))
@@ -539,7 +535,7 @@ def show(made: Stage, k: int, scene: Scene) -> None:
     for mechanism in made.mechanisms:
         for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
             _moved(artist, outline[:, :, k])
-    sliding = _slides(scene)
+    sliding = scene.sliding
     made.marker.set_data(_shown(made.q[k : k + 1], sliding), made.values[k : k + 1])
     unit, symbol = ("mm", "x") if sliding else ("deg", "φ")
     digits = max(3 - floor(log10(made.times[-1])), 0)

@@ -20,7 +20,7 @@ from flywheel.tables.scene import parts
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from flywheel.designs.sweep import Sweep
+    from flywheel.designs.sweep_results import Sweep
     from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.kinematics import Kinematics
@@ -28,10 +28,9 @@ if TYPE_CHECKING:
     from flywheel.motions.transients import Transient
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
-    from flywheel.sizing.power_flow import PowerFlow
-    from flywheel.sizing.results import Sizing, Sizings
+    from flywheel.sizing.results import PowerFlow, Sizing, Sizings
     from flywheel.study.tradeoff import Tradeoff
-    from flywheel.tables.answers import Block
+    from flywheel.tables.summary import Block
 
 Array = NDArray[np.float64]
 
@@ -130,15 +129,16 @@ def _number(value: float | None, most: int = 5) -> str:
 
 def _sizing(sizing: Sizing) -> Iterator[str]:
     """The page of answers, and the turning moment with its work over the cycle."""
-    from flywheel.pictures.samples import sampled
-    from flywheel.tables.answers import answers
+    from flywheel.pictures.forms import part_of
+    from flywheel.tables.summary import summary
 
-    for block in answers(sizing):
+    for block in summary(sizing):
         yield from _block(block)
     machine, cycle = sizing.machine, sizing.constant or sizing.cycle
     if machine is None or cycle is None or cycle.mesh.phi.shape[0] > _POINTS:
         return
-    samples = sampled(machine, cycle, points=_POINTS)
+    samples = part_of(sizing.scene, machine, sizing, _POINTS).samples
+    assert samples is not None
     phi = samples.phi * DEGREES
     yield curves(phi, [Curve("turning moment M*", samples.moment)], "crank angle, deg", "N m")
     yield curves(phi, [Curve("its work W", samples.work, "#d55e00")], "crank angle, deg", "J")
@@ -310,8 +310,7 @@ def power_picture(flow: PowerFlow, at: float | None = None) -> Figure:
 
 def save_picture(result: Sizing | Sweep | PowerFlow, path: str | Path, at: float | None = None) -> None:
     """The picture of a result, written into a file: PNG, SVG or PDF, as its ending says; of a power flow `at` an angle."""
-    from flywheel.sizing.power_flow import PowerFlow
-    from flywheel.sizing.results import Sizing
+    from flywheel.sizing.results import PowerFlow, Sizing
 
     if isinstance(result, Sizing):
         from flywheel.pictures.sizing import plot
@@ -322,6 +321,6 @@ def save_picture(result: Sizing | Sweep | PowerFlow, path: str | Path, at: float
 
         power_flow.plot(result, path, at=at)
     else:
-        from flywheel.pictures import sweeps
+        from flywheel.pictures.designs import plot_sweep
 
-        sweeps.plot(result, path)
+        plot_sweep(result, path)

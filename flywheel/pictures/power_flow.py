@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
@@ -25,7 +25,6 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics.units import figure as digits
@@ -44,10 +43,9 @@ from flywheel.pictures.figures import (
     save,
     svg,
 )
-from flywheel.sizing.power_flow import PowerFlow
-from flywheel.tables.power_flow import Entry, entries, given, gives, place
-from flywheel.tables.rows import DEGREES, printable
-from flywheel.tables.trade_units import SI, five_digits
+from flywheel.sizing.results import PowerFlow
+from flywheel.tables.power import Entry, entries, given, gives, shaft_name
+from flywheel.tables.rows import DEGREES, SI, five_digits, printable
 
 Array = NDArray[np.float64]
 
@@ -101,15 +99,15 @@ def plot(flow: PowerFlow, path: str | Path, *, at: float | None = None) -> None:
 def panel(flow: PowerFlow, *, at: float | None = None, form: str = "screen", name: str = "power-flow") -> str:
     """The same as an SVG element to stand in a page, in the language in use; its ids begin with `name`."""
     title = _title(flow, at)
-    told = "; ".join(f"{entry.label} {_power(entry.power)}" for entry in entries(flow, at) if entry.stream.kind != "shaft")
+    label = "; ".join(f"{entry.label} {_power(entry.power)}" for entry in entries(flow, at) if entry.stream.kind != "shaft")
     with in_form(form), rc_context(STYLE):
-        return svg(draw(flow, at, titled=False), name, title, told)
+        return svg(draw(flow, at, titled=False), name, title, label)
 
 
 def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Picture:
     """The Sankey diagram over the mean, or at a crank angle (rad), as a figure of matplotlib."""
-    found = entries(flow, at)
-    trunk, whole = _trunk(flow, found), given(flow, found)
+    every = entries(flow, at)
+    trunk, whole = _trunk(flow, every), given(flow, every)
     with rc_context(STYLE):
         if not whole > _NONE * flow.scale or trunk is None:
             sheet = _Sheet()
@@ -121,29 +119,29 @@ def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Pi
 def _title(flow: PowerFlow, at: float | None) -> str:
     words = " ".join(printable(flow.scene.title or "").split())
     if at is None:
-        told = _("Power flow, mean over a cycle of {period} s", period=number(digits(flow.period, 0.0, 4)))
+        label = _("Power flow, mean over a cycle of {period} s", period=number(digits(flow.period, 0.0, 4)))
     else:
-        told = _("Power flow at a crank angle of {angle}°", angle=number(digits(at * DEGREES, 0.0, 5)))
+        label = _("Power flow at a crank angle of {angle}°", angle=number(digits(at * DEGREES, 0.0, 5)))
     words = words if len(words) <= _LONGEST_TITLE else words[: _LONGEST_TITLE - 1] + "…"
-    return f"{words}\n{told}" if words else told
+    return f"{words}\n{label}" if words else label
 
 
 # -- which stream goes where ---------------------------------------------------------------------------------------------
 
 
-def _trunk(flow: PowerFlow, found: Sequence[Entry]) -> _Trunk | None:
+def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
     """The trunk through the shafts from the greatest input to the greatest output, of the mean, and what hangs on it."""
-    ends = [entry for entry in found if entry.stream.kind in ("input", "drive", "load")]
+    ends = [entry for entry in every if entry.stream.kind in ("input", "drive", "load")]
     electric = any(entry.stream.kind == "input" for entry in ends)
     ends = [entry for entry in ends if entry.stream.kind != "drive" or not electric]
     means = {entry: entry._replace(power=entry.stream.mean) for entry in ends}
     idle = [entry for entry in ends if entry.stream.kind != "load" and not entry.stream.mean]
     inputs = [entry for entry in ends if entry in idle or gives(flow, means[entry])]
     start = max(inputs, key=lambda entry: entry.stream.mean, default=None)
-    outputs = [entry for entry in ends if entry not in inputs] or [entry for entry in found if entry.stream.lost]
+    outputs = [entry for entry in ends if entry not in inputs] or [entry for entry in every if entry.stream.lost]
     end = max(outputs, key=lambda entry: entry.stream.mean, default=None)
     if start is None and end is None:
-        start = next(iter(found), None)
+        start = next(iter(every), None)
     if start is None:
         start, end = end, None
     assert start is not None
@@ -152,7 +150,7 @@ def _trunk(flow: PowerFlow, found: Sequence[Entry]) -> _Trunk | None:
     way = _way(flow, first, last)
     stations = []
     taken = {entry.stream for entry in (start, end) if entry is not None}
-    rest = [entry for entry in found if entry.stream not in taken and entry.stream.kind != "shaft"]
+    rest = [entry for entry in every if entry.stream not in taken and entry.stream.kind != "shaft"]
     motor = [entry for entry in rest if entry.stream.source == "drive" and entry.stream.kind != "drive"]
     if electric and start.stream.kind == "input":
         stations.append(_Station(_("motor"), tuple(_leaf(flow, entry) for entry in motor)))
@@ -161,7 +159,7 @@ def _trunk(flow: PowerFlow, found: Sequence[Entry]) -> _Trunk | None:
         rest = [entry for entry in rest if entry.stream.kind != "drive"]
     for k, shaft in enumerate(way):
         own = [entry for entry in rest if _on_trunk(flow, entry, way) == shaft and not _between(flow, entry, way)]
-        stations.append(_Station(_shaft(shaft), tuple(_leaf(flow, entry) for entry in own)))
+        stations.append(_Station(shaft_name(shaft), tuple(_leaf(flow, entry) for entry in own)))
         if k + 1 < len(way):
             pair = {shaft, way[k + 1]}
             lost = [entry for entry in rest if _between(flow, entry, way) and _pair(flow, entry) == pair]
@@ -170,10 +168,6 @@ def _trunk(flow: PowerFlow, found: Sequence[Entry]) -> _Trunk | None:
     begins = start.power if gives(flow, means.get(start, start)) or start.stream.kind != "load" else -start.power
     last_power = 0.0 if end is None else end.power
     return _Trunk(start, tuple(stations), end, begins, last_power)
-
-
-def _shaft(name: str) -> str:
-    return place(name) if name == "crank" else _("shaft {name}", name=name)
 
 
 def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
@@ -255,7 +249,7 @@ class _Drawing:
         self.steps = [_Step(leaf, before, after, one, other, k) for (k, leaf), before, after, one, other in rows]
         self.begins, self.ends = (powers[0], edges[0]), (powers[-1], edges[-1])
         self.reach = (min(low for low, _high in edges), max(high for _low, high in edges))
-        lines = [(leaf.down, 1 + self._told(leaf.entry, leaf.power).count("\n")) for _k, leaf in leaves]
+        lines = [(leaf.down, 1 + self._label(leaf.entry, leaf.power).count("\n")) for _k, leaf in leaves]
         self.lines = {side: max((n for down, n in lines if down == side), default=0) for side in (True, False)}
 
     def width(self, power: float) -> float:
@@ -290,10 +284,10 @@ class _Drawing:
                 bands.append((begin, x, *edges, power))
             for step in steps:
                 down = step.leaf.down
-                told = self._told(step.leaf.entry, step.leaf.power)
+                label = self._label(step.leaf.entry, step.leaf.power)
                 left, right, through = self._shares(step)
                 wide = max(left + right, _LEAST)
-                half = max(0.5 * _LETTER * max(map(len, told.split("\n"))), 0.5 * wide + _HEAD)
+                half = max(0.5 * _LETTER * max(map(len, label.split("\n"))), 0.5 * wide + _HEAD)
                 before, behind = (_RADIUS if left or not right else 0.0), (_RADIUS if right else 0.0)
                 level, middle = sides[down].taken(x + before + 0.5 * wide, half, wide)
                 corner = middle - 0.5 * wide
@@ -302,7 +296,7 @@ class _Drawing:
                     band = (edges[1] - through, edges[1]) if down else (edges[0], edges[0] + through)
                     bands.append((corner - before, corner + wide + behind, *band, step.before))
                 self._leaf(sheet, step, corner, left, right, level)
-                self._write(sheet, step, middle, told, level)
+                self._write(sheet, step, middle, label, level)
                 x = corner + wide + behind
                 power, edges = step.after, step.next_edges
             if station.name and inside:
@@ -352,7 +346,7 @@ class _Drawing:
             return VERMILLION
         return _OF_KIND.get(kind, BLUE) if leaf.power > 0.0 or kind == "stored" else BLUE
 
-    def _told(self, entry: Entry, power: float) -> str:
+    def _label(self, entry: Entry, power: float) -> str:
         """Name, power and share of a stream."""
         words = entry.label.replace("–", "– ")  # where a line may end
         longest = max(map(len, words.split()), default=0)
@@ -361,13 +355,13 @@ class _Drawing:
         share = 100.0 * abs(power) / self.whole
         return "\n".join([*lines, _power(abs(power)), f"{number(digits(share, 0.0, 3))} %"])
 
-    def _write(self, sheet: _Sheet, step: _Step, middle: float, told: str, level: int) -> None:
+    def _write(self, sheet: _Sheet, step: _Step, middle: float, label: str, level: int) -> None:
         """Name, power and share at the end of a stream."""
         down = step.leaf.down
         wide = max(self.width(step.leaf.power), _LEAST)
         away = 0.06 + (0.3 * wide + _HEAD if step.leaf.power > 0.0 else _notch(wide))
         y = self._end(down, level) + (-away if down else away)
-        sheet.text(middle, y, told, ha="center", va="top" if down else "bottom", fontsize=9)
+        sheet.text(middle, y, label, ha="center", va="top" if down else "bottom", fontsize=9)
 
     def _trunk(self, sheet: _Sheet, bands: Sequence[tuple[float, float, float, float, float]]) -> None:
         """Stretches of the trunk that go one way, each as one outline."""
@@ -387,19 +381,19 @@ class _Drawing:
         """The two ends of the trunk with their names."""
         trunk, (first, (low, high)) = self.trunk, self.begins
         if trunk.start is not None:
-            told = self._told(trunk.start, trunk.start.power)
+            label = self._label(trunk.start, trunk.start.power)
             backwards = first < 0.0
             if self.width(first):
                 sheet.end(0.0, low, high, -1.0, backwards, PURPLE if backwards else BLUE)
             away = 0.12 + (_head(high - low) if backwards else _notch(high - low))
-            sheet.text(-away, 0.5 * (low + high), told, ha="right", va="center", fontsize=9.5)
+            sheet.text(-away, 0.5 * (low + high), label, ha="right", va="center", fontsize=9.5)
         if trunk.end is not None:
             low, high = edges
-            told = self._told(trunk.end, trunk.end.power)
+            label = self._label(trunk.end, trunk.end.power)
             colour = VERMILLION if trunk.end.stream.lost else GREEN
             if self.width(power):
                 sheet.end(x, low, high, 1.0, power > 0.0, colour if power > 0.0 else PURPLE)
-            sheet.text(x + _head(high - low) + 0.12, 0.5 * (low + high), told, ha="left", va="center", fontsize=9.5)
+            sheet.text(x + _head(high - low) + 0.12, 0.5 * (low + high), label, ha="left", va="center", fontsize=9.5)
 
 
 class _Side:
@@ -414,12 +408,12 @@ class _Side:
 
         Columns to the second level pass between the names on the first.
         """
-        found = []
+        levels = []
         for level, end in enumerate(self.names):
             middle = max(least, end + half + _APART, self.column + 0.5 * wide + _APART)
             other = self.names[0] + 0.5 * wide + _APART if level else self.long + half + _APART
-            found.append((max(middle, other), level))
-        middle, level = min(found)
+            levels.append((max(middle, other), level))
+        middle, level = min(levels)
         self.column, self.names[level] = middle + 0.5 * wide, middle + half
         if level:
             self.long = self.column

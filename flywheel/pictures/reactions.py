@@ -6,40 +6,35 @@ a force jumps, its curve is broken, and a dotted line says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import ceil, sqrt
 from pathlib import Path
-from textwrap import wrap
+from textwrap import fill, wrap
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel import pictures
 from flywheel.language import text as _
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motions.joint_forces import Axis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
-from flywheel.pictures import figures
-from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, told
-from flywheel.scene.linkage import FRAME, SLIDE, Linkage
+from flywheel.pictures import figures, joint_curves, written
+from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+from flywheel.pictures.forms import Diagram, Row
 from flywheel.scene.scene import TURN
 
 Array = NDArray[np.float64]
 
 _PANEL = 4.4  # inches
+_LINE_LENGTH = 34  # letters of a sentence that stands for a panel
 _KILO = 1e4  # N: larger forces are given in kN
-_STEP = 30.0  # deg between two marks
-_ALONG = 11  # marks along a stroke
 _FEWEST = 12  # positions of a curve that is closed
 _WIDER = 1.01  # times the widest step: what the step that closes it may be
-_NOTHING = 1e-9  # of the largest value: smaller ones are none
-_JUMP, _STEEPER = 0.02, 8.0  # of the largest force, times as steep as the steps beside it: such a step is a jump
 
 
 def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
@@ -69,21 +64,10 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) + 1 :]:
         panel.set_axis_off()
-    _fill(found, made, dict(zip([*wanted, None], panels, strict=False)))
+    _fill(found, made, wanted, panels)
     if path is not None:
         figures.save(made, path)
     return made
-
-
-def panel(found: Reactions, joint: str | None, *, form: str = "screen", name: str = "") -> str:
-    """The reaction of one joint as an SVG element, or for None the driving action; see `flywheel.pictures.sizing.panel`."""
-    _check(found, [] if joint is None else [joint])
-    with rc_context(figures.STYLE), pictures.form(form):
-        made = figures.figure(_PANEL * 1.2, _PANEL * 1.2, "")
-        axes = made.subplots()
-        _fill(found, made, {joint: axes})
-        title = axes.get_title()
-        return figures.svg(made, name or (joint or "driving"), title.partition("\n")[0], title.replace("\n", ", "))
 
 
 def _check(found: Reactions, wanted: Sequence[str]) -> None:
@@ -97,48 +81,40 @@ def _check(found: Reactions, wanted: Sequence[str]) -> None:
         raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
 
 
-def _fill(found: Reactions, made: Figure, panels: Mapping[str | None, Axes]) -> None:
-    """Draw the reaction of each joint into its panel, the driving action into that of None."""
+def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequence[Axes]) -> None:
+    """Draw the reaction of each joint and the driving action of the driver into their panels."""
     linkage, found = found.poses.linkage, found.cleared()
-    slides = {joint.name for joint in linkage.joints if joint.kind == SLIDE}
-    round_ = _whole_round(found.poses)
-    x = np.asarray(1000.0 * found.poses.q if linkage.sliding else np.degrees(found.poses.q))  # mm, or degrees
-    if round_:
-        x = np.append(x, x[0] + round_)
-    marked = []
-    for name, panel in panels.items():
-        if name is None:
-            _driving(panel, x, _ended(found.action, x.size), linkage)
-            continue
-        heading = heading_of(linkage, name)
-        force = _ended(found.forces[name], x.size)
-        if not np.isfinite(force).any():
-            why = _("Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere.")
-            figures.say(panel, heading, why)
-        elif name in slides:
-            parts = {part: _ended(values, x.size) for part, values in found.components[name].items()}
-            over_motion(panel, heading, x, parts, linkage.sliding)
+    found = found._replace(actions={linkage.driver: found.action})
+    shown = found.poses.q
+    if turn := _whole_round(found.poses):
+        shown = np.append(shown, shown[0] + turn)
+    diagram = Diagram(joint_curves.figures_of(found, shown, wanted))
+    places = dict(zip([*(f"joints.{k}" for k in range(len(wanted))), "driving.0"], panels, strict=False))
+    x = np.asarray(1000.0 * shown if linkage.sliding else np.degrees(shown))  # mm, or degrees
+    plane, done = [], set()
+    for row in joint_curves.rows(diagram.figures, linkage, shown):
+        panel = places[row.key]
+        curves = [row.factor * diagram.values(curve.of) for curve in row.curves]
+        if not curves:
+            figures.say(panel, row.title, fill(row.about, _LINE_LENGTH))
+        elif row.kind == "plane":
+            path = np.stack(curves)
+            _hodograph(panel, row, path)
+            plane.append((panel, row, shown, path))
+        elif row.key in done:
+            _beside_forces(panel, row, x, curves[0])
         else:
-            hodograph(panel, heading, x, force, linkage.sliding)
-            marked.append((panel, force))
+            _over_driver(panel, row, x, curves, linkage.sliding)
+        done.add(row.key)
     made.draw_without_rendering()
-    for panel, force in marked:
+    for panel, row, at, path in plane:
         panel.autoscale(enable=False)  # its limits are those that make scales equal
         panel.set_adjustable("box")
-        _mark(panel, x, force, linkage.sliding)
-
-
-def heading_of(linkage: Linkage, name: str) -> str:
-    """A joint's name with the bodies between which its force acts: "slider_pin: rod on slider"."""
-    for joint in linkage.joints:
-        if joint.name == name:
-            first, second = (_("frame") if body == FRAME else figures.noun(body) for body in (joint.first, joint.second))
-            return _("{joint}: {first} on {second}", joint=name, first=first, second=second)
-    return name
+        _mark(panel, row, at, path, linkage.sliding)
 
 
 def _whole_round(poses: Poses) -> float:
-    """Turns (deg) after which positions go on with the first one; 0 where they do not, or end there already.
+    """Turns (rad) after which positions go on with the first one; 0 where they do not, or end there already.
 
     They do where that lies no further from the last than others from one another, in the crank's angle and in the bodies'
     places: some mechanisms need more than one turn to come round.
@@ -151,46 +127,7 @@ def _whole_round(poses: Poses) -> float:
     steps = np.abs(np.diff(places, axis=2)).max(axis=(0, 1))
     left, gap = q[0] + turns * TURN - q[-1], np.abs(places[..., 0] - places[..., -1]).max()
     near = left <= _WIDER * np.diff(q).max() and gap <= _WIDER * steps.max()
-    return float(360.0 * turns) if near and left > 1e-12 else 0.0
-
-
-def _ended(values: Array, size: int) -> Array:
-    """Values with the first one again at the end, where there is to be one more."""
-    return values if values.shape[-1] == size else np.concatenate((values, values[..., :1]), axis=-1)
-
-
-def _unit(force: Array) -> tuple[float, str]:
-    """What forces are multiplied by, and the unit that they then have."""
-    return (1e-3, "kN") if float(np.nanmax(np.abs(force))) >= _KILO else (1.0, "N")
-
-
-def _title(heading: str, x: Array, size: Array, sliding: bool) -> str:
-    """The joint's name and bodies, and its largest force with its place."""
-    scale, unit = _unit(size)
-    worst = int(np.nanargmax(size))
-    place = told(float(x[worst]), 4) + (" mm" if sliding else "°")
-    most = _("at most {force} {unit}, at {place}", force=told(scale * float(size[worst]), 4), unit=unit, place=place)
-    return f"{heading}\n{most}"
-
-
-def parted(x: Array, values: Array) -> tuple[Array, Array]:
-    """X and a curve (m, n) over it, both broken where the curve jumps: with NaN there.
-
-    A jump is a step at one place, or one that is far steeper than those beside it and no small part of the whole.
-    """
-    values = np.atleast_2d(values)
-    steps, ways = np.hypot.reduce(np.abs(np.diff(values, axis=1)), axis=0), np.abs(np.diff(x))
-    whole = float(np.nanmax(np.abs(values), initial=0.0))
-    at_once = (ways <= 1e-3 * np.median(ways)) & (steps > 1e-3 * whole)
-    steep = steps / np.maximum(ways, 1e-6 * np.median(ways))
-    beside = np.fmax(np.concatenate(([0.0], steep[:-1])), np.concatenate((steep[1:], [0.0])))
-    found = np.flatnonzero(at_once | ((steep > _STEEPER * beside) & (steps > _JUMP * whole)))
-    return np.insert(x, found + 1, np.nan), np.insert(values, found + 1, np.nan, axis=1)
-
-
-def _jumps(x: Array, values: Array) -> list[Array]:
-    """The two ends (m, 2) of each jump of a curve that is broken there."""
-    return [values[:, [k - 1, k + 1]] for k in np.flatnonzero(np.isnan(x))]
+    return TURN * turns if near and left > 1e-12 else 0.0
 
 
 # -- hodographs ------------------------------------------------------------------------------------------------------
@@ -200,55 +137,40 @@ _CORNERS = ((0.6, 0.61), (0.12, 0.61), (0.6, 0.09), (0.12, 0.09))
 _WIDE, _TALL_CORNER = 0.37, 0.31  # of a panel's width and height: what is enlarged in a corner
 
 
-def hodograph(panel: Axes, heading: str, x: Array, force: Array, sliding: bool = False) -> None:
-    """The tip of a force (2, n) in N over the motion; x is the driver's coordinate in deg (mm where it slides)."""
-    scale, unit = _unit(force)
-    figures.name_axes(panel, _title(heading, x, np.hypot(*force), sliding), f"Fx, {unit}", f"Fy, {unit}")
-    _draw_path(panel, x, scale * force)
-    worst = scale * force[:, int(np.nanargmax(np.hypot(*force)))]
+def _hodograph(panel: Axes, row: Row, path: Array) -> None:
+    """The tip of a force (2, n) over the motion, with the largest one."""
+    figures.name_axes(panel, f"{row.title}\n{row.about}", *(f"{curve.name}, {row.unit}" for curve in row.curves))
+    _draw_path(panel, row, path)
+    worst = path[:, int(np.nanargmax(np.hypot(*path)))]
     panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, ls="--", lw=1.2, zorder=2.5)
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.14)
     panel.locator_params(nbins=5)
 
 
-def _draw_path(panel: Axes, x: Array, path: Array) -> None:
+def _draw_path(panel: Axes, row: Row, path: Array) -> None:
     """A hodograph, broken where the force jumps, with dotted lines over the gaps; and the origin."""
-    places, broken = parted(x, path)
-    panel.plot(*broken, color=BLUE, lw=1.6, zorder=3)
-    for ends in _jumps(places, broken):
-        panel.plot(*ends, color=GREY, ls=":", lw=1.2, zorder=2.8)
+    panel.plot(*np.insert(path, [k for k in row.breaks if k], np.nan, axis=1), color=BLUE, lw=1.6, zorder=3)
+    for k in row.breaks:
+        panel.plot(*path[:, [k - 1, k]], color=GREY, ls=":", lw=1.2, zorder=2.8)
     panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
-def marks(x: Array, sliding: bool) -> Array:
-    """Where along the motion a hodograph is marked: every 30 deg (wider where that crowds), or evenly along a stroke."""
-    low, high = float(np.min(x)), float(np.max(x))
-    if sliding:
-        return np.linspace(low, high, _ALONG)
-    step = _STEP * max(ceil((high - low) / 360.0 - 1e-9), 1)
-    places = np.asarray(step * np.arange(ceil(low / step - 1e-9), int(high / step + 1e-9) + 1), dtype=float)
-    return places[:-1] if places.size > 1 and abs(places[-1] - places[0] - 360.0) < 1e-6 else places
-
-
-def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
+def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> None:
     """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged."""
-    scale, unit = _unit(force)
-    path = scale * force
-    places = marks(x, sliding)
-    spots = np.stack([np.interp(places, x, part) for part in path], axis=1)
-    places, spots = places[np.isfinite(spots).all(axis=1)], spots[np.isfinite(spots).all(axis=1)]
-    if len(places) > 1 and (places[-1] - places[0]) % 360.0 == 0.0 and not sliding and np.allclose(spots[0], spots[-1]):
-        places, spots = places[:-1], spots[:-1]  # a curve that is closed ends where it begins
+    spots = np.stack([np.interp(row.along, shown, part) for part in path], axis=1)
+    places = (1000.0 if sliding else 180.0 / np.pi) * np.array(row.along)
     most, unit_of_place = float(np.nanmax(np.hypot(*path))), "" if sliding else "°"
     crowd = np.hypot(*spots.T) <= _NEAR * most
     panel.plot(*spots.T, "o", color=BLUE, ms=4, zorder=4)
-    corner = _free_corner(panel, parted(x, path)[1]) if np.count_nonzero(crowd) >= _MANY else None
-    jumps = [ends for ends in _jumps(*parted(x, path)) if _NEAR * most < np.hypot(*np.diff(ends)[:, 0])]
+    cut = np.insert(path, [k for k in row.breaks if k], np.nan, axis=1)
+    corner = _free_corner(panel, cut) if np.count_nonzero(crowd) >= _MANY else None
+    gaps = [path[:, [k - 1, k]] for k in row.breaks]
+    jumps = [ends for ends in gaps if _NEAR * most < np.hypot(*np.diff(ends)[:, 0])]
     words = [(panel, places[~crowd], spots[~crowd], jumps)]
     if corner is not None and (radius := float(np.hypot(*spots[crowd].T).max())) > 0.0:
         near = panel.inset_axes((*corner, _WIDE, _TALL_CORNER))
-        _draw_path(near, x, path)
+        _draw_path(near, row, path)
         near.plot(*spots[crowd].T, "o", color=BLUE, ms=3.5, zorder=4)
         middle = 0.5 * (spots[crowd].max(axis=0) + spots[crowd].min(axis=0))
         half = 0.6 * np.maximum(np.ptp(spots[crowd], axis=0), 0.2 * radius) + 0.12 * radius
@@ -257,7 +179,7 @@ def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
         near.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
         near.tick_params(labelsize=7)
         near.locator_params(nbins=3)
-        near.set_title(_("enlarged, {unit}", unit=unit), fontsize=8, pad=3)
+        near.set_title(_("enlarged, {unit}", unit=row.unit), fontsize=8, pad=3)
         words.append((near, places[crowd], spots[crowd], []))
         panel.figure.draw_without_rendering()  # type: ignore[union-attr]
     elif corner is None:
@@ -266,7 +188,9 @@ def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
         names = [figures.name(where, _("jump"), fontsize=8.0, color=GREY, zorder=5) for ends in leaps[:1]]
         anchors = [ends[:, np.argsort(np.hypot(*ends))] @ (0.3, 0.7) for ends in leaps[:1]]
         names += [
-            figures.name(where, told(float(place), 4) + unit_of_place, fontsize=7.0 if where is not panel else 8.0, zorder=5)
+            figures.name(
+                where, written(float(place), 4) + unit_of_place, fontsize=7.0 if where is not panel else 8.0, zorder=5
+            )
             for place in at
         ]
         away = (1.0, 1.0 if corner is None or corner[1] < 0.5 else -1.0)
@@ -286,48 +210,28 @@ def _free_corner(panel: Axes, path: Array) -> tuple[float, float] | None:
     return None
 
 
-# -- slides ----------------------------------------------------------------------------------------------------------
+# -- over the driver -------------------------------------------------------------------------------------------------
 
 
-def over_motion(panel: Axes, heading: str, x: Array, parts: Mapping[str, Array], sliding: bool = False) -> None:
-    """The normal forces (N) of a slide over the driver's coordinate, and its moment (N m) on a scale of its own."""
-    forces = {part: values for part, values in parts.items() if part in ("normal", "front", "rear")}
-    size = np.max([np.abs(values) for values in forces.values()], axis=0)
-    scale, unit = _unit(size)
-    label = _("normal force, {unit}", unit=unit)
-    figures.name_axes(panel, _title(heading, x, size, sliding), _position(sliding), label)
-    for (part, values), colour, dashes in zip(forces.items(), (BLUE, VERMILLION), ("-", "--"), strict=False):
-        _broken(panel, x, scale * values, color=colour, ls=dashes, lw=1.6, label=_part(part))
-    _over(panel, x, sliding)
-    moment = parts.get("moment")
-    if moment is not None and float(np.nanmax(np.abs(moment))) > _NOTHING * float(np.nanmax(size)):
-        other = panel.twinx()
-        _broken(other, x, moment, color=PURPLE, ls=":", lw=1.6)
-        other.set_ylabel(_("moment, N m (dotted)"), color=PURPLE)
-    if len(forces) > 1:
-        panel.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.2, ncols=2, fontsize=8.5, frameon=False)
+def _over_driver(panel: Axes, row: Row, x: Array, curves: Sequence[Array], sliding: bool) -> None:
+    """The normal forces of a slide, or a driving action, over the driver's coordinate."""
+    position = _("position x of the driver, mm") if sliding else _("crank angle φ, deg")
+    figures.name_axes(panel, f"{row.title}\n{row.about}", position, f"{row.label}, {row.unit}")
+    for curve, values in zip(row.curves, curves, strict=True):
+        _broken(panel, x, values, row.breaks, color=COLOURS[curve.colour], ls=curve.dash, lw=curve.width, label=curve.name)
+    panel.axhline(0.0, color=BLACK, lw=0.8)
+    panel.set_xlim(float(np.min(x)), float(np.max(x)))
+    if not sliding and np.ptp(x) > 180.0:
+        panel.xaxis.set_major_locator(MultipleLocator(90.0 * ceil(np.ptp(x) / 720.0)))
+    if len(curves) > 1:
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.2, ncols=3, fontsize=8.5, frameon=False)
 
 
-def _driving(panel: Axes, x: Array, action: Array, linkage: Linkage) -> None:
-    """The driving torque or force over the driver's coordinate."""
-    scale, unit = _unit(action)
-    unit = unit if linkage.sliding else f"{unit} m"
-    name, heading = _("driving torque"), _("driving torque at {joint}", joint=linkage.driver)
-    if linkage.sliding:
-        name, heading = _("driving force"), _("driving force at {joint}", joint=linkage.driver)
-    if not np.isfinite(action).any():
-        figures.say(panel, heading, _("Nothing is known of it: friction locks everywhere."))
-        return
-    least, most = (told(scale * float(value), 4) for value in (np.nanmin(action), np.nanmax(action)))
-    extent = _("from {least} to {most} {unit}", least=least, most=most, unit=unit)
-    figures.name_axes(panel, f"{heading}\n{extent}", _position(linkage.sliding), f"{name}, {unit}")
-    _broken(panel, x, scale * action, color=GREEN, lw=1.6)
-    _over(panel, x, linkage.sliding)
-
-
-def _position(sliding: bool) -> str:
-    """What a position of the driver is called along an axis."""
-    return _("position x of the driver, mm") if sliding else _("crank angle φ, deg")
+def _beside_forces(panel: Axes, row: Row, x: Array, moment: Array) -> None:
+    """The moment of a slide on a scale of its own."""
+    other, (curve,) = panel.twinx(), row.curves
+    _broken(other, x, moment, row.breaks, color=COLOURS[curve.colour], ls=curve.dash, lw=curve.width)
+    other.set_ylabel(_("moment, N m (dotted)"), color=COLOURS[curve.colour])
 
 
 def _part(component: str) -> str:
@@ -348,20 +252,11 @@ def _part(component: str) -> str:
     return words.get(component, component)
 
 
-def _broken(panel: Axes, x: Array, values: Array, **style: Any) -> None:
+def _broken(panel: Axes, x: Array, values: Array, breaks: Sequence[int], **style: Any) -> None:
     """A curve over the driver that is broken where it jumps, with a dotted line there."""
-    places, (drawn,) = parted(x, values)
-    panel.plot(places, drawn, **style)
-    for k in np.flatnonzero(np.isnan(places)):
-        panel.plot(places[[k - 1, k + 1]], drawn[[k - 1, k + 1]], color=GREY, ls=":", lw=1.0, zorder=2.5)
-
-
-def _over(panel: Axes, x: Array, sliding: bool) -> None:
-    """The axis of the driver's positions, and a line at zero."""
-    panel.axhline(0.0, color=BLACK, lw=0.8)
-    panel.set_xlim(float(np.min(x)), float(np.max(x)))
-    if not sliding and np.ptp(x) > 180.0:
-        panel.xaxis.set_major_locator(MultipleLocator(90.0 * ceil(np.ptp(x) / 720.0)))
+    panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **style)
+    for k in breaks:
+        panel.plot(x[[k - 1, k]], values[[k - 1, k]], color=GREY, ls=":", lw=1.0, zorder=2.5)
 
 
 # -- curves over the driver or the time ------------------------------------------------------------------------------
@@ -472,8 +367,8 @@ def _line(axes: Axes, legend: Axes, x: Array, values: Array, words: tuple[str, s
         legend.plot([], [], color=colour, ls=dashes, label=_("{name}: not known", name=name))
         return
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
-    least, most = (told(float(values[k]), 4) for k in (low, high))
-    _broken(axes, x, values, color=colour, ls=dashes, lw=1.6, zorder=3)
+    least, most = (written(float(values[k]), 4) for k in (low, high))
+    _broken(axes, x, values, joint_curves.breaks(x, values), color=colour, ls=dashes, lw=1.6, zorder=3)
     extent = _("{least} to {most} {unit}", least=least, most=most, unit=unit)
     extent = f"{least} {unit}" if values[low] == values[high] else extent
     label = f"{name}: {extent}" if name else extent

@@ -17,14 +17,14 @@ from flywheel.regime.turning_moment import Cycle, Run
 
 Array = NDArray[np.float64]
 
-_POINTS = 3000
 _NOTHING = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
-_FEWEST, _MOST = 3, 129  # points in one cell, both ends included
+_LOOP_SHARE = 0.10  # of the width and height of Wittenbauer's diagram: a smaller loop has a window of its own
+_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same unit, that is none
 MOST_BODIES = 8  # in a stacked picture
 
 
 class Samples(NamedTuple):
-    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), the share of the balance in M*, and what drives.
+    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and what drives.
 
     `driving` is M_m* (N m): the sum of the drive, unless it brakes on the whole, and of the loads that do positive work in
     the cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand
@@ -35,52 +35,24 @@ class Samples(NamedTuple):
     moment: Array
     work: Array
     inertia: Array
-    balance: Array | None
     driving: Array
     drive: Array | None
 
 
-def sampled(machine: Machine, cycle: Cycle, speed: float | None = None, points: int = _POINTS) -> Samples:
-    """A resolved cycle on evenly spread points in every cell, ends included: about as many as are asked for, or 3 a cell.
-
-    With a constant speed (rad/s) the share of a balance is told even where it depends on speed.
-    """
-    mesh = cycle.mesh
-    count = mesh.phi.shape[0]
-    t = np.linspace(-1.0, 1.0, int(np.clip(points // count, _FEWEST, _MOST)))
-    phi = mesh.middle + mesh.half * t
-    phi[:, 0], phi[:, -1] = mesh.edges[:-1], mesh.edges[1:]  # the same float on both sides of an edge
-    cell, local = np.repeat(np.arange(count), t.size), np.tile(t, count)
-    work, variation = cycle.at(cell, local)
-    share = None
-    if cycle.balance is not None:
-        station = machine.reduction.at(phi, mesh.anchor)
-        moving = [] if speed is None else station.contributions(speed)
-        factor = station.reduced.per_unknown + np.zeros_like(phi)
-        share = np.asarray(cycle.balance * (factor + sum(part for _, _, part in moving))).ravel()
-    driving, drive = _driving(machine, cycle, phi, mesh.anchor, speed)
-    return Samples(
-        phi=phi.ravel(),
-        moment=(cycle.series[0] @ cells.basis(t, cells.ORDER).T).ravel(),
-        work=work,
-        inertia=cycle.inertia_at_start + variation,
-        balance=share,
-        driving=driving.ravel(),
-        drive=None if drive is None else drive.ravel(),
-    )
-
-
 def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> Samples:
-    """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there."""
+    """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there.
+
+    Moments below their rounding are 0, and so is the work where no more than its error is left of it anywhere.
+    """
     cell, t = cycle.where(phi)
     work, variation = cycle.at(cell, t)
+    moment = cells.value(cycle.series[0, cell], t)
     driving, drive = _driving(machine, cycle, phi, machine.anchors(phi), speed)
     return Samples(
         phi=phi,
-        moment=cells.value(cycle.series[0, cell], t),
-        work=work,
+        moment=np.where(np.abs(moment) > cycle.noise[0, cell], moment, 0.0),
+        work=np.where(np.abs(work).max() > cycle.errors.work, work, 0.0),
         inertia=cycle.inertia_at_start + variation,
-        balance=None,
         driving=driving,
         drive=drive,
     )
@@ -104,20 +76,13 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
     return found, drive
 
 
-def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
-    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out."""
-    phi = samples.phi % machine.scene.cycle
-    parts = machine.kinematics.inertias(machine.kinematics.flows(phi, machine.anchors(phi)))
-    return most({name: np.broadcast_to(part, phi.shape) for name, part in parts.items() if np.any(part)})
-
-
-def most(found: dict[str, Array]) -> dict[str, Array]:
+def most(bodies: dict[str, Array]) -> dict[str, Array]:
     """Bodies with what each adds to I*; beyond `MOST_BODIES` the smallest ones as one."""
-    if len(found) <= MOST_BODIES:
-        return found
-    largest = sorted(found, key=lambda name: -float(found[name].max()))[: MOST_BODIES - 1]
-    rest = [part for name, part in found.items() if name not in largest]
-    shown = {name: part for name, part in found.items() if name in largest}
+    if len(bodies) <= MOST_BODIES:
+        return bodies
+    largest = sorted(bodies, key=lambda name: -float(bodies[name].max()))[: MOST_BODIES - 1]
+    rest = [part for name, part in bodies.items() if name not in largest]
+    shown = {name: part for name, part in bodies.items() if name in largest}
     return shown | {f"{len(rest)} others": np.sum(rest, axis=0)}
 
 
@@ -176,6 +141,34 @@ def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
         angle_slow=angles[1],
         flywheel=run.inertia,
     )
+
+
+def windows(loop: Loop, joule: float) -> tuple[list[list[float]], str]:
+    """The parts of the diagram that are shown, [left, right, low, high] in kg m² and J, and what the last one shows.
+
+    The whole triangle ("P"), or without P where the loop would be too small in it ("MN"); where it would be even there,
+    the loop follows by itself ("loop"). A loop whose work is nothing but rounding is a line, which has no height to be seen.
+    """
+    corners = np.array([[loop.inertia.min(), loop.inertia.max()], [loop.energy.min(), loop.energy.max()]])
+    axis = np.array([[0.0, 0.0], [loop.intercept_slow, loop.intercept_fast]])
+    at_right = [slope * corners[0, 1] + cut for slope, cut in loop.lines]
+    far = np.array(loop.far_point)[:, None]
+    windows, extents = list[list[float]](), np.ptp(corners, axis=1)
+    line = extents[1] <= _ROUNDING * max(np.abs(axis).max(), corners[0, 1])
+    for name, parts in {"P": [corners, axis, far], "MN": [corners, axis], "loop": [corners]}.items():
+        points = np.concatenate(parts, axis=1)
+        low, high = points.min(axis=1), points.max(axis=1)
+        if name != "loop":
+            low[1], high[1] = min(low[1], *at_right), max(high[1], *at_right)
+        spans = np.maximum(high - low, 1e-300)
+        margin = np.array([0.12, 0.1]) * spans
+        (left, bottom), (right, top) = low - margin, high + margin
+        large = bool((extents >= _LOOP_SHARE * spans)[: 1 if line else 2].all())
+        if name != "P" or large:
+            windows.append([float(left), float(right), float(joule * bottom), float(joule * top)])
+        if large:
+            return windows, name
+    return windows, "loop"
 
 
 def crossing_speeds(sums: Array, least: float, inertia: float) -> Array:

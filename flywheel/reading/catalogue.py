@@ -1,7 +1,9 @@
 """A table of motors: from a CSV file to the motors of its rows, or to every fault in it with its line and column.
 
 The columns are the keys of `[drive.motor]`, an induction motor where no column `type` says otherwise, with the unit in the
-header or in every cell; besides `name`, `price`, `currency` and `synchronous_speed`. Other columns are left alone.
+header or in every cell; besides `name`, `price`, `currency` and `synchronous_speed`. Other columns are left alone. Where a
+key means another quantity in another type (`starting_torque`: N m of a line, a share of an induction motor's rated torque),
+it is the row's type that counts.
 """
 
 from __future__ import annotations
@@ -9,9 +11,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from bondgraph.records import NamedTuple
 from flywheel.components.motors import Motor
 from flywheel.numerics.faults import Fault, SceneError, nearest, quote
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, parse_unit
@@ -29,7 +30,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _PRICE = re.compile(rf"\s*(?P<before>[^\d\s.+-]*)\s*(?P<number>{_NUMBER.pattern})\s*(?P<after>[^\d\s.+-]*)\s*")
 _MAINS = (50.0, 60.0)
 _SAME = 1e-6  # share within which a synchronous speed is one of the mains'
-_NAMELESS = ("table", "constant", "line", "engine")
+_ROWS_OF_THEIR_OWN = ("table",)
 _REPORTED = 20
 
 
@@ -54,9 +55,16 @@ class Catalogue(NamedTuple):
 
 
 class _Column(NamedTuple):
+    """A column: its name, its unit, and the key that it is of each motor's type; none where it means nothing here."""
+
     name: str
     unit: str
-    key: Key | None
+    keys: Mapping[str, Key]
+
+    def kinds(self, motor: str) -> tuple[str, ...]:
+        """What its cells may be of a motor's type: where the type has no such key, what it is of others."""
+        given = [self.keys[motor]] if motor in self.keys else self.keys.values()
+        return tuple(dict.fromkeys(key.kind for key in given)) or ("speed",)
 
 
 def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
@@ -135,7 +143,7 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
         more = len(wrong) - _REPORTED
         rest = [Fault(file, f"{more} more faults like these", "a table without gaps")] if more > 0 else []
         raise SceneError([*wrong[:_REPORTED], *rest])
-    unused = tuple(column.name for column in columns if column.key is None and column.name not in _OWN)
+    unused = tuple(column.name for column in columns if not column.keys and column.name not in _OWN)
     return Catalogue(tuple(motors), unused, tuple(wrong), file)
 
 
@@ -145,29 +153,28 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
 def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Column]:
     """The columns of a header: their names as keys are written, and their units."""
     typed = any(_plain(field) == "type" for field in fields)
-    kinds = [kind for name, kind in MOTORS.items() if name not in _NAMELESS] if typed else [MOTORS["induction"]]
-    known = {key.name: key for kind in kinds for key in kind.keys if key.kind in DIMENSIONS or key.name == "type"}
-    if not typed:
-        known.pop("type", None)
+    types = [name for name in MOTORS if name not in _ROWS_OF_THEIR_OWN] if typed else ["induction"]
+    known: dict[str, dict[str, Key]] = {}
+    for motor in types:
+        for key in MOTORS[motor].keys:
+            if key.kind in DIMENSIONS or (key.kind == "choice" and (key.name != "type" or typed)):
+                known.setdefault(key.name, {})[motor] = key
     columns: list[_Column] = []
     absent = [name for name in (*known, *_OWN) if name not in map(_plain, fields)]
     for field in fields:
         match = _HEAD.fullmatch(field)
         name, unit = (_plain(match["name"]), match["unit"] or "") if match else (_plain(field), "")
-        key = known.get(name)
+        keys = known.get(name, {})
         path = f"{where}, column {quote(field)}"
         if not name:
             faults.append(Fault(path, "no name", "the name of a column"))
         elif name in (column.name for column in columns):
             faults.append(Fault(path, f"a second column {name}", "one"))
-        elif key is None and name not in _OWN and (near := nearest(name, absent)):
+        elif not keys and name not in _OWN and (near := nearest(name, absent)):
             faults.append(Fault(path, "an unknown column", "a known one", f'did you mean "{near}"?'))
-        elif key is not None and unit and key.kind in DIMENSIONS:
-            try:
-                parse_unit(unit, key.kind)
-            except QuantityError as error:
-                faults.append(Fault(path, error.found, error.expected, error.advice))
-        columns.append(_Column(name, unit, key))
+        elif unit:
+            faults += _unit_faults(unit, {key.kind for key in keys.values() if key.kind in DIMENSIONS}, path)
+        columns.append(_Column(name, unit, keys))
     names = [column.name for column in columns]
     needed = ["name", *([] if typed else ["power", "speed", "breakdown_ratio"])]
     faults += [Fault(where, f"no column {name}", _expected(name, known)) for name in needed if name not in names]
@@ -179,11 +186,24 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
     return columns
 
 
-def _expected(name: str, known: Mapping[str, Key]) -> str:
-    key = known.get(name)
+def _unit_faults(unit: str, kinds: Iterable[str], path: str) -> list[Fault]:
+    """What is wrong with a column's unit, where it is one of none of the quantities that the column may hold."""
+    found = []
+    for kind in kinds:
+        try:
+            parse_unit(unit, kind)
+        except QuantityError as error:
+            found.append(Fault(path, error.found, error.expected, error.advice))
+        else:
+            return []
+    return found[:1]
+
+
+def _expected(name: str, known: Mapping[str, Mapping[str, Key]]) -> str:
+    key = next(iter(known.get(name, {}).values()), None)
     if key is None or key.kind not in DIMENSIONS or not DIMENSIONS[key.kind].si:
         return f'"{name}" in the header'
-    return f'"{name}" in the header, with its unit such as "{name} ({DIMENSIONS[key.kind].example.split()[-1]})"'
+    return f'"{name}" in the header, with its unit such as "{name} ({DIMENSIONS[key.kind].example.split(maxsplit=1)[-1]})"'
 
 
 def _plain(field: str) -> str:
@@ -209,9 +229,13 @@ def _row(
         faults.append(Fault(f"{where}, name", "an empty cell", "the motor's name"))
     at = {column.name: f"{where}, {column.name}" for column in columns}
     table: dict[str, Any] = {"type": given.get("type", "").strip() or "induction"}
+    if table["type"] in _ROWS_OF_THEIR_OWN:
+        advice = 'give two points of it as a line, or size the scene with [drive] motor = {type = "table", ...}'
+        faults.append(Fault(at["type"], quote(table["type"]), "a motor whose data have a cell each", advice))
+        return None
     for column, cell in zip(columns, cells, strict=True):
-        if (column.key is not None and column.name != "type") or column.name == "synchronous_speed":
-            value = _cell(cell, column, at[column.name], faults)
+        if (column.keys and column.name != "type") or column.name == "synchronous_speed":
+            value = _cell(cell, column, table["type"], at[column.name], faults)
             if value is not None:
                 table[column.name] = value
     before = len(faults)
@@ -224,7 +248,7 @@ def _row(
     for fault in noted:
         key = fault.path.removeprefix("motor").lstrip(".")
         path = at.get(key, f"{where}, {key}" if key else where)
-        if path not in known:
+        if path not in known and (key or not faults):  # what a row lacks may be in a cell at fault
             empty = key in given and not given[key].strip()
             faults.append(fault._replace(path=path, found="an empty cell" if empty else fault.found))
     if faults or motor is None:
@@ -232,12 +256,14 @@ def _row(
     return CatalogueMotor(name, table, motor, price, currency, number)
 
 
-def _cell(cell: str, column: _Column, path: str, faults: list[Fault]) -> Any:
+def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]) -> Any:
     """The value of a cell as a scene would have it; None where it is empty, or after noting a fault."""
     text, unit = cell.strip(), column.unit
     if not text:
         return None
-    kind = "speed" if column.key is None else column.key.kind
+    kind = column.kinds(motor)[0]
+    if kind == "choice":
+        return text
     if torn_number([text]):
         faults.append(Fault(path, quote(text), "a number", "write 1.5, not 1,5"))
         return None
@@ -247,10 +273,14 @@ def _cell(cell: str, column: _Column, path: str, faults: list[Fault]) -> Any:
         except QuantityError as error:
             faults.append(Fault(path, error.found, error.expected, error.advice))
             return None
+    if unit and kind in DIMENSIONS and (wrong := _unit_faults(unit, [kind], path)):
+        advice = f"a column of {motor} motors holds another quantity: put units into the cells, not into the header"
+        faults.append(wrong[0]._replace(found=f"{text} {unit}", advice=advice))
+        return None
     if kind == "number":
         return text if not unit else f"{text} {unit}"
     if not unit:
-        example = DIMENSIONS[kind].example.split()[-1]
+        example = DIMENSIONS[kind].example.split(maxsplit=1)[-1]
         advice = f'name it in the header, such as "{column.name} ({example})"'
         faults.append(Fault(path, f"{text} without a unit", "a unit in the header or in the cell", advice))
         return None

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, nearest, quote, show, suggestion
+from flywheel.numerics.functions import is_recorded
 from flywheel.numerics.units import (
     DIMENSIONS,
     QuantityError,
     Unit,
-    is_recorded,
     parse_quantity,
     parse_unit,
     plain_number,
@@ -64,7 +63,7 @@ class Faults(list[Fault]):
         """Note one more fault."""
         self.append(Fault(path, found, expected, advice))
 
-    def unknown(self, path: str, name: str, valid: Iterable[str], what: str = "key") -> None:
+    def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
         """Note a name that does not exist here, with the nearest one that does, or the tables where it does."""
         advice = suggestion(name, valid) if len(self) < _SUGGESTIONS else ""
         if what.startswith("key") and (home := _home(name, valid)):
@@ -72,12 +71,28 @@ class Faults(list[Fault]):
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
 
 
-def _home(name: str, valid: Iterable[str]) -> str:
-    """Where a key belongs that stands in a table which does not know it; empty where that is nowhere.
+_TRADE = {
+    **dict.fromkeys(("frame", "ground", "fixed", "base", "fixed_link"), ("ground", "frame")),
+    **dict.fromkeys(("rod", "conrod", "con_rod", "connecting_rod", "coupler"), ("rod", "coupler")),
+    **dict.fromkeys(("piston", "ram", "crosshead"), ("slider",)),
+    **dict.fromkeys(("follower", "output_link"), ("rocker",)),
+    **dict.fromkeys(("inertia", "mass"), ("value",)),
+}
+"""Other words of the trade for keys, with the keys that they may stand for."""
 
+
+def _home(name: str, valid: Collection[str]) -> str:
+    """Advice on a key in a table that does not know it: what is meant, or where it belongs; empty where that is nowhere.
+
+    >>> _home("conrod", ["crank", "rod"])
+    'did you mean rod?'
     >>> _home("speed", ["on"]), _home("title", ["on"]), _home("rod_length", ["rod", "crank"])
     ('speed is a key of [regime] or [stroke]', 'title stands at the top, above every heading', 'did you mean rod.length?')
     """
+    if meant := next((key for key in _TRADE.get(name.replace("-", "_"), ()) if key in valid), ""):
+        return f"did you mean {meant}?"
+    if name == "stroke" and "crank" in valid and {"slider", "yoke"} & set(valid):
+        return "a stroke in line is twice crank.length"
     parts = {part.name: part for kind in KINDS.values() for part in kind.parts}
     here = [part for part in parts if part in valid]
     owner, _, key = name.replace("-", "_").partition("_")

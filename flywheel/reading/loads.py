@@ -6,11 +6,10 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.expressions import Expression, Node, expression_of, numeral
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
@@ -112,7 +111,7 @@ def read_loads(raw: object, places: Places, setting: Setting) -> tuple[Load, ...
     return tuple(load for load in found if load is not None)
 
 
-def read_drags(drags: Mapping[str, float], setting: Setting) -> tuple[Load, ...]:
+def read_shaft_drag(drags: Mapping[str, float], setting: Setting) -> tuple[Load, ...]:
     """The constant torques (N m) against the rotation of shafts, by their names."""
     if setting.cycle is None:
         return ()
@@ -233,15 +232,16 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         return UNREAD if len(item.faults) > before else (start, end)
     if abs(end - start - every) <= TOLERANCE * every:
         return None
-    limit, period = every * (1 + _SAME), f"{np.degrees(every):.10g}"
+    period, most = f"{np.degrees(every):.10g}", f"{np.degrees(2 * every):.10g}"
     for key, angle in (("from", start), ("to", end)):
-        if abs(angle) > limit:
-            item.add(key, f"{np.degrees(angle):.10g} deg", f"an angle from -{period} to {period} deg")
+        if abs(angle) > 2 * every * (1 + _SAME):
+            item.add(key, f"{np.degrees(angle):.10g} deg", f"an angle from -{most} to {most} deg")
     if end - start > every and len(item.faults) == before:
         found = f"a window of {np.degrees(end - start):.10g} deg"
         item.add("to", found, f"one of {period} deg at most, after which it repeats")
     # brought into [0, every), the period's end being its beginning
-    start, end = (angle + every if angle < 0 else angle for angle in (start, end))
+    for _ in range(2):
+        start, end = (angle + every if angle < 0 else angle - every if angle > every else angle for angle in (start, end))
     seam = _ROUNDED * every
     start, end = (0.0 if angle <= seam or angle >= every - seam else angle for angle in (start, end))
     if abs(start - end) <= _SAME * every and len(item.faults) == before:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Kind, build
 from flywheel.numerics.faults import SceneError, quote, show, suggestion, told

@@ -1,12 +1,13 @@
 """The drive's motor, `[drive] motor = {type = ..., ...}`: keys, checks, and the motor that they describe.
 
 `MOTORS` has a line for each type. Its reader is called where no key is at fault by itself. `start` within it is how the
-motor is started; `TABLES` are such tables within a motor's own.
+motor is started; `TABLES` are such tables within a motor's own. Last the phases of a duty, `[[duty]]`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from pathlib import Path
@@ -35,14 +36,27 @@ from flywheel.components.motors import (
     star_delta,
     transformer,
 )
+from flywheel.components.motors.starting import check_start
 from flywheel.components.motors.synchronous import damper_slope, saliency_of
 from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
-from flywheel.numerics.faults import Fault, SceneError, show
+from flywheel.numerics.faults import Fault, SceneError, quote, show
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
-from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, items, read_item, read_typed, read_unit
-from flywheel.reading.schema import Section
+from flywheel.reading.fields import (
+    Faults,
+    Fields,
+    Item,
+    Setting,
+    as_table,
+    exactly_one,
+    items,
+    read_item,
+    read_typed,
+    read_unit,
+)
+from flywheel.reading.schema import SECTIONS, Section
 from flywheel.reading.tables import given_columns
 from flywheel.scene.keys import NOT_NEGATIVE, POSITIVE, Key, Range
+from flywheel.scene.scene import Phase, Scene
 
 
 class Even(Range):
@@ -93,7 +107,7 @@ def _start(item: Item, motor: Motor) -> Start | None:
         expected, advice = "a motor whose torque follows its speed at once", "over a start its own states are left out"
         given.add("type", f"a start by {kind} of a motor with states of its own", expected, advice)
         return None
-    wanted, possible = _START_KEYS[kind]
+    wanted, possible, make = _STARTS[kind]
     others = [name for name in given.raw if name not in ("type", *wanted, *possible)]
     given.without(others, f"of a start by {kind}", f"it takes {', '.join((*wanted, *possible))}")
     for name in wanted:
@@ -102,7 +116,8 @@ def _start(item: Item, motor: Motor) -> Start | None:
     if not given.clean:
         return None
     try:
-        return _STARTS[kind](motor, given, untils)
+        check_start(motor, kind)
+        return make(motor, given, untils)
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
         return None
@@ -136,47 +151,26 @@ def _alone(untils: list[Switch]) -> Switch:
 
 def _soft(motor: Motor, given: Item, untils: list[Switch]) -> Start:
     fields, until = given.fields, _alone(untils) if untils else None
-    if not isinstance(motor, (Induction, Curve)):
-        raise SceneError([Fault("type", f"a soft start of a {motor.title}", "an induction motor, or a table of one")])
     limits = fields["torque_limit"], fields["current_limit"]
     return soft_start(motor, until, fields["voltage"] or 1.0, fields["ramp"] or 0.0, *limits)
 
 
-def _stepped(motor: Motor, given: Item, untils: list[Switch]) -> Start:
-    return resistance_steps(motor, given.fields["added"], untils)
-
-
-def _field(motor: Motor, given: Item, untils: list[Switch]) -> Start:
-    if not isinstance(motor, DC):
-        raise SceneError([Fault("type", f"field steps of a {motor.title}", "a DC motor")])
-    return field_steps(motor, given.fields["field"], untils)
-
-
-def _on_alternating_current(motor: Motor, kind: str) -> None:
-    """Refuse what changes the voltage of a motor on mains that a DC motor does not have."""
-    if not isinstance(motor, (Induction, Curve)):
-        raise SceneError([Fault("type", f"a start by {kind} of a {motor.title}", "an induction motor, or a table of one")])
-
-
-def _star(motor: Motor, given: Item, untils: list[Switch]) -> Start:
-    _on_alternating_current(motor, "star-delta")
-    return star_delta(motor, _alone(untils))
-
-
-def _transformer(motor: Motor, given: Item, untils: list[Switch]) -> Start:
-    _on_alternating_current(motor, "transformer")
-    return transformer(motor, given.fields["voltage"], _alone(untils))
-
-
-_STARTS = {"star-delta": _star, "transformer": _transformer, "soft": _soft, "resistance": _stepped, "field": _field}
-_START_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "star-delta": (("until",), ()),
-    "transformer": (("voltage", "until"), ()),
-    "soft": ((), ("voltage", "ramp", "torque_limit", "current_limit", "until")),
-    "resistance": (("added", "until"), ()),
-    "field": (("field", "until"), ()),
+_STARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...], Callable[[Motor, Item, list[Switch]], Start]]] = {
+    "star-delta": (("until",), (), lambda motor, _, untils: star_delta(motor, _alone(untils))),
+    "transformer": (
+        ("voltage", "until"),
+        (),
+        lambda motor, given, untils: transformer(motor, given.fields["voltage"], _alone(untils)),
+    ),
+    "soft": ((), ("voltage", "ramp", "torque_limit", "current_limit", "until"), _soft),
+    "resistance": (
+        ("added", "until"),
+        (),
+        lambda motor, given, untils: resistance_steps(motor, given.fields["added"], untils),
+    ),
+    "field": (("field", "until"), (), lambda motor, given, untils: field_steps(motor, given.fields["field"], untils)),
 }
-"""The keys that a start of each type must have, and those that it may have."""
+"""The keys that a start of each type must have, those that it may have, and what makes it of them."""
 
 
 START = Section(
@@ -465,26 +459,166 @@ def _hydraulic(item: Item, _: Path | None) -> Motor:
     return Hydraulic(**{key.name: item.fields[key.name] for key in (*_HYDRAULIC, _INERTIA)})
 
 
-CURVE = Section(
-    "table", "torque against speed as rows of numbers", _ROWS, either=(("file",), ("speed", "torque")), reader=_table
-)
+_TABLE = (("file",), ("speed", "torque"))
+CURVE = Section("table", "torque against speed as rows of numbers", _ROWS, either=_TABLE, reader=_table, makes=Curve)
 """A motor by its curve, and the curve of an engine's full load."""
-_ALL = (
-    Section("constant", "a torque that no speed changes", _CONSTANT, reader=_constant),
-    Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line),
-    CURVE,
-    Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc),
-    Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction),
-    Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous),
-    Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic),
-    Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),), reader=_engine),
-)
-MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _ALL))
-_STARTABLE = ("table", "dc", "induction")
+_FULL = (("torque", "power", "full_load"),)
+_TYPES = (
+    (Section("constant", "a torque that no speed changes", _CONSTANT, reader=_constant, makes=Constant),
+     {"torque": "40 N m"}),
+    (Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line, makes=Line),
+     {"no_load_speed": "1500 rpm", "starting_torque": "100 N m"}),
+    (CURVE, {"speed": [0, 100, 157], "torque": [50, 40, 0]}),
+    (Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc, makes=DC),
+     {"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"}),
+    (Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction, makes=Induction),
+     {"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5}),
+    (Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous, makes=Synchronous),
+     {"power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2, "asynchronous_slip": 0.04}),
+    (Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic,
+             makes=Hydraulic),
+     {"displacement": "160 cm^3", "flow": "240 l/min", "pressure": "140 bar", "volumetric_efficiency": 0.92,
+      "mechanical_efficiency": 0.93}),
+    (Section("engine", "an engine under a governor", _ENGINE, one_of=_FULL, reader=_engine, makes=Engine),
+     {"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"}),
+)  # fmt: skip
+MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor, _ in _TYPES))
 MOTORS = {
-    motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA, *([_START] if motor.name in _STARTABLE else [])))
-    for motor in _ALL
+    motor.name: motor._replace(
+        keys=(MOTOR_TYPE, *motor.keys, _INERTIA, *([_START] if motor.makes.starts else [])), begin=begin
+    )
+    for motor, begin in _TYPES
 }
-"""What a motor may be: its keys, and what makes it of them."""
+"""What a motor may be: its keys, what makes it of them, its class, and how it begins on a form."""
 TABLES = {"full_load": CURVE, "start": START}
 """Tables within a motor's own, by their keys."""
+
+# -- duty --------------------------------------------------------------------------------------------------------------
+
+
+MOST_PHASES = 100
+STANDSTILL_COOLING = 1 / 3
+"""Share by which standstill counts for the cooling of a motor whose fan sits on its shaft, unless the scene says otherwise.
+
+Usual are 1/4 to 1/3 for motors that cool themselves.
+"""
+_OF_ALL = ("duty", "flywheel")
+
+
+def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
+    """The phases as they are written, every fault of theirs noted that does not depend on the machine."""
+    duty = raw.get("duty")
+    if duty is None:
+        return []
+    tables = items(duty)
+    if tables is None or not tables:
+        advice = "write [[duty]]" if isinstance(duty, Mapping) else ""
+        faults.add("duty", "no phase" if tables == [] else show(duty), "an array of tables, one for each phase", advice)
+        return []
+    if len(tables) > MOST_PHASES:
+        faults.add("duty", f"{len(tables)} phases", f"at most {MOST_PHASES}")
+        return []
+    for name, what in (("stroke", "a stroke has no cycle"), ("areas", "a diagram of areas has no loads")):
+        if name in raw:
+            faults.add("duty", f"a duty beside [{name}]", "none", what)
+    if "flywheel" not in raw:
+        faults.add("flywheel", "nothing, with a duty", "a table with irregularity or inertia", "of all phases together")
+    found = []
+    for i, each in enumerate(tables):
+        table = as_table(each, f"duty[{i}]", faults)
+        if table is not None:
+            item = read_item(table, SECTIONS["duty"], f"duty[{i}]", faults)
+            _check(item)
+            found.append(item)
+    names = [_name(item) for item in found]
+    for i, item in enumerate(found):
+        if _name(item) in names[:i]:
+            item.add("name", f"{quote(_name(item))}, which is that of another phase", "a name of its own")
+    if found and all(item.fields["rest"] for item in found):
+        faults.add("duty", "phases at rest alone", "one at least in which the machine runs")
+    return found
+
+
+def _name(item: Item) -> str:
+    number = item.path.removeprefix("duty[").removesuffix("]")
+    return str(item.fields["name"] or f"phase {int(number) + 1}")
+
+
+def _check(item: Item) -> None:
+    """What does not go together in one phase."""
+    if item.fields["rest"]:
+        item.without(["loads", "changes", "starts"], "in a phase at rest", "the motor is off and nothing turns")
+        item.without(["cycles"], "in a phase at rest", "give its duration")
+        return
+    item.without(["standstill_cooling"], "in a phase that runs", "it belongs to a phase with rest = true")
+    starts = item.fields["starts"]
+    if starts is not None and starts != int(starts):
+        item.add("starts", show(item.raw["starts"]), "a whole number")
+    if "changes" not in item.raw:
+        return
+    changes = as_table(item.raw["changes"], f"{item.path}.changes", item.faults)
+    for path, _value in leaves(changes or {}):
+        if path.split(".")[0] in _OF_ALL:
+            item.faults.add(f"{item.path}.changes.{path}", "a change of what all phases share", "a change of the machine")
+
+
+def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by their paths, from tables within tables as TOML reads dotted keys.
+
+    >>> list(leaves({"load": {"0": {"force": "-2 kN"}}, "shafts.motor.ratio": 5}))
+    [('load.0.force', '-2 kN'), ('shafts.motor.ratio', 5)]
+    """
+    for key, value in changes.items():
+        name = f"{path}.{key}" if path else str(key)
+        if isinstance(value, Mapping):
+            yield from leaves(value, name)
+        else:
+            yield name, value
+
+
+def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
+    """The phases of a scene that was read without a fault, each with the machine as it runs then."""
+    found = []
+    for item in read:
+        fields, rest = item.fields, bool(item.fields["rest"])
+        cooling = STANDSTILL_COOLING if fields["standstill_cooling"] is None else fields["standstill_cooling"]
+        try:
+            machine = None if rest else _machine(scene, item)
+        except SceneError as error:
+            faults.extend(  # those of the machine as the phase has it, at the change that makes them
+                fault._replace(path=f"{item.path}.changes.{fault.path}", line=None) for fault in error.faults
+            )
+            continue
+        found.append(
+            Phase(
+                name=_name(item),
+                scene=machine,
+                duration=fields["duration"],
+                cycles=fields["cycles"],
+                starts=int(fields["starts"] or 0),
+                cooling=cooling if rest else 1.0,
+                loaded=not rest and fields["loads"] != 0.0,
+                path=item.path,
+            )
+        )
+    return tuple(found)
+
+
+def _machine(scene: Scene, item: Item) -> Scene:
+    """The scene of a phase: with its changes, and its loads times their share."""
+    changes = dict(leaves(item.raw.get("changes", {})))
+    found, share = scene.with_({**changes, "duty": None}), item.fields["loads"]
+    if share is None or found.document is None:
+        return found
+    raw = found.document.tables.get("load", ())
+    factors = {}
+    for load in found.loads:
+        if load.is_loss or not load.path.startswith("load["):  # a shaft's drag is one of its bearings
+            continue
+        index = int(load.path.removeprefix("load[").removesuffix("]"))
+        try:
+            own = parse_quantity(raw[index].get("factor", 1.0), "number")
+        except QuantityError:  # found wrong when it was read
+            own = 1.0
+        factors[f"load.{index}.factor"] = share * own
+    return found.with_(factors) if factors else found

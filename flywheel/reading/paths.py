@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+from flywheel.numerics.arguments import refuse
 from flywheel.numerics.expressions import shown
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.units import (
@@ -41,6 +42,19 @@ def dotted(path: str) -> str:
     'load.0.from'
     """
     return _INDEX.sub(r".\1", path)
+
+
+def by_path(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What is given for paths, under the spelling of `numbers`; SceneError where one stands there in both.
+
+    >>> by_path({"load[0].from": 1.0, "regime.speed": 2.0})
+    {'load.0.from': 1.0, 'regime.speed': 2.0}
+    """
+    found = {dotted(str(path)): value for path, value in given.items()}
+    if len(found) < len(given):
+        names = [dotted(str(path)) for path in given]
+        refuse([Fault(path, "two values", "one") for path in found if names.count(path) > 1])
+    return found
 
 
 def numbers(scene: Scene) -> dict[str, Number]:

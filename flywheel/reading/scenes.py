@@ -12,29 +12,26 @@ from functools import partial
 from itertools import accumulate, chain
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show, suggestion
-from flywheel.numerics.functions import cos
+from flywheel.numerics.functions import cos, is_recorded
 from flywheel.numerics.units import (
     QuantityError,
     Unit,
     is_quantity,
-    is_recorded,
     parse_quantity,
     parse_unit,
     plain_number,
     quantity_text,
     split_quantity,
 )
-from flywheel.reading.duty import phases, read_duty
 from flywheel.reading.fields import (
     Faults,
     Fields,
@@ -50,8 +47,9 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.loads import Drive, read_dampers, read_drags, read_drive, read_inertias, read_loads, read_springs
+from flywheel.reading.loads import Drive, read_dampers, read_drive, read_inertias, read_loads, read_shaft_drag, read_springs
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
+from flywheel.reading.motors import phases, read_duty
 from flywheel.reading.schema import AREAS_EXCLUDE, LIMITS, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
 from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke, Transmission
@@ -69,6 +67,8 @@ _LONGEST = 20.0  # m
 _FASTEST = 400.0  # m/s: steel discs burst about there
 _FASTEST_SHAFT = 1e5 * math.pi / 30
 _MOST_UNEVEN = 0.5
+_LARGEST_SLIP = 0.1  # of belts: 1 to 3 % is usual
+_LEAST_EFFICIENCY = 0.4  # of a mesh: a self-locking worm gear
 _STEEL = 7850.0  # kg/m³
 _LINK, _ANY = 10.0, 1e4  # cubes of steel, as long as the body, or as the longest part of its mechanism
 _GYRATION = 3.0  # lengths of a body
@@ -116,6 +116,13 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
         speed = scene.speed * scene.shafts[fastest]
         if speed > _FASTEST_SHAFT:
             yield Remark("regime.speed", f"{fastest} turns at {speed * _RPM:.4g} rpm", "check its unit")
+    for name, mesh in scene.transmissions.items():
+        if mesh.slip > _LARGEST_SLIP:
+            found = f"{100 * mesh.slip:.4g} % of the speed is lost"
+            yield Remark(f"shafts.{name}.slip", found, "a belt slips by 1 to 3 %: check the number and its per cent sign")
+        if mesh.efficiency < _LEAST_EFFICIENCY:
+            found = f"{100 * (1 - mesh.efficiency):.4g} % of the power is lost"
+            yield Remark(f"shafts.{name}.efficiency", found, "a mesh passes 90 to 99 %, a worm gear 40 % or more: check it")
     for mechanism in scene.mechanisms:
         geometry = mechanism.geometry.items()
         lengths = {path.removesuffix(".length"): abs(m) for path, m in geometry if path.endswith("length")}
@@ -487,7 +494,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     machine: dict[str, Any] = {
         "mechanisms": mechanisms,
         "inertias": inertias,
-        "loads": (*read_loads(raw.get("load"), places, setting), *read_drags(train.drags, setting)),
+        "loads": (*read_loads(raw.get("load"), places, setting), *read_shaft_drag(train.shaft_drag, setting)),
         "springs": read_springs(raw.get("spring"), places, setting),
         "dampers": read_dampers(raw.get("damper"), places, setting),
         "drive": drive.load,
@@ -547,13 +554,13 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
 class Shafts(NamedTuple):
     """The shafts of a scene: speeds over that of the reduction element, which comes first, and what joins them.
 
-    `drags` are the torques (N m) against the rotation of shafts, where they have any.
+    `shaft_drag` are the torques (N m) against the rotation of shafts, where they have any.
     """
 
     speeds: dict[str, float]
     transmissions: dict[str, Transmission]
     compliances: dict[str, Compliance]
-    drags: dict[str, float]
+    shaft_drag: dict[str, float]
 
     @property
     def efficiencies(self) -> dict[str, float]:
@@ -598,7 +605,7 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
     ratio, stiffness, damping, efficiency, slip = map(fields.get, ("ratio", "stiffness", "damping", "efficiency", "slip"))
     drag = fields["drag"]
     if not (drag is None or drag == 0.0):
-        shafts.drags[name] = drag
+        shafts.shaft_drag[name] = drag
     if crank:
         _check_crank(table, fields, path, faults)
         return
@@ -671,7 +678,7 @@ def _tree(shafts: Shafts, drive: object, faults: Faults) -> Shafts:
     speeds = {"crank": 1.0}
     for name, one in ordered.items():
         speeds[name] = one.gear * speeds.get(one.on, 1.0) if name in shafts.transmissions else 1.0
-    return Shafts(speeds, ordered, shafts.compliances, shafts.drags)
+    return Shafts(speeds, ordered, shafts.compliances, shafts.shaft_drag)
 
 
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Unit], list[str]]:
@@ -758,7 +765,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
         elif motor.rated is None:
             advice = "give its speed with power or torque, or another type of motor"
             faults.add(f"{path}.{name}", f"a {motor.title} without a rated point", "a motor with a name plate", advice)
-        elif name == "motor_heat" and not motor.tells_heat:
+        elif name == "motor_heat" and motor.heated is None:
             advice = "limit motor_rms, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, which does not tell what heats it", "one that does", advice)
         elif name == "current_pulsation" and (motor.current_share(motor.rated.speed), motor.rated_current) == (None, None):

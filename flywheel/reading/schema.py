@@ -7,10 +7,10 @@ theirs, with their readers, in `load_models` and `motors`; families of mechanism
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
-from bondgraph.records import NamedTuple
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
 from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
@@ -34,7 +34,8 @@ class Section(NamedTuple):
 
     one_of: groups of keys, of each of which a table has exactly one. either: sets of keys, one of which a table has and
     nothing of the others; what else goes with what is the reader's. reader: what makes a load's law, or a motor, of a table
-    whose keys follow from its type.
+    whose keys follow from its type; makes: the class of the motor; begin: values with which it begins on
+    a form ("EFFORT" and "SPEED" stand for those of a place that rotates or translates).
     """
 
     name: str
@@ -46,6 +47,8 @@ class Section(NamedTuple):
     one_of: tuple[tuple[str, ...], ...] = ()
     either: tuple[tuple[str, ...], ...] = ()
     reader: Callable[..., Any] | None = None
+    makes: Any = None
+    begin: Mapping[str, Any] = MappingProxyType({})
 
 
 GD2 = Key("gd2", "inertia | moment of weight", "GD² of what rotates, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)

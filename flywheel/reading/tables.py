@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import nearest, quote, show, suggestion
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity

@@ -213,7 +213,9 @@ def _with_table(found: Outline, path: Path, written: str) -> str:
     if not table or (isinstance(path[-1], int) and not isinstance(value, dict)):
         raise EditError("a place that has no heading")
     lines = [_heading(table), *(_lines_of(value) if table == path else [f"{key_text(str(path[-1]))} = {written}"])]
-    at = _behind_kin(found, table)
+    shared = [_shared(block.path, table) for block in found.blocks]
+    last = max(i for i, count in enumerate(shared) if count == max(shared))  # behind what has most of its path in common
+    at = _begin(found, last + 1)
     before, behind = found.text[:at].rstrip("\n"), found.text[at:].lstrip("\n")
     return "\n\n".join(filter(None, (before, "\n".join(lines), behind))) + ("" if behind else "\n")
 
@@ -225,13 +227,6 @@ def _lines_of(table: Mapping[str, Any], prefix: Path = ()) -> Iterator[str]:
             yield from _lines_of(value, (*prefix, key))
         else:
             yield f"{_dotted((*prefix, key))} = {literal(value)}"
-
-
-def _behind_kin(found: Outline, table: Path) -> int:
-    """Where a heading goes: behind the last one that has most of its path in common with it."""
-    shared = [_shared(block.path, table) for block in found.blocks]
-    last = max(i for i, count in enumerate(shared) if count == max(shared))
-    return _begin(found, last + 1)
 
 
 def _shared(one: Path, other: Path) -> int:

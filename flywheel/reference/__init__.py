@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from flywheel.mechanisms.families import Kind
     from flywheel.scene.keys import Key
 
+__all__ = ["described", "schema_text", "text", "topics"]
+
 _BEFORE = ("overview", "quantities", "expressions", "parameters", "shafts", "mechanism")
 _AFTER = (
     *(
@@ -42,6 +44,7 @@ _AFTER = (
         "sweep",
         "designs",
         "catalogue",
+        "library",
         "joints",
         "freedoms",
         "bond-graphs",

@@ -6,13 +6,13 @@ keeps a machine from having a steady speed shows here first, and is named.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
-from flywheel.machine.dynamics import Moments, Rate, moments_on
+from bondgraph.numerics import root, summit, threshold
+from flywheel.machine.equation import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
@@ -25,18 +25,25 @@ from flywheel.scene.scene import Scene
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
 _AT_ONCE = 200_000  # values on the mesh that are worked on together
-_APART = 1e-3  # of a speed: between those whose net works are compared
-_LEVEL = 1e-12  # of the net work: differences that are none
-_SECTIONS = 60  # golden-section steps towards a hump of the net work
-_GOLDEN = 0.5 * (5**0.5 - 1)
+_SPEED_STEP = 1e-3  # of a speed: between those whose net works are compared
+_WORK_ROUNDING = 1e-12  # of the net work: differences that are none
+_NEAR_HUMP = 1e-8  # in the logarithm of a speed: how near a hump of the net work is looked for
 _FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
 _BALANCES = 60
 _MOST_ROUNDS = 12
-_BESIDE = 1e-6  # of a speed: how far off a slope is taken
+_SLOPE_STEP = 1e-6  # of a speed: how far off a slope is taken
 _CLOSINGS = 5  # Newton steps towards a cycle without net work
-_NEAR = 1e-3  # of a speed: what such a step changes at most
+_MOST_CHANGE = 1e-3  # of a speed: what such a step changes at most
 _MOST_SWITCHES = 4_000
 _PER_SPEED = 0.05  # of what a node takes in a Newton step
+
+
+_MADE_UP = Fault(
+    "shafts",
+    "losses in meshes, and nothing that makes up for them",
+    "a balance, or torques that depend on speed",
+    'name the unknown: drive.torque = "balance", or give a motor',
+)
 
 
 class SteadySpeed(NamedTuple):
@@ -59,10 +66,8 @@ def check_steady(machine: Machine) -> None:
         raise SceneError(
             [Fault("drive.motor", found, expected, "the motor keeps its speed whatever the load: give the load")]
         )
-    if not machine.depends_on_speed and scene.unknown is None:
-        found = "losses in meshes, and nothing that makes up for them"
-        advice = 'name the unknown: drive.torque = "balance", or give a motor'
-        raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
+    if not machine.depends_on_speed and scene.unknown is None and scene.speed is not None:
+        raise SceneError([_MADE_UP])
 
 
 def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
@@ -93,8 +98,11 @@ def speed_error(machine: Machine, speed: float) -> float:
     moments = moments_on(machine, machine.mesh, local=True)
     if machine.keeps_step:
         return 24 * cells.ROUNDING
-    slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
-    gained = abs(float(moments.net_work(faster)) - float(moments.net_work(slower))) / (2 * _APART)
+    slower, faster = (
+        speed * (1.0 - _SPEED_STEP),
+        speed * (1.0 + _SPEED_STEP),
+    )  # a steady current follows the speed: no slope at one
+    gained = abs(float(moments.net_work(faster)) - float(moments.net_work(slower))) / (2 * _SPEED_STEP)
     return 24 * cells.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
 
 
@@ -108,7 +116,7 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
         grid, works = _scanned(moments, decades)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
         found = [
-            SteadySpeed(_root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
+            SteadySpeed(root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
             for (a, before), (b, after) in pairwise(points)
             if before * after < 0.0 or (after == 0.0 and before != 0.0)
         ]
@@ -130,10 +138,7 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     ends = []
     for k in np.flatnonzero(np.diff(finite)):
         good, bad = grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]]
-        for _ in range(_SECTIONS):
-            middle = 0.5 * (good + bad)
-            good, bad = (middle, bad) if np.isfinite(float(moments.net_work(middle))) else (good, middle)
-        ends.append(good)
+        ends.append(threshold(lambda w: bool(np.isfinite(float(moments.net_work(w)))), float(bad), float(good)))
     if not ends:
         return grid, works
     speeds, whole = np.append(grid[finite], ends), np.append(works[finite], net_works(moments, np.array(ends)))
@@ -163,56 +168,19 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
     side, here = sign[1:-1], -size
     alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
     rise, fall = here - side * works[:-2], here - side * works[2:]
-    high = (np.minimum(rise, fall) > _LEVEL * size) & (np.maximum(rise, fall) > _FLAT * size)
+    high = (np.minimum(rise, fall) > _WORK_ROUNDING * size) & (np.maximum(rise, fall) > _FLAT * size)
     peaks = 1 + np.flatnonzero(alike & high)
-    return [_summit(moments, float(grid[k - 1]), float(grid[k + 1]), float(sign[k])) for k in peaks]
-
-
-def _summit(moments: Moments, a: float, b: float, sign: float) -> tuple[float, float]:
-    """Where sign times the net work is greatest between two speeds, or the first place found where it is above zero.
-
-    By golden sections of their logarithms.
-    """
-
-    def at(x: float) -> tuple[float, float, float]:
-        work = float(moments.net_work(float(np.exp(x))))
-        return sign * work, x, work
-
-    low, high = np.log(a), np.log(b)
-    left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))
-    for _ in range(_SECTIONS):
-        best = max(left, right)
-        if best[0] > 0.0:
-            break
-        if left[0] > right[0]:
-            high, right = right[1], left
-            left = at(high - _GOLDEN * (high - low))
-        else:
-            low, left = left[1], right
-            right = at(low + _GOLDEN * (high - low))
-    return float(np.exp(best[1])), best[2]
-
-
-def _root(net: Callable[[float], float], a: float, b: float) -> float:
-    """The root between two speeds, by the Illinois form of regula falsi."""
-    low, high, at_low, at_high = a, b, net(a), net(b)
-    side = 0
-    for _ in range(200):
-        if at_high == 0.0 or abs(high - low) <= 4e-15 * high:
-            return high
-        middle = (low * at_high - high * at_low) / (at_high - at_low)
-        if not min(low, high) < middle < max(low, high):
-            middle = 0.5 * (low + high)
-        found = net(middle)
-        if found == 0.0:
-            return middle
-        if found * at_high < 0.0:
-            low, at_low, side = high, at_high, 0
-        else:
-            at_low *= 0.5 if side else 1.0
-            side = 1
-        high, at_high = middle, found
-    return high
+    found = []
+    for k in peaks:
+        log_speed, height = summit(
+            lambda x: float(sign[k] * moments.net_work(float(np.exp(x)))),  # noqa: B023 - called at once
+            float(np.log(grid[k - 1])),
+            float(np.log(grid[k + 1])),
+            _NEAR_HUMP,
+            enough=0.0,
+        )
+        found.append((float(np.exp(log_speed)), float(sign[k]) * height))
+    return found
 
 
 def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
@@ -239,12 +207,12 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
         for reach in (1e-3, 1e-2, 1e-1, 0.5):
             low, high = speed * (1.0 - reach), speed * (1.0 + reach)
             if net(low) > 0.0 > net(high):
-                return _root(net, low, high)
+                return root(net, low, high)
         return speed
 
     found = steady_speeds(moments)
     if not any(item.stable for item in found):
-        raise SceneError([_no_speed(moments, found)])
+        raise SceneError([_no_speed(moments, found) if machine.depends_on_speed else _MADE_UP])
     found = [SteadySpeed(sharpened(item.speed), True) if item.stable else item for item in found]
     speed = [item.speed for item in found if item.stable][-1]
     if len(found) == 1:
@@ -268,7 +236,7 @@ def _speed_in_step(moments: Moments) -> float:
 
 
 def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
-    """What is wrong with a machine that has no stable steady speed."""
+    """The fault of a machine that has no stable steady speed."""
     path = "drive" if moments.machine.scene.drive is not None else "load"
     expected = "torques that hold a steady speed"
     if found:
@@ -399,10 +367,10 @@ def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[fl
         return speed, 4 * cells.ROUNDING
     for _ in range(_CLOSINGS):
         # a motor's current follows the speed
-        beside = float(moments_on(machine, cycle.mesh.edges).net_work(speed * (1.0 + _BESIDE)))
-        slope = (beside - cycle.net) / (_BESIDE * speed)
+        beside = float(moments_on(machine, cycle.mesh.edges).net_work(speed * (1.0 + _SLOPE_STEP)))
+        slope = (beside - cycle.net) / (_SLOPE_STEP * speed)
         step = cycle.net / slope if slope else 0.0
-        if not 4 * cells.ROUNDING < abs(step) / speed < _NEAR:
+        if not 4 * cells.ROUNDING < abs(step) / speed < _MOST_CHANGE:
             break
         closer = resolve(machine, edges, speed - step)
         if not abs(closer.net) < abs(cycle.net):

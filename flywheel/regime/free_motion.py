@@ -5,8 +5,6 @@ by interval bounds as far as time decides), and where a law that depends on spee
 mesh, changes its side. Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0
 returns exactly: one cycle is then stepped, and stands for all that are like it. What steps make of the return is their own
 error: it is stated, and not carried on into the next cycle.
-
-`outcome_of` says what becomes of a machine for which no steady motion is found: it stalls, it runs away, or neither.
 """
 
 from __future__ import annotations
@@ -15,26 +13,29 @@ import math
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.motion import runge_kutta
-from bondgraph.motion.stepping import instant
-from bondgraph.reduction import counting
-from flywheel.components.motors.circuit import Circuit, States
+from bondgraph.laws import GraphError
+from bondgraph.motion import runge_kutta, standstill
+from bondgraph.motion.runge_kutta import STIFF, RateField, Rates
+from bondgraph.motion.standstill import ROUNDING, Release
+from bondgraph.motion.stepping import Events, Step, StepError, Tolerance, residuals, through
+from bondgraph.numerics import counting, summit
+from flywheel.components.motors.motor import States
 from flywheel.machine.dynamics import ONSET, Dynamics
-from flywheel.machine.machine import Anchor, Effort, Machine
-from flywheel.numerics.budget import BudgetError, count, counted, limited, spend
-from flywheel.numerics.cells import Array, Index
+from flywheel.machine.loads import Effort
+from flywheel.machine.machine import Anchor, Machine
+from flywheel.numerics.budget import count
+from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression, Node, renamed, written
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.regime import turning_moment
-from flywheel.regime.stepping import Events, RateField, Rates, Step, StepError, Tolerance, residuals, stiffness, through
+from flywheel.regime.trail import Start, Stretch, Trail, later
 from flywheel.scene.scene import Scene
 
 # -- times at which laws switch ------------------------------------------------------------------------------------------
@@ -116,64 +117,7 @@ def _in_time(constants: Mapping[str, float]) -> tuple[Callable[..., Mapping[str,
     )
 
 
-# -- cycles that return ---------------------------------------------------------------------------------------------------
-
-FEWEST = 20  # cycles still to come, below which nothing is looked into
-_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
-
-
-class Later:
-    """A step's dense output, a time (s) later."""
-
-    def __init__(self, dense: Callable[[Any], Array], time: float) -> None:
-        self.dense, self.time = dense, time
-
-    def __call__(self, t: Any) -> Array:
-        """The states at times t."""
-        return self.dense(t - self.time)
-
-
-def source(step: Step) -> Callable[[Any], Array]:
-    """The dense output that a step was taken from, its own or that of an earlier cycle."""
-    return step.dense.dense if isinstance(step.dense, Later) else step.dense
-
-
-def later(step: Step, time: float) -> Step:
-    """The same step, a time (s) later."""
-    return Step(Later(step.dense, time), step.start + time, step.end + time)
-
-
-def returns(machine: Machine, balance: float) -> bool:
-    """Whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
-
-    True only where no load depends on speed or time, and the net work is no more than its own rounding.
-    """
-    scene = machine.scene
-    if machine.depends_on_speed or machine.depends_on_time or machine.resists:
-        return False
-    if scene.stroke is not None or len(machine.stages) > 1:
-        return False
-    cycle = turning_moment.balanced(machine, _ROUNDING)
-    settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
-    return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
-
-
-# -- the motion from a start ----------------------------------------------------------------------------------------------
-
-_MOST_STEPS = 1_000_000
-_SLOW = 1e-3  # of the typical speed: below this, errors of speed count as if it were this
-_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
-_WITHIN = 1e-9  # of a piece: how near to its ends
-_MOST_CROSSINGS = 500  # of switches, one after the other within a piece
-_TRIES = 8  # changes of side at one instant, before the motion counts as stuck
-_LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
-_RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: how far off a cycle may be that comes back to its speed
-_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
-_BALANCED = 1e-12  # of the acceleration that friction makes: a push that counts as none
-_WAITED = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 65) / 64)  # of the time to the next switch: when a machine at rest is seen
-_SHORTER = 0.7  # of steps beside
-_CAREFUL = 0.6  # of the longest step of the stretch before
-_STILL = 1e-9  # of the typical speed: slower than this it stands
+# -- what ends a motion ---------------------------------------------------------------------------------------------------
 
 
 class Goal(NamedTuple):
@@ -196,135 +140,98 @@ def straight(name: str, state: int, level: float, slope: float) -> Goal:
     return Goal(name, lambda t, phi, omega: level + slope * (omega if state else phi), (state, level, slope))
 
 
-class Start(NamedTuple):
-    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s), and a motor's own states."""
+# -- cycles that return ---------------------------------------------------------------------------------------------------
 
-    phi: float
-    omega: float
-    states: tuple[float, ...] = ()
+FEWEST = 20  # cycles still to come, below which nothing is looked into
+_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
 
 
-class Stretch(NamedTuple):
-    """A step, what is to be added to its position, and where the branches of its laws are decided."""
+def returns(machine: Machine, balance: float) -> bool:
+    """Tells whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
 
-    step: Step
-    offset: float
-    anchor: Anchor
-
-
-_GAUSS = 10  # nodes in a step, at which a speed is looked for
-
-
-class Trail(NamedTuple):
-    """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
-
-    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
-    it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by which
-    the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from.
+    True only where no load depends on speed or time, and the net work is no more than its own rounding.
     """
+    scene = machine.scene
+    if machine.depends_on_speed or machine.depends_on_time or machine.has_joint_friction:
+        return False
+    if scene.stroke is not None or len(machine.stages) > 1:
+        return False
+    cycle = turning_moment.balanced(machine, _ROUNDING)
+    settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
+    return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
+
+
+def copies(
+    cycle: Sequence[Stretch], period: float, way: float, count: int, goals: Sequence[Goal]
+) -> Iterator[list[Stretch]]:
+    """A cycle again and again, each a period (s) and a way (rad) on, as often as counted and while no goal is in sight.
+
+    Goals are looked for at a few instants of every step.
+    """
+    shares = np.array([0.25, 0.5, 0.75, 1.0])
+    rows = [step.start + shares * (step.end - step.start) for step, _, _ in cycle]
+    t = np.concatenate(rows)
+    states = np.concatenate([step.dense(row)[:2] for row, (step, _, _) in zip(rows, cycle, strict=True)], axis=1)
+    phi, omega = states[0] + np.repeat([offset for _, offset, _ in cycle], shares.size), states[1]
+    for k in range(1, count + 1):
+        if any(bool((goal.value(t + k * period, phi + k * way, omega) <= 0.0).any()) for goal in goals):
+            return
+        yield [Stretch(later(step, k * period), offset + k * way, anchor) for step, offset, anchor in cycle]
+
+
+# -- at rest --------------------------------------------------------------------------------------------------------------
+
+
+class Rest(NamedTuple):
+    """A machine at rest from a time on, at a position within the cycle: of its states a motor's own alone go on."""
 
     dynamics: Dynamics
-    start: Start
-    stretches: tuple[Stretch, ...]
-    goal: str | None = None
-    stuck: str | None = None
-    cycles: int = 0
-    repeated: int = 0
-    drift: float = 0.0
-
-    @property
-    def t(self) -> Array:
-        """Times of the steps, s."""
-        return np.array([0.0, *(stretch.step.end for stretch in self.stretches)])
-
-    def owners(self, times: Array) -> Index:
-        """The stretch that each time belongs to."""
-        return np.clip(np.searchsorted(self.t[1:], times), 0, len(self.stretches) - 1)
-
-    def states(self, times: Array, owners: Index | None = None) -> Array:
-        """The states at times, by dense output: (states, times)."""
-        which = self.owners(times) if owners is None else owners
-        found = np.empty((3 + len(self.start.states), times.size))
-        steps = [stretch.step.dense for stretch in self.stretches]
-        explicit = np.array([isinstance(step, runge_kutta.Step) for step in steps])[which]
-        order = np.argsort(which, kind="stable")
-        if explicit.any():
-            found[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])  # type: ignore[arg-type]
-            order = order[~explicit[order]]
-        firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
-        for mine in np.split(order, firsts[1:]) if order.size else ():
-            found[:, mine] = steps[which[mine[0]]](times[mine])
-        found[0] += np.array([stretch.offset for stretch in self.stretches])[which]
-        return found
-
-    def anchors(self, owners: Index) -> tuple[Array, Anchor]:
-        """What is to be taken off the positions in stretches of the motion, and where branches of laws are decided there."""
-        used, where = np.unique(owners, return_inverse=True)
-        stretches = [self.stretches[k] for k in used]
-        offset = np.array([stretch.offset for stretch in stretches])[where]
-        anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
-        factors: tuple[Any, ...] | None = None
-        if stretches[0].anchor.factors is not None:
-            factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
-        sides = None
-        if stretches[0].anchor.sides is not None:
-            sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
-        return offset, Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
-
-    def within(self, inside: Array) -> tuple[Array, Index]:
-        """Times in every stretch, at its ends and at shares (0 to 1) of it, and the stretches that they belong to."""
-        shares = np.concatenate(([0.0], inside, [1.0]))
-        start, end = self.t[:-1, None], self.t[1:, None]
-        times = start + (end - start) * shares
-        times[:, -1] = self.t[1:]
-        return times.ravel(), np.repeat(np.arange(len(self.stretches)), shares.size)
-
-    def time_to(self, speed: float) -> float | None:
-        """The first time (s) at which a speed (rad/s) is reached; None if it never is."""
-        points, _ = np.polynomial.legendre.leggauss(_GAUSS)
-        times, owners = self.within(0.5 * (1.0 + points))
-        speeds = self.states(times, owners)[1]
-        above = np.flatnonzero(speeds >= speed)
-        if not above.size:
-            return None
-        if above[0] == 0:
-            return 0.0
-        low, high = float(times[above[0] - 1]), float(times[above[0]])
-
-        def faster(t: float) -> float:
-            return float(self.states(np.array([t]), owners[above[:1]])[1, 0]) - speed
-
-        return low if low == high or faster(low) >= 0.0 else instant(faster, low, high)  # equal on both sides of a switch
-
-    def __repr__(self) -> str:
-        """How many steps there are, and how they end, instead of all of them."""
-        return f"Trail({len(self.stretches)} steps to t = {self.t[-1]:.6g} s, goal={self.goal!r}, cycles={self.cycles})"
-
-    def ends(self) -> Array:
-        """The states at the ends of all steps, the start included: (states, steps + 1)."""
-        first = self.stretches[0]
-        found = {id(source(step)): step for step, _, _ in self.stretches}
-        last = {key: step.last for key, step in found.items()}
-        rows = [first.step.first, *(last[id(source(step))] for step, _, _ in self.stretches)]
-        ends = np.array(rows).T
-        ends[0] += [first.offset, *(offset for _, offset, _ in self.stretches)]
-        return ends
-
-
-class _Rest(NamedTuple):
-    """The states of a machine at rest from a time on: a motor's own alone go on."""
-
     time: float
     state: Array
-    circuit: Circuit | None
 
     def at(self, t: Any) -> Array:
         """The states at times t."""
         times = np.asarray(t, dtype=float)
         found = np.broadcast_to(self.state.reshape(-1, *(1,) * times.ndim), (self.state.size, *times.shape)).copy()
-        if self.circuit is not None:
-            found[3:] = self.circuit.standing(self.state[3:].tolist(), times - self.time)
+        if self.dynamics.circuit is not None:
+            found[3:] = self.dynamics.circuit.standing(self.state[3:].tolist(), times - self.time)
         return found
+
+    def release(self, stop: float) -> Release | None:
+        """When it moves on and which way, at the latest at a time with direction 0; None where it stands for good.
+
+        That is where nothing that time changes acts on it. Forwards, where either way were possible.
+        """
+        machine, phi, decided = self.dynamics.machine, float(self.state[0]), 0.5 * (self.time + stop)
+        sides = neighbours(machine, phi)
+
+        def accelerations(times: Array) -> Array:
+            return self.dynamics.from_rest(phi, *sides, times, self.at(times)[3:], decided)
+
+        try:
+            if machine.depends_on_time or self.dynamics.circuit is not None:
+                return standstill.release(accelerations, self.time, stop)
+            direction = standstill.direction(*accelerations(np.array([self.time]))[:, 0].tolist())
+            return Release(self.time, direction) if direction else None
+        except standstill.EitherWayError:
+            if rough_joints(self.dynamics):
+                what = "friction in its joints lets it start either way"
+                raise SceneError([undecided(machine, phi, self.time, what)]) from None
+            return Release(self.time, 1.0)
+        except GraphError as error:
+            found, expected = f"a machine at rest at {machine.where(phi)}: {error}", "laws that can be followed"
+            raise SceneError([Fault("until", found, expected, "a shorter time")]) from None
+
+
+def rough_joints(dynamics: Dynamics) -> int:
+    """The number of passive actions of joints that dry friction follows."""
+    return 0 if dynamics.joint_friction is None else int(dynamics.joint_friction.curved.size)
+
+
+def undecided(machine: Machine, phi: float, t: float, what: str) -> Fault:
+    """The fault of friction that leaves no motion, or several."""
+    found = f"friction that leaves no one motion at {machine.where(phi)} after {t:.6g} s: {what} (Painlevé's paradox)"
+    return Fault("simulation", found, "one motion", "less friction, longer shoes, or smaller pins")
 
 
 def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
@@ -339,21 +246,66 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
 
 
 def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
-    """Why a machine with dry friction stays at rest at a position within the cycle, in words."""
+    """Why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
     unit = "N" if machine.scene.reduction_element == "slide" else "N m"
-    if abs(found.moment) <= _BALANCED * min(found.friction, 1e300):
+    if abs(found.moment) <= ROUNDING * min(found.friction, 1e300):
         return f"M* = 0 {unit}, so that nothing moves it"
-    where = "friction in its joints" if machine.resists else "the drag of its shafts"
-    what = f"{where} holds M* = {found.moment:.6g} {unit}"
-    if not machine.resists and len(machine.stages) > 1:
+    if not dynamics.holds:
+        return "M* drives it back on either side"
+    what = f"{friction_of(machine)} holds M* = {found.moment:.6g} {unit}"
+    if not machine.has_joint_friction and len(machine.stages) > 1:
         return what
     if found.locking:
         return f"{what}: it locks itself, as no size of {' or '.join(found.locking)} moves it (self-locking)"
     if not math.isfinite(found.friction):
         return f"{what}: it locks itself, as no action of its driver moves it (self-locking)"
     return f"{what}, and would hold up to {found.friction:.6g} {unit}"
+
+
+def friction_of(machine: Machine) -> str:
+    """The friction that may hold a machine at rest, in words."""
+    if machine.has_joint_friction:
+        return "friction in its joints"
+    dry = [effort for effort in machine.efforts if effort.is_dry]
+    if not dry:
+        return "the loss in its meshes"
+    return "the drag of its shafts" if all(effort.load.drag for effort in dry) else "dry friction"
+
+
+# -- the motion from a start ----------------------------------------------------------------------------------------------
+
+
+def stiffness(machine: Machine) -> float:
+    """The number of time constants ahead that makes a machine's motion stiff (see `RateField`).
+
+    Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway.
+    """
+    if any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+        return 0.0
+    return STIFF if machine.depends_on_speed else np.inf
+
+
+def too_short(error: StepError) -> Fault:
+    """The fault of a motion of which no step is short enough."""
+    found = f"a motion that no step is short enough for, after {error.time:.6g} s"
+    return Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")
+
+
+_MOST_STEPS = 1_000_000
+_LEAST_SPEED = 1e-3  # of the typical speed: below this, errors of speed count as if it were this
+_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_WITHIN = 1e-9  # of a piece: how near to its ends
+_MOST_CROSSINGS = 500  # of switches, one after the other within a piece
+_TRIES = 8  # changes of side at one instant, before the motion counts as stuck
+_SMALL_INERTIA, _ZERO_INERTIA = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
+_RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: how far off a cycle may be that comes back to its speed
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
+_SHORTER = 0.7  # of steps beside
+_CAREFUL = 0.6  # of the longest step of the stretch before
+_REST_SPEED = 1e-9  # of the typical speed: slower than this it stands
+_MOST_SWINGS = 2_000  # about one place, after which a machine that is driven back to it on both sides counts as at rest
 
 
 Passing = Callable[[float, float], str | None]
@@ -401,25 +353,29 @@ class _Motion:
         self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
         self.typical = max(abs(start.omega), self.machine.typical_speed)
         # of position, speed, work (which the steps do not have to follow) and a motor's own states
-        absolute, self.sizes = [rtol * self.cycle, rtol * _SLOW * self.typical, np.inf], [self.cycle, self.typical, 1.0]
+        absolute, self.sizes = (
+            [rtol * self.cycle, rtol * _LEAST_SPEED * self.typical, np.inf],
+            [self.cycle, self.typical, 1.0],
+        )
         if (circuit := dynamics.circuit) is not None:
             self.sizes += circuit.scales
-            absolute += [rtol * _SLOW * scale for scale in circuit.scales]
+            absolute += [rtol * _LEAST_SPEED * scale for scale in circuit.scales]
         self.tolerance = Tolerance(rtol, np.array(absolute))
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, *start.states])
         self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
-        self.rough = 0 if dynamics.resistances is None else dynamics.resistances.curved.size  # passive actions in joints
-        self.held = dynamics.holds  # by friction in joints, or drag of shafts, where it comes to rest
-        self.sense = 1.0  # of a machine with dry friction that leaves its rest
+        self.rough = rough_joints(dynamics)
+        # of the motion, 0 at rest; None where no law knows it
+        self.direction = float(np.sign(start.omega)) if dynamics.holds else None
         edges = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
         places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
-        self.light = _LIGHT * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
+        self.light = _SMALL_INERTIA * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
         self.undefined: tuple[float, float, float] | None = None  # the last state in which a law had no value
         self.times = SwitchingTimes(self.machine, until)
         self.cycles, self.repeated, self.drift = 0, 0, 0.0
         self.passed: tuple[int, float, Array] | None = None  # the last cycle: its first stretch, its start and state then
         self.returns: bool | None = None  # not looked into yet
+        self.swings, self.left = (math.nan, 0), 0.0  # how often it came back to the end of a piece, which one; see `Trail`
         self.length = None if beside is None or not beside.stretches else _shorter(beside.t)
 
     def trail(self) -> Trail:
@@ -430,7 +386,9 @@ class _Motion:
         self._add([])
         while self.t < self.until and goal is None:
             self._check_friction()
-            if self.held and self.state[1] == 0.0 and not self._sets_out():
+            if self.state[1] == 0.0 and self.direction is None and self._settles():  # it starts where it is driven back to
+                self.direction = 0.0
+            if self.direction == 0.0:
                 if self._rests():
                     continue
                 stuck = self._stuck()
@@ -445,15 +403,18 @@ class _Motion:
             try:
                 steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along, self.length)]
             except StepError as error:
-                raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
+                raise SceneError([self._undefined(anchor) or too_short(error)]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
             self.state = np.array(steps[-1].last, dtype=float)
-            stopped = self.held and events is not None and crossed == events.sides.size - 1  # the speed is the last
+            # the speed is the last that is watched
+            stopped = self.direction is not None and events is not None and crossed == events.sides.size - 1
             if stopped:
-                self.state[1] = 0.0
+                self.state[1] = self.direction = 0.0
             self._add([Stretch(step, self.offset, anchor) for step in steps if step.end > step.start])
             stops = stops + 1 if crossed is not None and self.t == steps[-1].start else 0
             crossings = crossings + 1 if crossed is not None else 0
+            if stops and self.direction and 0.0 < abs(self.state[1]) <= _REST_SPEED * self.typical:  # it stops with that
+                self.state[1] = self.direction = 0.0
             # a switch may lie where the piece ends, so near that the motion goes on in the next one
             near = ends[1] if self.state[1] > 0.0 else ends[0]
             at_end = crossed is None or (not stopped and abs(float(self.state[0]) - near) <= 2 * _AHEAD * width)
@@ -464,6 +425,8 @@ class _Motion:
                 if not self.once and self.state[0] == self.cycle:
                     self.cycles += 1
                     goal = self.passing(self.t, float(self.state[1]))
+            if at_end and self._settles():
+                self.state[1] = self.direction = 0.0
             goal = goal or self._again()
             if stops > _TRIES or crossings > _MOST_CROSSINGS:
                 stuck = self._stuck()
@@ -472,10 +435,17 @@ class _Motion:
             if taken:  # the estimate of a step that begins a piece may be wrong: it is no long one, but where one is enough
                 hint = max(taken) * (1.0 if len(taken) == 1 else _CAREFUL)
         stretches = tuple(self.stretches)
-        return Trail(self.dynamics, self.start, stretches, goal, stuck, self.cycles, self.repeated, self.drift)
+        counts = self.cycles, self.repeated, self.drift, self.left
+        return Trail(self.dynamics, self.start, stretches, goal, stuck, *counts)
 
     def _add(self, stretches: list[Stretch]) -> None:
-        """Keep stretches that end now."""
+        """Keep stretches that end now; in none of them does the speed go against the direction that its laws are for.
+
+        So no dry law gives energy: its moment is against that direction.
+        """
+        for step, _, anchor in stretches if self.direction is not None else ():
+            against = 0.0 if step.after is None else -anchor.direction * step.after[1]
+            assert against <= self.tolerance.absolute[1] / _LEAST_SPEED, against
         self.stretches += stretches
         if self.watching is not None:
             self.watching(self.t, float(self.state[0]) + self.offset)
@@ -492,72 +462,50 @@ class _Motion:
             expected = "one that keeps the sense for which that friction was found"
             raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
 
-    # -- rough joints at rest --------------------------------------------------------------------------------------------
+    # -- at rest ----------------------------------------------------------------------------------------------------------
 
-    def _pushes(self, times: Array, states: States) -> Array:
-        """Accelerations (2, n) with which a machine with dry friction would leave its rest, forwards and backwards.
+    def _settles(self) -> bool:
+        """Tells whether it comes to rest where a piece ends: it swings ever less about the place, driven back on both sides.
 
-        Less what counts as none: it leaves where the first is above 0, or the second below.
+        Its speed is then next to none, or it has swung so often that what is left of it is stated instead.
         """
-        phi = float(self.state[0])
-        found = np.array(self.dynamics.from_rest(phi, *neighbours(self.machine, phi), times, states))
-        least = _BALANCED * np.abs(found).max(axis=0)
-        return np.asarray(found - np.array([[1.0], [-1.0]]) * least)
-
-    def _sets_out(self) -> bool:
-        """Whether a machine at rest moves on, one way or the other: `sense` is which."""
-        (forwards,), (backwards,) = self._pushes(np.array([self.t]), self.state[3:, None])
-        if forwards > 0.0 and backwards < 0.0:
-            raise SceneError([self._undecided("friction in its joints lets it start either way")])
-        self.sense = 1.0 if forwards > 0.0 else -1.0 if backwards < 0.0 else 0.0
-        return self.sense != 0.0
+        phi, speed = float(self.state[0]), abs(float(self.state[1]))
+        self.swings = (phi, self.swings[1] + 1 if self.swings[0] == phi else 0)
+        if self.once or (speed > self.tolerance.relative * self.typical and self.swings[1] < _MOST_SWINGS):
+            return False
+        there = self.dynamics.from_rest(phi, *neighbours(self.machine, phi), np.array([self.t]), self.state[3:, None])
+        if not there[0, 0] < 0.0 < there[1, 0]:
+            return False
+        self.left = max(self.left, speed / self.typical)
+        return True
 
     def _rests(self) -> bool:
-        """Whether time goes on while dry friction holds the machine: until it breaks away, or a law switches.
+        """Tells whether the machine moves on from rest (`direction` has the way), or time goes on until a law switches.
 
         False where nothing that time changes acts on it: it then stands for good.
         """
-        circuit, stop = self.dynamics.circuit, min(self.times.after(self.t), self.until)
-        if not (self.machine.depends_on_time or circuit is not None) or not np.isfinite(stop):
+        stop = min(self.times.after(self.t), self.until)
+        rest, phi = Rest(self.dynamics, self.t, self.state.copy()), float(self.state[0])
+        found = rest.release(stop)
+        if found is None:
             return False
-        rest = _Rest(self.t, self.state.copy(), circuit)
-
-        def pushes(times: Array) -> Array:
-            """The accelerations less twice what counts as none, above 0 where it leaves: forwards, backwards."""
-            found = self._pushes(times, rest.at(times)[3:])
-            return np.asarray(found * np.array([[1.0], [-1.0]]))
-
-        times = np.append(self.t, self.t + (stop - self.t) * _WAITED)
-        leaves = np.argwhere(pushes(times).T > 0.0)
-        end = stop
-        if leaves.size:
-            k, side = leaves[0]
-            least = _BALANCED * float(np.abs(pushes(times)).max())
-
-            def push(t: float) -> float:
-                return float(pushes(np.array([t]))[side, 0]) - least
-
-            end = instant(push, float(times[max(k - 1, 0)]), float(times[k]))
-        sides = np.zeros(3 * self.rough) if self.rough else None
-        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=sides)
-        anchor = anchor._replace(factors=None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages))
+        end, self.direction = found
+        joints = np.zeros(3 * self.rough) if self.rough else None
+        factors = None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages)
+        anchor = Anchor(phi, 0.0, 0.5 * (self.t + stop), factors, joints, 0.0)
         self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
         self.t, self.state = end, rest.at(end)
+        if self.direction and not self.dynamics.holds:
+            self.direction = None
         return True
 
-    def _undecided(self, what: str) -> Fault:
-        """The fault of friction that leaves no motion, or several."""
-        where = self.machine.where(float(self.state[0]))
-        found = f"friction that leaves no one motion at {where} after {self.t:.6g} s: {what} (Painlevé's paradox)"
-        return Fault("simulation", found, "one motion", "less friction, longer shoes, or smaller pins")
-
     def _stuck(self) -> str:
-        """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
+        """The reason why the machine stands still for good; a SceneError where it sticks to a switch while running."""
         where = self.machine.where(float(self.state[0]))
-        if abs(self.state[1]) <= _STILL * self.typical:
+        if abs(self.state[1]) <= _REST_SPEED * self.typical:
             stands = f"stands still at {where} after {self.t:.6g} s"
             own = self.state[3:].tolist()
-            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}" if self.held else stands
+            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}"
         unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
         found = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
@@ -574,7 +522,7 @@ class _Motion:
     # -- cycles that are like the one before -----------------------------------------------------------------------------
 
     def _again(self) -> str | None:
-        """Where a cycle has come back to the speed it began with, as it must: the ones to come, and the goal in them.
+        """Adds the cycles to come where one has returned to its first speed, as it must; gives the goal reached in them.
 
         As many are taken like the last one as there is time for, and no goal in sight; goals are looked for at a few
         instants of every step.
@@ -587,6 +535,7 @@ class _Motion:
         first, start, before = last
         period = self.t - start
         count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
+        count -= self.t + count * period > self.until
         off = abs(self.state[1] / before[1] - 1.0)
         if count < FEWEST or not off <= max(_RETURNED * self.tolerance.relative, _RETURNED_AT_BEST):
             return None
@@ -594,18 +543,9 @@ class _Motion:
             self.returns = returns(self.machine, self.dynamics.balance)
         if not self.returns:
             return None
-        cycle, shares = self.stretches[first:], np.array([0.25, 0.5, 0.75, 1.0])
-        rows = [step.start + shares * (step.end - step.start) for step, _, _ in cycle]
-        t = np.concatenate(rows)
-        states = np.concatenate([step.dense(row)[:2] for row, (step, _, _) in zip(rows, cycle, strict=True)], axis=1)
-        phi, omega = states[0] + np.repeat([offset for _, offset, _ in cycle], shares.size), states[1]
         self.drift = max(self.drift, abs((self.state[1] / before[1]) ** 2 - 1.0))
         self.state[1:] = before[1:]
-        for k in range(1, count + 1):
-            time, way = k * period, k * self.cycle
-            if any(bool((goal.value(t + time, phi + way, omega) <= 0.0).any()) for goal in self.goals):
-                break
-            like = [Stretch(later(step, time), offset + way, anchor) for step, offset, anchor in cycle]
+        for like in copies(self.stretches[first:], period, self.cycle, count, self.goals):
             self.repeated, self.cycles, self.t = self.repeated + 1, self.cycles + 1, like[-1].step.end
             self.offset += self.cycle
             self._add(like)
@@ -623,7 +563,7 @@ class _Motion:
 
         def rates(t: Array, states: Array) -> Array:
             omega = states[1]
-            now = dynamics.along(states[0], anchor, omega, t, states[3:], ends)
+            now = dynamics.at_many(states[0], anchor, omega, t, states[3:], ends)
             if (now.inertia < self.light).any():
                 self._check_weighs(ends, anchor)
             acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
@@ -637,6 +577,8 @@ class _Motion:
 
         def walked(t: float, state: Sequence[float]) -> tuple[float, ...]:
             phi, omega, _, *own = state
+            if not math.isfinite(phi * omega):
+                return (math.nan,) * size  # a step that tries too much is too long
             now = dynamics.at(phi, anchor.phi, omega, t, states=own, ends=ends, anchor=anchor)
             if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
                 return (math.nan,) * size  # a step that tries beyond the stroke is too long
@@ -669,78 +611,85 @@ class _Motion:
 
     def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
         """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
-        from scipy.optimize import minimize_scalar
+        own = self.state[3:].tolist()
 
-        def inertia(phi: float) -> float:
-            return float(self.dynamics.at(phi, anchor.phi, 0.0, self.t, anchor=anchor).inertia)
+        def lightness(phi: float) -> float:
+            return -float(self.dynamics.at(phi, anchor.phi, 0.0, self.t, states=own, anchor=anchor).inertia)
 
-        least = minimize_scalar(inertia, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
-        if least.fun < _NOTHING / _LIGHT * self.light:
-            raise SceneError([turning_moment.weightless(self.machine, float(least.x), 0.0)])
+        phi, least = summit(lightness, *ends, 1e-9 * (ends[1] - ends[0]))
+        if -least < _ZERO_INERTIA / _SMALL_INERTIA * self.light:
+            raise SceneError([turning_moment.weightless(self.machine, phi, 0.0)])
         self.light = 0.0
 
     def _anchor(self, ends: tuple[float, float], stop: float) -> tuple[Anchor, Array]:
-        """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position.
+        """The anchor of the coming stretch: a little ahead, where there are branches that position does not decide.
 
         And a motor's own states there.
         """
         low, high = ends
         middle, width = 0.5 * (low + high), high - low
         phi, omega = float(self.state[0]), float(self.state[1])
-        here = Anchor(middle, omega, self.t)
+        least = ONSET * self.typical
+        here = Anchor(middle, omega, self.t, direction=self.direction)
         if not self.branching:
             return here, self.state[3:]
-        if self.held and omega == 0.0:
-            here = here._replace(omega=self.sense * ONSET * self.typical)
+        if self.direction is not None:
+            here = here._replace(omega=self.direction * max(self.direction * omega, least))
         rate = self._rates(ends, here)(self.t, self.state)
         acceleration = float(rate[1]) if np.isfinite(rate[1]) or not self.rough else 0.0  # friction may leave none
         ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
+        ahead = min(ahead, _AHEAD * self.typical / max(abs(acceleration), 1e-300))
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
         held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
-        coming = omega + ahead * acceleration or ONSET * self.typical  # from rest without a push yet: forwards
-        anchor = Anchor(held, coming, self.t + ahead)
+        coming = omega + ahead * acceleration or least  # from rest without a push yet: forwards
+        if self.direction is not None:
+            coming = self.direction * max(self.direction * coming, least)
+        anchor = Anchor(held, coming, self.t + ahead, direction=self.direction)
         own = [float(value + ahead * change) for value, change in zip(self.state[3:], rate[3:], strict=True)]
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, states=own, ends=ends, anchor=anchor)
         if now.friction is None:
             return anchor._replace(factors=now.factors or None), np.array(own)
+        what = f"{now.friction.joint} jams the machine, as no acceleration fits it"
         if now.friction.solutions > 1:
-            raise SceneError([self._undecided(f"{now.friction.solutions} accelerations fit {now.friction.joint}")])
-        if not np.isfinite(now.friction.moments).all():
-            raise SceneError([self._undecided(f"{now.friction.joint} jams the machine, as no acceleration fits it")])
+            what = f"{now.friction.solutions} accelerations fit {now.friction.joint}"
+        if now.friction.solutions > 1 or not np.isfinite(now.friction.moments).all():
+            raise SceneError([undecided(self.machine, phi, self.t, what)])
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0]), np.array(own)
 
     def _events(self, anchor: Anchor, coming: Array) -> Events | None:
-        """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign.
+        """Goals, what changes its sign where the stretch ends, and last the speed of what may be held at rest.
 
         coming: a motor's own states at the anchor.
         """
         goals, offset = self.goals, self.offset
+        lines = [goal.line for goal in goals]
+        if self.direction is not None:
+            lines.append((1, 0.0, self.direction))
 
-        def sides(phi: Array, omega: Array, t: Array, own: States) -> list[Array]:
-            rows = self.dynamics.sides(phi, anchor, omega, t, own) if self.branching else []
-            return rows if anchor.factors is None and not self.held else [*rows, omega]
+        def sides(phi: Array, omega: Array, t: Array, own: States, there: bool = False) -> list[Array]:
+            rows = self.dynamics.sides(phi, anchor, omega, t, own, there=there) if self.branching else []
+            return rows if self.direction is None else [*rows, self.direction * omega]
 
         def values(t: Array, states: Array) -> Array:
             phi, omega = states[0], states[1]
-            return np.array(
-                [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, states[3:]), dtype=float
-            )
+            rows = [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, states[3:])
+            return np.array(rows, dtype=float).reshape(len(rows), t.size)  # none where no load switches in this piece
 
         def clear(step: runge_kutta.Step) -> bool:
-            for goal in goals:
-                assert goal.line is not None
-                k, level, slope = goal.line
+            for line in lines:
+                assert line is not None
+                k, level, slope = line
                 middle = 0.5 * (step.state[k] + step.after[k]) + (0.0 if k else offset)
                 if not level + slope * middle > abs(slope) * step.h * max(abs(rate[k]) for rate in step.slopes):
                     return False
             return True
 
-        if not (self.branching or goals):
+        if not (self.branching or lines):
             return None
-        straight = not self.branching and all(goal.line is not None for goal in goals)
+        straight = not self.branching and all(line is not None for line in lines)
         here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), coming[:, None]
-        found = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)])
+        found = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here, there=True)])
         if straight:
             return Events(values, found, clear)
         short = residuals(found, values(np.array([self.t]), self.state[:, None])[:, 0])
@@ -750,14 +699,14 @@ class _Motion:
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
     def _push(self, low: float, high: float) -> float:
-        """The acceleration at rest in a piece; with dry friction, which was asked before, the sense alone."""
-        if self.held:
-            return self.sense
+        """The acceleration at rest in a piece; of what is held, the direction alone."""
+        if self.direction is not None:
+            return self.direction
         anchor = Anchor(0.5 * (low + high), float(self.state[1]), self.t)
         return float(self._rates(None, anchor)(self.t, self.state)[1])
 
     def _leaves(self) -> bool:
-        """Whether a machine stands at an end of its stroke and is about to leave it."""
+        """Tells whether a machine stands at an end of its stroke and is about to leave it."""
         phi, omega = float(self.state[0]), float(self.state[1])
         outwards = {0.0: -1.0, self.cycle: 1.0}.get(phi)
         if outwards is None:
@@ -792,75 +741,3 @@ def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
     """The word on a motion that ended with its stroke; phi is the driver's own coordinate."""
     assert scene.stroke is not None
     return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"
-
-
-# -- what becomes of a machine without a steady motion --------------------------------------------------------------------
-
-_CYCLES = 20
-_FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
-_RTOL = 1e-6
-_WORK, _HURRIED = 20_000.0, 12_000.0  # walks of a rotor's graph, at most about a second: a message is worth no more
-_AT_ONCE = 16  # positions within a walk that take as long as the walk itself
-_ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
-
-
-class Outcome(Enum):
-    """How a motion ends."""
-
-    STALLS = "stalls"
-    RUNS_AWAY = "runs away"
-    UNKNOWN = "goes on"
-
-
-class Ending(NamedTuple):
-    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`.
-
-    `fault` is why it could not be followed, where that is known.
-    """
-
-    outcome: Outcome
-    where: str = ""
-    fault: Fault | None = None
-
-
-def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
-    """What becomes of a machine let go at phi = 0: it is followed in time, as a check of what is said of it.
-
-    Args:
-        machine: the machine.
-        speed: of the crank at the start, rad/s.
-        inertia: of the flywheel, kg m² on the crank.
-        balance: value (SI) of the scene's unknown.
-        hurried: whether enough work went into the machine already.
-
-    """
-    cycle = machine.scene.cycle
-
-    passed = 0
-
-    def passing(t: float, omega: float) -> str | None:
-        nonlocal passed
-        passed += 1
-        return Outcome.UNKNOWN.value if passed >= _CYCLES else None
-
-    goals = (straight(Outcome.STALLS.value, 1, 0.0, 1.0), straight(Outcome.RUNS_AWAY.value, 1, _FASTER * speed, -1.0))
-    dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
-    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * speed)
-    each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0
-
-    def walked() -> None:
-        """Count walks of the graph, the more the longer they take."""
-        nonlocal known
-        spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
-        known = tally.evaluations
-
-    try:
-        with limited(_HURRIED if hurried else _WORK), counted(walked) as tally:
-            trail = follow(dynamics, Start(0.0, speed, states), until, _RTOL, goals, passing)
-    except BudgetError:
-        return Ending(Outcome.UNKNOWN)
-    except SceneError as error:
-        return Ending(Outcome.UNKNOWN, fault=error.faults[0])
-    outcome = Outcome(trail.goal) if trail.goal is not None else Outcome.STALLS if trail.stuck else Outcome.UNKNOWN
-    phi = float(trail.ends()[0, -1])
-    return Ending(outcome, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")

@@ -16,13 +16,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bondgraph.elements import Here
-from flywheel.machine.machine import FrictionCurve, Machine, merged
+from bondgraph.numerics import roots_between, threshold
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.loads import FrictionCurve
+from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed
 from flywheel.scene.linkage import PIN
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Mechanism, Scene
 
 if TYPE_CHECKING:
     from flywheel.machine.reactions import MachineMotion
@@ -30,16 +33,14 @@ if TYPE_CHECKING:
 
     Course = Callable[[Array], MachineMotion]
 
-_FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
+_CELL_ERROR = 1e-11  # of the largest moment: error of a cell that is left as it is
 _ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
-_NARROW = 1e-9  # of the cycle: cells that are not cut any more
+_LEAST_WIDTH = 1e-9  # of the cycle: cells that are not cut any more
 _MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
-_SCANNED = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
-_END = 1e-9  # of a cell: how near to its ends that goes
+_SCAN_POINTS = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
+_END_DISTANCE = 1e-9  # of a cell: how near to its ends that goes
 _PROBES = (-0.93, -0.41, 0.37, 0.88)  # places in a cell, off its nodes, where the fit is checked
-_HALVINGS = 100  # and secants in between
-_BEYOND = 0.01  # of the way to a secant's root
-_BALANCED = 1e-12
+_BALANCE_ERROR = 1e-12
 _MOST_BALANCES = 60
 
 
@@ -50,6 +51,15 @@ def machine_of(given: Machine | Scene, speed: float | None = None) -> Machine:
     """
     machine = given if isinstance(given, Machine) else Machine(given)
     return _rough(machine, speed) if machine.scene.rubs and machine.friction is None else machine
+
+
+def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> Dynamics:
+    """The dynamics of a machine with a flywheel (kg m² at the crank), with the friction of its joints where they rub."""
+    if not machine.has_joint_friction:
+        return Dynamics(machine, inertia, balance)
+    from flywheel.machine.reactions import joint_friction_of
+
+    return Dynamics(machine, inertia, balance, joint_friction_of(machine))
 
 
 @lru_cache(maxsize=4)
@@ -79,7 +89,7 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
         curve = friction_along(machine, course, balance)
         curve.speed = speed
         with_it = constant_speed.operating_point(Machine(scene, curve), speed)[1] if on_ports else balance
-        if abs(with_it - balance) <= _BALANCED * abs(with_it):
+        if abs(with_it - balance) <= _BALANCE_ERROR * abs(with_it):
             return curve
         balance = with_it
     raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
@@ -108,7 +118,7 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
         machine: whose joints rub.
         course: the motion at coordinates of the machine from 0 to the cycle, (n,).
         balance: value (SI) of the scene's unknown.
-        bends: positions at which the accelerations of the motion jump or bend.
+        bends: positions between which the motion is smooth: of the edges of its cells.
 
     Raises:
         SceneError: where friction locks a mechanism, naming the position.
@@ -127,15 +137,15 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
         values = moments(forces).reshape(mesh.phi.shape)
         # what friction's moment would be if the largest force of a mechanism pressed all of its joints
         most = sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
-        tails, enough = cells.tails(cells.fit(values)), max(_FINE * np.abs(values).max(), _ROUNDING * most)
+        tails, enough = cells.tails(cells.fit(values)), max(_CELL_ERROR * np.abs(values).max(), _ROUNDING * most)
         return (
             (mesh, values),
             float(tails.max()) / enough if enough else 0.0,
-            lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width),
+            lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _LEAST_WIDTH * width),
         )
 
     known = np.array([*machine.mesh, *corners])
-    more = [at for at in bends if np.abs(known - at).min() > _NARROW * width]
+    more = [at for at in bends if np.abs(known - at).min() > _LEAST_WIDTH * width]
     mesh, values = cells.refined(merged([*known, *more], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
@@ -156,12 +166,12 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
             if forces.locked.size:
                 free, high = forces.friction.converged, float(q[~forces.friction.converged].min())
                 low = float(q[free & (q < high)].max(initial=0.0))
-                for _ in range(_HALVINGS):  # the first position that locks, between two that were looked at
-                    if not low < 0.5 * (low + high) < high:
-                        break
-                    middle = course(np.array([0.5 * (low + high)]))
-                    moves = not port_forces(machine, middle, balance, mechanism, inertia=not motion.creeps).locked.size
-                    low, high = (0.5 * (low + high), high) if moves else (low, 0.5 * (low + high))
+
+                def locks(at: float, mechanism: Mechanism = mechanism) -> bool:
+                    there = course(np.array([at]))
+                    return bool(port_forces(machine, there, balance, mechanism, inertia=not there.creeps).locked.size)
+
+                high = threshold(locks, low, high)
                 what = f"friction that locks the mechanism at {machine.where(high)}"
                 advice = "less friction, smaller pins, or other angles"
                 raise SceneError([Fault(mechanism.path, what, "joints that let it move", advice)])
@@ -171,7 +181,7 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
 
 def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
     """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
-    from flywheel.mechanisms.linkages.wrenches import joint_rate
+    from flywheel.mechanisms.linkages.statics import joint_rate
 
     for _, found in forces:
         poses, force = found.poses, found.scales()[0]
@@ -186,7 +196,7 @@ def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, fl
 
 
 def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
-    """How fast every rough joint moves, and its normal forces, shape (rows, n); which sizes of these are rounding."""
+    """Rates of all rough joints and their normal forces, shape (rows, n), and the sizes below which they are rounding."""
     values, sizes = zip(*_deciding(forces), strict=True)
     return np.array(values), _ROUNDING * np.array(sizes)[:, None]
 
@@ -197,8 +207,8 @@ def _corners(machine: Machine, course: Course, balance: float) -> Array:
     They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
     they are closed in on, all at once. What changes sign across an edge of that mesh does so at the edge.
     """
-    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCANNED))
-    share[[0, -1]] = _END, 1.0 - _END
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCAN_POINTS))
+    share[[0, -1]] = _END_DISTANCE, 1.0 - _END_DISTANCE
     edges, width = machine.mesh, machine.scene.cycle
     inside = edges[:-1, None] + np.diff(edges)[:, None] * share
     flat, least = _rows(_forces(machine, inside.ravel(), course, balance))
@@ -210,22 +220,14 @@ def _corners(machine: Machine, course: Course, balance: float) -> Array:
     if not row.size:
         return at_edges
     low, high = inside[cell, place], inside[cell, place + 1]
-    before, after = values[row, cell, place], values[row, cell, place + 1]
-    first, closest, crossing = np.sign(before), 2 * cells.ROUNDING * width, before * after < 0.0
-    slow = ~crossing
-    for _ in range(_HALVINGS):
-        wide = high - low
-        if not (wide > closest).any():
-            break
-        share = np.where(crossing, before / np.where(crossing, before - after, 1.0), 0.5)
-        share += _BEYOND * np.where(share < 0.5, share, share - 1.0)  # a little past the secant's root, to have it between
-        at = low + np.where(slow, 0.5, share) * wide
-        at = np.clip(at, low + 0.5 * closest, np.maximum(high - 0.5 * closest, low))
+    first, ends = np.sign(values[row, cell, place]), np.sign(values[row, cell, place + 1])
+
+    def before(at: Array) -> Array:
+        """The value on the side before, where it changes its sign; where it becomes zero or begins there, its side alone."""
         there = _rows(_forces(machine, at, course, balance))[0][row, np.arange(row.size)]
-        there = np.where(crossing | (np.abs(there) > least[row, 0]), there, 0.0)
-        same = np.sign(there) == first
-        low, before = np.where(same, at, low), np.where(same, there, before)
-        high, after = np.where(same, high, at), np.where(same, after, there)
-        slow = ~crossing | (high - low > 0.5 * wide)
-    found = merged([*high, *at_edges], width)[1:-1]
-    return found[np.diff(found, prepend=-1.0) > _NARROW * width]
+        sign = np.where(np.abs(there) > least[row, 0], np.sign(there), 0.0)
+        return np.where(first * ends < 0.0, there * first, np.where(sign == first, 1.0, -1.0))
+
+    corners = roots_between(before, low, high, 2 * cells.ROUNDING * width)
+    found = merged([*corners, *at_edges], width)[1:-1]
+    return found[np.diff(found, prepend=-1.0) > _LEAST_WIDTH * width]

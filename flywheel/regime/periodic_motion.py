@@ -1,8 +1,4 @@
-"""Steady periodic motion of a machine whose torques depend on speed: by Newton's method on its energy, on cells fine enough.
-
-The unknown is the kinetic energy over the cycle, E'(phi) = F(phi, omega(E)), E = ½ (J + I*) omega², closed on itself. Where
-more is unknown (the flywheel for an irregularity, the balance for a mean speed) it is solved for in the same iteration
-(`periodic`). The cycle's multiplier, exp(integral of dF/dE), comes with it: what a cycle leaves of a small change.
+"""Steady periodic motion of a machine whose torques depend on speed: on cells fine enough for the error asked for.
 
 Cells are halved until the estimates allow it, and cut where laws switch at a speed or a mesh changes the side that drives:
 the motion itself tells where that is, so that cutting and solving go in turns (`_Search.refinement`). Along the
@@ -13,508 +9,43 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
-from flywheel.machine.dynamics import Moments, Rate, moments_on
+from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine, merged
-from flywheel.numerics import cells, collocation
-from flywheel.numerics.budget import spend
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Index
-from flywheel.numerics.collocation import Changes
-from flywheel.numerics.faults import Fault
+from flywheel.numerics import cells
+from flywheel.numerics.budget import BudgetError, portion
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.regime import turning_moment
 from flywheel.regime.constant_speed import cycle_of
-from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
-
-_MOST_STEPS = 40
-_PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
-_PER_STEP = 50  # nodes that would take as long as what a Newton step takes whatever their number
-_HALVINGS = 30  # of a Newton step
-_SETTLED = 1e-13  # of the fluctuation of speed: a step smaller than this is the last
-_LOST = 1e-9  # of the fluctuation: steps that stay above it have not converged
-_OFF = 1e-3  # of the fluctuation: steps that stay below it lack digits, not direction
-_OPEN = 1e-6  # of the work exchanged: net work of a cycle that does not close
-_LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
-_FAR = 20.0  # fluctuations: a reference speed that is twice as far off costs a digit
-_KEPT = 0.25  # of omega²: a step takes no more than the rest
-_NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
-_BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
-_STOPS = "the motions tried stop within the cycle"
-
-
-class Demand(NamedTuple):
-    """What is asked of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
-
-    With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
-    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays.
-    """
-
-    inertia: float | None
-    irregularity: float | None
-    speed: float | None
-
-
-class State(NamedTuple):
-    """The states over the cycle: at the nodes (cells, states, nodes), at the edges (cells + 1, states); J and the balance.
-
-    The first state is the kinetic energy less ½ (J + I*(0)) w² (J), w being the reference speed; the others are a motor's
-    own, such as its current (A).
-    """
-
-    nodes: Array
-    edges: Array
-    inertia: float
-    unknown: float
-
-    @property
-    def of_circuit(self) -> Array:
-        """A motor's own states at the nodes: (states, cells, nodes)."""
-        return np.asarray(self.nodes[:, 1:].swapaxes(0, 1))
-
-
-class Extremes(NamedTuple):
-    """Fastest and slowest point of a motion: omega/w - 1, cell, local abscissa, J + I*, omega² = w² (1 + s)."""
-
-    excess: Array
-    cell: Index
-    t: Array
-    total: Array
-    s: Array
-
-
-class Sensitivity(NamedTuple):
-    """How a flywheel that is sized answers to what its motion is off.
-
-    `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
-    Infinite where rounding leaves nothing of what a flywheel changes.
-    """
-
-    by_square: float
-    by_work: float
-
-
-class Periodic(NamedTuple):
-    """A periodic motion on a mesh, with the reference speed w (rad/s), and how it was found.
-
-    `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken; `sensitivity` is that of a
-    flywheel that was sized.
-    """
-
-    moments: Moments
-    reference: float
-    state: State
-    extremes: Extremes
-    rate: Rate
-    omega: Array
-    multiplier: float
-    damping: float
-    steps: int
-    sensitivity: Sensitivity | None = None
-    closing: Array | None = None  # what each of several states may miss of its closing
-    reach: Array | None = None  # how far that carries, (states, states)
-
-    @property
-    def speed(self) -> float:
-        """Mean of the greatest and least speed (rad/s)."""
-        return self.reference * (1.0 + 0.5 * float(self.extremes.excess.sum()))
-
-    @property
-    def irregularity(self) -> float:
-        """(greatest - least)/mean."""
-        high, low = self.extremes.excess.tolist()
-        return float((high - low) / (1.0 + 0.5 * (high + low)))
-
-
-class NoRegimeError(NoMotionError):
-    """No periodic motion was found; the message says what became of the iteration."""
-
-
-class UndefinedError(NoRegimeError):
-    """A law has no finite value at speeds that the iteration comes to; `fault` says which and why."""
-
-    def __init__(self, fault: Fault) -> None:
-        super().__init__(f"{fault.path} comes to {fault.found}")
-
-
-class LostError(NoRegimeError):
-    """A motion was found whose figures rounding leaves nothing of; the message says which."""
-
-
-class UntoldError(NoRegimeError):
-    """A flywheel was found that rounding leaves open: its irregularity hardly depends on it."""
-
-
-# -- Newton's method on given cells --------------------------------------------------------------------------------------
-
-
-def periodic(moments: Moments, reference: float, demand: Demand, start: State) -> Periodic:
-    """The periodic motion nearest to a start, and with it what is unknown, by Newton's method.
-
-    Args:
-        moments: the machine on its mesh.
-        reference: speed (rad/s) that the energies are taken relative to: the one asked for, or near the one expected.
-        demand: the inertia, or the irregularity; with a balance the mean of extremes.
-        start: a first guess.
-
-    Raises:
-        NoRegimeError: where the iteration finds none: the machine would stop within the cycle, or nothing closes.
-
-    """
-    spend(_PER_SEARCH)
-    equations = _Equations(moments, reference, demand)
-    state, last, final = start, np.inf, demand.speed is not None
-    for step in range(1, _MOST_STEPS + 1):
-        here = equations.speeds(state)
-        change = equations.linearisation(state, here)
-        state, size = equations.newton_step(state, here, change)
-        stays = size <= _OFF and size >= 0.3 * last
-        settled = size <= _SETTLED or (stays and final and size <= max(_LOST, equations.rounding_step(state, change)))
-        if settled and not final:  # near the reference speed, by the measure of the fluctuation?
-            high, low = (s / (1.0 + np.sqrt(1.0 + s)) for s in (here.s.max(), here.s.min()))
-            final = bool(abs(high + low) <= _FAR * (high - low) + ROUNDING)
-        if settled and final:
-            return equations.result(state, change, step)
-        if settled or (
-            stays and not final
-        ):  # energies relative to a speed far from the motion's own have no digits to spare
-            equations, state = equations.about_own_mean(state)
-            final = True
-        last = size
-    raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
-
-
-def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
-    """The motion that torques taken at a constant speed would give, with that speed at phi = 0.
-
-    The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
-    """
-    mesh = moments.mesh
-    omega = np.full(mesh.phi.shape, reference)
-    steady = [np.full(mesh.phi.shape, value) for value in own]
-    force = moments.rate(omega, unknown, inertia, steady).moment
-    rising = cells.antiderivative(cells.fit(force), mesh.half)
-    edges = cells.accumulated(rising)
-    nodes = edges[:-1, None] + rising @ cells.basis(NODES).T
-    left = edges[-1] / mesh.edges[-1]
-    nodes, edges = nodes - left * mesh.phi, edges - left * mesh.edges
-    variation = _Inertia(moments)
-    square, total = reference**2, inertia + moments.inertia
-    still_nodes, still_edges = 0.5 * square * variation.nodes, 0.5 * square * variation.edges  # at that very speed
-    s = 2 * (nodes - still_nodes) / (square * total)
-    level = -0.25 * float(s.max() + s.min()) * square * (inertia + variation.start)
-    share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
-    nodes = still_nodes + share * (nodes + level - still_nodes)
-    edges = still_edges + share * (edges + level - still_edges)
-    at_nodes = np.stack((nodes, *steady), axis=1)
-    at_edges = np.stack((edges, *(np.full_like(edges, value) for value in own)), axis=1)
-    return State(at_nodes, at_edges, inertia, unknown)
-
-
-def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
-    """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if those would stop it.
-
-    The first is right for loads that know no speed, the second for those that know little else.
-    """
-    variation, square = _Inertia(moments), reference**2
-
-    def excess(energy: Array, varies: Array, own: float) -> Array:
-        return np.asarray((2 * energy - square * varies) / (square * (own + variation.start + varies)))
-
-    now, then = (1.0 + excess(state.nodes[:, 0], variation.nodes, own) for own in (state.inertia, inertia))
-    if (then > _KEPT * now).all():
-        return state._replace(inertia=inertia)
-    nodes, edges = state.nodes.copy(), state.edges.copy()
-    for values, varies in ((nodes, variation.nodes), (edges, variation.edges)):
-        s = excess(values[:, 0], varies, state.inertia)
-        values[:, 0] = 0.5 * square * (varies + s * (inertia + variation.start + varies))
-    return State(nodes, edges, inertia, state.unknown)
-
-
-def carried(solved: Periodic, moments: Moments) -> State:
-    """The states of a motion on another mesh."""
-    old, new = solved.moments.mesh, moments.mesh
-    series = cells.fit(solved.state.nodes)
-
-    def at(phi: Array) -> Array:
-        cell, t = cells.located(old, phi)
-        return np.asarray((series[cell] * cells.basis(t, ORDER)[:, None, :]).sum(axis=-1))
-
-    nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
-    return solved.state._replace(nodes=np.moveaxis(nodes, -1, 1), edges=at(new.edges))
-
-
-class _Inertia:
-    """I* over the cycle as its value at phi = 0 and what it differs from that, at nodes and edges."""
-
-    def __init__(self, moments: Moments) -> None:
-        mesh = moments.mesh
-        self.rising = cells.antiderivative(cells.fit(moments.slope), mesh.half)
-        self.edges = cells.accumulated(self.rising)
-        self.nodes = self.edges[:-1, None] + self.rising @ cells.basis(NODES).T
-        self.start = float(cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0])
-
-
-class _Speeds(NamedTuple):
-    """A state's speeds and the rates of its states at the nodes, with the speed's slopes by energy and inertia."""
-
-    omega: Array
-    rate: Rate
-    total: Array
-    s: Array
-    by_energy: Array
-    by_inertia: Array
-    rates: Array  # (cells, states, nodes)
-
-
-class _Equations:
-    """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed."""
-
-    def __init__(self, moments: Moments, reference: float, demand: Demand) -> None:
-        self.moments, self.w, self.demand = moments, reference, demand
-        self.mesh: Cells = moments.mesh
-        self.inertia = _Inertia(moments)
-        self.sized = demand.inertia is None
-        self.balanced = moments.machine.scene.unknown is not None
-        self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
-        self.levelled = not (self.sized or self.balanced or demand.speed is None)
-
-    def about_own_mean(self, state: State) -> tuple[_Equations, State]:
-        """The same motion with its energies relative to its own mean of extremes."""
-        speed = self.w * (1.0 + 0.5 * float(self.extremes(state, self.speeds(state)).excess.sum()))
-        shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
-        nodes, edges = state.nodes.copy(), state.edges.copy()
-        nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
-        return _Equations(self.moments, speed, self.demand), state._replace(nodes=nodes, edges=edges)
-
-    def speeds(self, state: State) -> _Speeds:
-        """Speeds and rates at the nodes."""
-        total = state.inertia + self.moments.inertia
-        s = (2 * state.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
-        if not (s.min() > -1.0 and total.min() > 0.0):
-            raise NoRegimeError(_STOPS)
-        omega = self.w * np.sqrt(1.0 + s)
-        circuit, ratio = self.moments.circuit, self.moments.drive_ratio
-        rate = self.moments.rate(omega, state.unknown, state.inertia, state.of_circuit)
-        if not np.isfinite(rate.moment).all():
-            raise UndefinedError(turning_moment.undefined(self.moments.machine, self.mesh, rate.moment, omega))
-        rates = [rate.moment]
-        if circuit is not None:
-            rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]
-        by_energy = 1.0 / (total * omega)
-        return _Speeds(omega, rate, total, s, by_energy, -0.5 * self.w**2 * s / (total * omega), np.stack(rates, axis=1))
-
-    def linearisation(self, state: State, here: _Speeds) -> Changes:
-        """How small changes run through the cycle, by dF/dz (cells, states, states, nodes) and dF/dp."""
-        spend(_PER_STEP + self.mesh.phi.size)
-        rate, states, (count, nodes) = here.rate, state.nodes.shape[1], here.omega.shape
-        by_state = np.zeros((count, states, states, nodes))
-        by_parameter = np.zeros((count, states, len(self.parameters), nodes))
-        by_speed = [rate.by_speed]
-        by_state[:, 0, 0] = rate.by_speed * here.by_energy
-        if self.moments.circuit is not None:  # dx/dphi = (dx/dt)/omega
-            ratio = self.moments.drive_ratio
-            slopes = self.moments.circuit.slopes(ratio * here.omega, state.of_circuit)
-            by_state[:, 0, 1:] = rate.by_states.swapaxes(0, 1)
-            for j, (by_omega, row) in enumerate(zip(slopes.rates_by_speed, slopes.rates_by_states, strict=True), 1):
-                by_speed.append(ratio * by_omega / here.omega - here.rates[:, j] / here.omega)
-                by_state[:, j, 0] = by_speed[j] * here.by_energy
-                for k, of_time in enumerate(row, 1):
-                    by_state[:, j, k] = of_time / here.omega
-        for k, name in enumerate(self.parameters):
-            if name == "unknown":
-                by_parameter[:, 0, k] = rate.by_unknown
-                continue
-            for j, slope in enumerate(by_speed):
-                by_parameter[:, j, k] = slope * here.by_inertia
-            by_parameter[:, 0, k] += rate.by_inertia
-        rising = cells.antiderivative(cells.fit(here.rates), self.mesh.half[:, None])
-        at_nodes = state.edges[:-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
-        at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
-        through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
-        return (
-            collocation.changes(*through)
-            if self.levelled
-            else collocation.round_cycle(*through, state.edges[-1] - state.edges[0])
-        )
-
-    def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
-        """The equations of a step: the work that closes the cycle, and the speeds asked for.
-
-        How the excess e of the extremes, omega = w (1 + e), changes: by the unknowns (2, unknowns), and by itself (2,).
-        An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.
-        """
-        rows = [] if change.around is None else [change.around[:, :-1]]
-        right = [] if change.around is None else [-change.around[:, -1]]
-        if not (self.parameters or self.levelled):
-            return np.vstack(rows), np.concatenate(right)
-        at, states = self.extremes(state, here), state.nodes.shape[1]
-        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
-        columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[:, 0]
-        at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[:, 0].copy()
-        at_edge[:, 0] += 1.0  # edge_start leaves out what the energy itself starts with
-        inside, edge = np.abs(at.t) < 1.0, at.cell + (at.t > 0.0)
-        energy = np.where(inside[:, None], np.einsum("kj,kjp->kp", weights, columns[at.cell]), at_edge[edge])
-        scale = at.total * self.w * (1.0 + at.excess)
-        slopes = energy / (scale * self.w)[:, None]
-        if self.sized:
-            slopes[:, states] += -0.5 * self.w * at.s / scale
-        slopes, offsets = slopes[:, :-1], slopes[:, -1]
-        mean = (self.demand.speed or self.w) / self.w
-        if not self.sized:
-            rows.append(0.5 * slopes.sum(axis=0)[None])
-            right.append(np.array([mean - 1.0 - 0.5 * (at.excess + offsets).sum()]))
-            return np.vstack(rows), np.concatenate(right)
-        eps, to_square = self.demand.irregularity or 0.0, 2.0 * (1.0 + at.excess)
-        of_square, found = to_square[:, None] * slopes, at.s + to_square * offsets
-        ends = np.array([eps, -eps]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
-        if self.balanced:
-            rows.append(of_square)
-            right.append((mean - 1.0) * (mean + 1.0) + mean * mean * ends - found)
-        else:
-            slow, fast = 1.0 + ends[1], 1.0 + ends[0]
-            rows.append((slow * of_square[0] - fast * of_square[1])[None])
-            right.append(np.array([2.0 * eps - slow * found[0] + fast * found[1]]))
-        return np.vstack(rows), np.concatenate(right)
-
-    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, float]:
-        """The state a Newton step on, or as much of it as leaves the machine turning; its size by the fluctuation of speed.
-
-        A step leaves a quarter of omega² everywhere, and is halved until it does.
-        """
-        matrix, column = self.conditions(state, here, change)
-        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        try:
-            step = np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
-        except np.linalg.LinAlgError:
-            raise NoRegimeError("nothing determines its speed") from None
-        states = state.nodes.shape[1]
-        start, by = step[:states], step[states:]
-        nodes = change.start @ start + change.by @ by + change.rest
-        edges = start + change.edge_start @ start + change.edge_by @ by + change.edge_rest
-        own = dict(zip(self.parameters, by.tolist(), strict=True))
-        heavier, balance = own.get("inertia", 0.0), own.get("unknown", 0.0)
-        share = 1.0
-        for _ in range(_HALVINGS):
-            new = State(
-                state.nodes + share * nodes,
-                state.edges + share * edges,
-                state.inertia + share * heavier,
-                state.unknown + share * balance,
-            )
-            total = new.inertia + self.moments.inertia
-            s = (2 * new.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
-            if total.min() > 0.0 and np.isfinite(s).all() and ((1.0 + s) > _KEPT * (1.0 + here.s)).all():
-                break
-            share *= 0.5
-        else:
-            raise NoRegimeError(_STOPS)
-        if share < 1.0:
-            return new, 1.0
-        shift = float(np.abs(nodes[:, 0] * here.by_energy + heavier * here.by_inertia).max())
-        size = shift / max(float(np.ptp(here.omega)), 4 * ROUNDING * self.w / _SETTLED)
-        if self.sized:
-            size = max(size, abs(heavier) / max(abs(new.inertia), float(here.total.max())))
-        return new, size
-
-    def rounding_step(self, state: State, change: Changes) -> float:
-        """The step that rounding of the torques makes where little holds the speed, by its fluctuation: `_OFF` at most."""
-        if self.demand.speed is not None:
-            return 0.0
-        here = self.speeds(state)
-        work = 64 * ROUNDING * float(cells.integral(here.rate.exchanged, self.mesh.half).sum())
-        damping = max(abs(collocation.multiplier(change)[1]), 1e-300)
-        level = work / (damping * self.w**2 * max(float(here.total.min()), 1e-300))
-        fluctuation = float(np.ptp(self.extremes(state, here).excess))
-        return min(level / max(fluctuation, 4 * ROUNDING / _SETTLED), _OFF)
-
-    def sensitivity(self, state: State, change: Changes) -> Sensitivity:
-        """How the flywheel sized answers to an excess of the extremes' omega², and to work left over in the cycle."""
-        here = self.speeds(state)
-        matrix, _ = self.conditions(state, here, change)
-        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        states, eps = state.nodes.shape[1], self.demand.irregularity or 0.0
-        unit = np.zeros(matrix.shape[0])
-        unit[states] = 1.0
-        answer = np.abs(np.linalg.solve((matrix / scale[:, None]).T, unit)) / scale
-        weights = np.ones(2) if self.balanced else np.array([2.0 + 0.5 * eps * eps])  # as in `conditions`
-        by_square = float(answer[-weights.size :] @ weights)
-        # the slope is what is left of changes that cancel, the more so the more torques that fall with speed take back
-        fading = float(np.abs(cells.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max())
-        left = 1.0 - by_square * _BLUR * (1.0 + fading) * float(np.abs(here.s).max() / here.total.min())
-        return Sensitivity(by_square / left, float(answer[0]) / left) if left > 0.0 else Sensitivity(np.inf, np.inf)
-
-    def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> Extremes:
-        """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
-
-        The energy is the integral of F once the state has settled; before, that integral may be anything. Roots are then
-        polished as those of the function itself, not of its interpolant.
-        """
-        half_square = 0.5 * here.omega**2
-        force = cells.fit(here.rate.moment - half_square * self.moments.slope)
-        noise = 32 * ROUNDING * (here.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
-        found = cells.crossings(force[None], noise[None])
-        every = np.arange(force.shape[0])
-        cell = np.concatenate((every, every, found.cell))
-        t = np.concatenate((np.full(every.size, -1.0), np.ones(every.size), found.t))
-        s, _ = self._fluctuation(state, here, cell, t, settled)
-        if not s.min() > -1.0:
-            raise NoRegimeError(_STOPS)
-        places = self.mesh.middle[cell, 0] + self.mesh.half[cell, 0] * t
-        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
-        cell, t, s = cell[ends], t[ends], s[ends]
-        if settled:
-            steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * cells.fit(self.moments.slope[cell])
-            polished = cells.newton(cells.fit(here.rate.moment[cell]) - steep, t, np.full(2, -1.0), np.ones(2))
-            t = np.where(np.abs(t) < 1.0, polished, t)
-        s, total = self._fluctuation(state, here, cell, t, settled)
-        return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
-
-    def _fluctuation(self, state: State, here: _Speeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
-        """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
-        basis = cells.basis(t)
-        if settled:
-            rising = cells.antiderivative(cells.fit(here.rate.moment), self.mesh.half)
-            energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
-        else:
-            within = (cells.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
-            energy = np.where(np.abs(t) < 1.0, within, state.edges[cell + (t > 0.0), 0])
-        variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
-        total = state.inertia + self.inertia.start + variation
-        return (2 * energy - self.w**2 * variation) / (self.w**2 * total), total
-
-    def result(self, state: State, change: Changes, steps: int) -> Periodic:
-        """The motion at a state that the iteration has settled on.
-
-        Its balance is the one that leaves no net work: large energies hide its last digits from the iteration.
-        """
-        half, here = self.mesh.half, self.speeds(state)
-        if self.balanced:
-            by_unknown = here.rate.by_unknown
-            net, slope, size = cells.integral(np.stack((here.rate.moment, by_unknown, np.abs(by_unknown))), half).sum(-1)
-            if abs(slope) > _NO_EFFECT * size:
-                state = state._replace(unknown=state.unknown - float(net / slope))
-                here = self.speeds(state)
-        net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
-        if not (self.levelled or abs(net) <= _OPEN * exchanged):
-            raise NoRegimeError("the net work of a cycle does not come to zero")
-        extremes = self.extremes(state, here, settled=True)
-        answer = self.sensitivity(state, change) if self.sized else None
-        multiplier, damping = collocation.multiplier(change)
-        found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
-        if not self.moments.swings:
-            return found
-        sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell
-        missed = cells.TAIL_OF_INTEGRAL * np.stack(
-            [cells.tails(cells.fit(row)) for row in here.rates.swapaxes(0, 1)], axis=1
-        )
-        closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=0)
-        return found._replace(closing=closing, reach=change.reach)
-
-
-# -- cells that are cut and halved in turns with the motion --------------------------------------------------------------
+from flywheel.regime.cycle_equations import (
+    Demand,
+    LostError,
+    NoRegimeError,
+    Periodic,
+    State,
+    UnresolvedError,
+    about,
+    balanced_guess,
+    carried,
+    even_guess,
+    even_motion,
+    first_guess,
+    periodic,
+    sampled,
+    speeds,
+    swing,
+    unevenness,
+    with_inertia,
+)
+from flywheel.regime.turning_moment import Cycle, Run
+
+UNSTABLE = 1e-12
+"""1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle, and not by rounding."""
 
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
@@ -522,21 +53,27 @@ MOST_WORK = 450_000
 _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
-_SAME = 1e-12  # of the cycle: switches that move less than this stand still
-_ROUGH = 1e-3  # error of a motion that is hardly resolved yet
+_SWITCH_MOVE = 1e-12  # of the cycle: switches that move less than this stand still
+_COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
 _MOST_ROUGH, _MANY = 16, 1000  # rounds that it is given; cells from which on it is given none
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
-_EVEN = 1e-9  # irregularity of a motion in which only rounding varies
+_ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: a sized flywheel in greater doubt is none
-_STIFF, _UNLIKE = 3e3, 8.0  # times over that a change fades in a cycle; how far a slope may be off a difference
-_HOPELESS = 0.5  # relative error past which a motion says nothing
-_TINY = 1e-6  # irregularity up to which a sized motion is not solved for again
-_NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
-_COARSE = 1e-4  # error of motions that are only passed on the way
+_STIFF, _UNLIKE = 3e3, 8.0  # exponent by which a change fades in a cycle; how far a slope may be off a difference
+_MOST_ERROR = 0.5  # relative error past which a motion says nothing
+_SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
+_DIRECT_SHARE = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
+_PASSING_ERROR = 1e-4  # error of motions that are only passed on the way
 _LAYER = 8.0  # exponent: how much of what a jump makes has faded in the first cell behind it
+_PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, at the beginning; cells that it may ask for
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
 _EVER_HEAVIER = (1.0, 30.0, 1e3, 3e4)  # flywheels from which lighter ones are found, where the one before fails
 _MOST_LIGHTER, _LITTLE = 60, 3e-3  # flywheels on that way; share of the inertia below which a step is not halved
+_SHARE_OF_WORK = 0.4  # of what is left for a search: what one way to a motion may take before the next is tried
+_FLEETING = 1e-6  # of the fluctuation of work: what may be done on the wrong branch of a law, told as an error
+_WEIGHTLESS = 1e-13  # of the greatest inertia: what rounding may leave where nothing weighs
+_VANISHING = 1e-4  # of the greatest inertia: a flywheel that stands for none
+_LEAST_SHARE = 1e-3  # of what makes a motion uneven: a step that is not halved
 _NEARER = 0.3  # of what an irregularity lacks of 2: from one motion to the next
 
 
@@ -549,6 +86,7 @@ class OwnMotion(NamedTuple):
     level_error: float  # of the speed's mean, relative
     inertia_bound: float = 0.0  # kg m² that a sized flywheel may be off
     cuts_error: float = 0.0  # rad by which meshes may reverse elsewhere than cells are cut
+    vanishing: bool = False  # its flywheel stands for none: it is the limit of ever lighter ones
 
     @property
     def speed(self) -> float:
@@ -558,7 +96,7 @@ class OwnMotion(NamedTuple):
     @property
     def inertia(self) -> float:
         """The flywheel's, on the crank (kg m²)."""
-        return self.solved.state.inertia
+        return 0.0 if self.vanishing else self.solved.state.inertia
 
     @property
     def inertia_error(self) -> float:
@@ -568,7 +106,7 @@ class OwnMotion(NamedTuple):
 
     @property
     def hardly_sized(self) -> bool:
-        """Whether the irregularity leaves the flywheel open that was sized for it."""
+        """Tells whether the irregularity leaves the flywheel open that was sized for it."""
         return self.inertia_bound > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
 
 
@@ -591,6 +129,10 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
 
     """
     search = _Search(machine, reference, demand, rtol)
+    if demand.inertia is None and (even := search.given(0.0).even(0.0, unknown)) is not None:
+        return even
+    if demand.inertia == 0.0 and search.weightless():
+        return search.vanishing(unknown)
     motion = _checked(search.motion(guess if demand.inertia is None else demand.inertia, unknown))
     if demand.inertia is not None or motion.inertia <= 0.0:
         return motion
@@ -602,10 +144,10 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
         if not _UNLIKE * expected > abs(heavier.run.irregularity - solved.irregularity) > expected / _UNLIKE:
             raise _open_flywheel(motion)
     # at least irregularities even a motion depends on its switches no more than on rounding
-    if motion.run.irregularity > _TINY and search.switches():
-        again = _checked(search.given(inertia).from_another(motion)) if motion.run.error <= _ROUGH else None
+    if motion.run.irregularity > _SMALL_IRREGULARITY and search.switches():
+        again = _checked(search.given(inertia).from_another(motion)) if motion.run.error <= _COARSE_ERROR else None
         off = np.inf if again is None else abs(again.run.irregularity / (demand.irregularity or 1.0) - 1.0)
-        if again is None or not off <= 10 * (again.run.error + motion.run.error) + _SAME:
+        if again is None or not off <= 10 * (again.run.error + motion.run.error) + _SWITCH_MOVE:
             raise NoRegimeError("the motion with the flywheel found for it has another irregularity")
     return motion
 
@@ -625,7 +167,30 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
 
     """
     search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
-    return _checked(search.from_another(other))
+    if inertia == 0.0 and search.weightless():
+        return search.vanishing(other.solved.state.unknown, other)
+    return search.even(inertia, other.solved.state.unknown) or _checked(search.from_another(other))
+
+
+def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array, own: Array, rtol: float) -> OwnMotion:
+    """The steady motion with a given flywheel, found from one that has nearly settled.
+
+    Args:
+        machine: the machine.
+        demand: what is asked of the motion.
+        phi: ascending crank angles (rad) over a cycle.
+        omega: crank speeds (rad/s) there.
+        own: a motor's own states there, (states, angles).
+        rtol: relative error allowed in the irregularity.
+
+    Raises:
+        NoRegimeError: where there is no such motion, or it is too far off.
+
+    """
+    reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
+    search = _Search(machine, reference, demand, rtol)
+    base, cuts = search.layers(search.narrow(inertia, 0.0), np.zeros(0), reference, inertia, 0.0)
+    return _checked(search.from_start(lambda moments: sampled(moments, reference, inertia, phi, omega, own), base, cuts))
 
 
 def _checked(motion: OwnMotion) -> OwnMotion:
@@ -640,7 +205,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
         raise NoRegimeError("rounding leaves open whether the motion stops within the cycle")
     if motion.hardly_sized:
         raise _open_flywheel(motion)
-    if not run.error <= _HOPELESS and run.irregularity > _EVEN:
+    if not run.error <= _MOST_ERROR and run.irregularity > _ROUNDING_IRREGULARITY:
         work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not run.irregularity > 0.0:
@@ -654,10 +219,10 @@ def _checked(motion: OwnMotion) -> OwnMotion:
     return motion._replace(run=run._replace(error=run.error + off), inertia_bound=bound)
 
 
-def _open_flywheel(motion: OwnMotion) -> UntoldError:
+def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
     """Of a flywheel that its irregularity leaves open."""
     what = f"what about {motion.inertia:.2g} kg m² on the crank change of it is lost in rounding"
-    return UntoldError(f"an irregularity that hardly tells the flywheel: {what}")
+    return UnresolvedError(f"an irregularity that hardly tells the flywheel: {what}")
 
 
 class _Search(NamedTuple):
@@ -678,38 +243,143 @@ class _Search(NamedTuple):
         return moments_on(self.machine, edges, local=local)
 
     def switches(self) -> bool:
-        """Whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
+        """Tells whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, self.machine.typical_speed)))
 
+    def weightless(self) -> bool:
+        """Tells whether the machine without a flywheel weighs nothing somewhere: all its masses stand at a dead centre."""
+        least, greatest = cells.extents(cells.fit(self.moments(self.machine.mesh, np.zeros(0), local=True).inertia))
+        return float(least.min()) <= _WEIGHTLESS * float(greatest.max())
+
+    def vanishing(self, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
+        """The limit of ever lighter flywheels, by one that hardly weighs; its error has what half as much again changes.
+
+        Where nothing weighs no torque tells how fast the crank goes on: there the limit is the speed at which they balance.
+        """
+        moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
+        light = _VANISHING * float(moments.inertia.max())
+        if light <= 0.0:
+            raise NoRegimeError("nothing stores energy")
+        search = self.given(light)
+        motion = _checked(search.motion(light, unknown) if other is None else search.from_another(other))
+        beside = _checked(self.given(1.5 * light).from_another(motion))
+        off = 2.0 * abs(beside.run.irregularity - motion.run.irregularity) / max(motion.run.irregularity, 1e-300)
+        level = 2.0 * abs(beside.speed / motion.speed - 1.0)
+        run = motion.run._replace(error=motion.run.error + off)
+        return motion._replace(run=run, level_error=motion.level_error + level, vanishing=True)
+
     def motion(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found directly, or where that fails, from heavier flywheels down."""
-        try:
-            return self.from_nothing(inertia, unknown)
-        except NoRegimeError:
-            return self.by_continuation(inertia, unknown)
+        """The stable motion, by the first way that finds one; an unstable one where none does.
+
+        Directly, from a motion that is even at first and grows uneven, from the speeds at which stiff torques balance, and
+        from heavier flywheels down.
+        """
+        if self.demand.inertia is not None and (even := self.even(inertia, unknown)) is not None:
+            return even
+        unstable: OwnMotion | None = None
+        failure: NoRegimeError | BudgetError | None = None
+        ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
+        if self.fading(inertia, unknown) > _STIFF:
+            ways[:2] = ways[1::-1]
+        for way in ways:
+            try:
+                with portion(_SHARE_OF_WORK if way != self.by_continuation else 1.0):
+                    motion = way(inertia, unknown)
+            except (NoRegimeError, BudgetError) as error:
+                failure = error if failure is None or way == self.by_continuation else failure
+                continue
+            if self.machine.scene.unknown is not None or motion.solved.damping >= -UNSTABLE:
+                return motion
+            unstable = motion if unstable is None else unstable
+        if unstable is not None:
+            return unstable
+        assert failure is not None
+        raise failure
+
+    def fading(self, inertia: float, unknown: float) -> float:
+        """The exponent by which torques that fall with the speed fade a change of it in a cycle, at the reference speed."""
+        moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
+        slope = moments.rate(
+            np.full(moments.mesh.phi.shape, self.reference), unknown, inertia, self.own_states(moments)
+        ).by_speed
+        total = np.maximum((inertia + moments.inertia) * self.reference, 1e-300)
+        return float(cells.integral(np.maximum(-slope, 0.0) / total, moments.mesh.half).sum())
+
+    def even(self, inertia: float, unknown: float) -> OwnMotion | None:
+        """The motion at a constant speed, in closed form, where nothing varies it; None where anything does."""
+        moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
+        solved = even_motion(moments, self.reference, self.demand, inertia, unknown)
+        return None if solved is None else _described(solved, self.demand)
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from what torques at a constant speed would give.
+        """The motion found from what torques at a constant speed would give; with a motor's own states, from an even one."""
+        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
+
+        def start(moments: Moments) -> State:
+            own = self.own_states(moments)
+            return (even_guess if own else first_guess)(moments, self.reference, inertia, unknown, own)
+
+        return self.from_start(start, base, cuts)
+
+    def from_balance(self, inertia: float, unknown: float) -> OwnMotion:
+        """The motion found from the speeds at which the torques balance at each angle."""
+        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
+
+        def start(moments: Moments) -> State:
+            found = None if moments.circuit is not None else balanced_guess(moments, self.reference, inertia, unknown)
+            if found is None:
+                raise NoRegimeError("at some angle its torques balance at no speed")
+            return found
+
+        return self.from_start(start, base, cuts)
+
+    def from_even(self, inertia: float, unknown: float) -> OwnMotion:
+        """The motion found from the even one by what varies it, little of that at first and ever more."""
+        if self.demand.inertia is None:
+            raise NoRegimeError("an irregularity is none of an even motion")
+        base, cuts = self.layers(self.narrow(inertia, unknown), np.zeros(0), self.reference, inertia, unknown)
+
+        def start(moments: Moments) -> State:
+            state = even_guess(moments, self.reference, inertia, unknown, self.own_states(moments))
+            uneven = unevenness(moments, self.reference, state)
+            share, step = 0.0, 0.5
+            while share < 1.0:
+                try:
+                    after = min(share + step, 1.0)
+                    solved = periodic(moments, self.reference, self.demand, state, (1.0 - after) * uneven)
+                    if self.machine.scene.unknown is None and solved.damping < -UNSTABLE:
+                        raise NoRegimeError("the motion that grows from an even one is unstable")
+                    state, share, step = about(solved, self.reference), after, 2.0 * step
+                except NoRegimeError:
+                    step *= 0.5
+                    if step < _LEAST_SHARE:
+                        raise
+            return state
+
+        return self.from_start(start, base, cuts)
+
+    def own_states(self, moments: Moments) -> list[float]:
+        """A motor's own states where they stand still at the reference speed."""
+        return [float(value) for value in moments.steady_states(self.reference)]
+
+    def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
+        """The motion found from a first guess.
 
         Where laws switch and that fails, branches are first decided at every node, and cells cut where they then switch.
         """
-        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
         moments = self.moments(base, cuts)
-        own = [float(value) for value in moments.steady_states(self.reference)]
-        start = first_guess(moments, self.reference, inertia, unknown, own)
         try:
-            return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
+            return self.refinement(periodic(moments, self.reference, self.demand, start(moments)), base, cuts)
         except NoRegimeError:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
         base = self.machine.mesh
         moments = self.moments(base, cuts, local=True)
-        start = first_guess(moments, self.reference, inertia, unknown, own)
-        rough = periodic(moments, self.reference, self.demand, start)
+        rough = periodic(moments, self.reference, self.demand, start(moments))
         cuts, _ = _switching(rough)
-        start = carried(rough, moments := self.moments(base, cuts))
-        return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
+        moments = self.moments(base, cuts)
+        return self.refinement(periodic(moments, rough.reference, self.demand, carried(rough, moments)), base, cuts)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
@@ -731,9 +401,9 @@ class _Search(NamedTuple):
         with phi, before it.
         """
         moments = self.moments(base, cuts)
+        edges = moments.mesh.edges
         if moments.circuit is not None:
             return base, cuts
-        edges = moments.mesh.edges
         rate = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia)
         found = []
         for k, row in enumerate(rate.by_speed / ((inertia + moments.inertia) * speed)):
@@ -744,6 +414,16 @@ class _Search(NamedTuple):
                 found.append(low + width if steepest < 0.0 else high - width)
                 width *= 2.0
         return (_without(merged([*edges, *found], float(edges[-1])), edges, base) if found else base), cuts
+
+    def narrow(self, inertia: float, unknown: float) -> Array:
+        """Edges of cells as narrow as the swings of a motor's own states ask for; the machine's own without such states."""
+        base = self.machine.mesh
+        moments = self.moments(base, np.zeros(0))
+        if moments.circuit is None or not inertia + float(moments.inertia.min()) > 0.0:
+            return base
+        width = max(_PER_CELL / max(swing(moments, self.reference, inertia, unknown), 1e-300), base[-1] / _MOST_SWINGING)
+        pieces = [np.linspace(a, b, int(np.ceil((b - a) / width)), endpoint=False) for a, b in pairwise(base.tolist())]
+        return np.array([*np.concatenate(pieces), base[-1]])
 
     def refinement(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
         """The motion at an error within rtol, or the best that can be had, from one on cells between edges and cuts.
@@ -757,19 +437,23 @@ class _Search(NamedTuple):
         for _ in range(_ROUNDS):
             angles, slack = _switching(solved)
             moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
-            settled = bool((moved <= _SAME * base[-1]).all())
-            cuts, moves = angles, 0 if settled else moves % _MOST_MOVES + 1
+            settled = bool((moved <= _SWITCH_MOVE * base[-1]).all())
+            before, cuts, moves = cuts, angles, 0 if settled else moves % _MOST_MOVES + 1
             if settled or moves == _MOST_MOVES:
                 motion, finer = _described(solved, self.demand), None
-                if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SAME * base[-1])).all():
+                if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SWITCH_MOVE * base[-1])).all():
                     settled, motion = True, motion._replace(cuts_error=float(moved.max()))
+                if not settled:
+                    wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
+                    if wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0])):
+                        settled, motion = True, _with_work_error(motion, wrong)
                 sized = motion.inertia_error if self.demand.inertia is None else 0.0
                 error = max(motion.run.error, sized, motion.cycle.errors.work / max(motion.cycle.exchanged, 1e-300))
                 edges = motion.cycle.mesh.edges
                 if settled:
                     gained = best is None or error <= 0.9 * least
-                    rough += error > _ROUGH  # cells may first have to become as narrow as what they follow
-                    narrowing = error > _ROUGH and rough < _MOST_ROUGH and edges.size < _MANY
+                    rough += error > _COARSE_ERROR  # cells may first have to become as narrow as what they follow
+                    narrowing = error > _COARSE_ERROR and rough < _MOST_ROUGH and edges.size < _MANY
                     stalls = 0 if gained or narrowing else stalls + 1
                     if best is None or error < least:
                         best, least = motion, error
@@ -784,17 +468,36 @@ class _Search(NamedTuple):
                 base = base if finer is None else _without(finer, edges, base)
             try:
                 moments = self.moments(base, cuts)
-                solved = periodic(moments, self.reference, self.demand, carried(solved, moments))
+                solved = periodic(moments, solved.reference, self.demand, carried(solved, moments))
+            except BudgetError:
+                if best is None or least > _COARSE_ERROR:
+                    raise
+                return best  # what it lacks of the error asked for is in its own
             except NoRegimeError:
                 failures += 1
                 base, cuts = cells.bisected(base, np.ones(base.size - 1, dtype=bool)), np.zeros(0)
                 if failures > _MOST_FAILURES:
                     break
-        if failures and (best is None or least > _ROUGH):
+        if failures and (best is None or least > _COARSE_ERROR):
             raise NoRegimeError("on finer cells the iteration settles on no motion")
         if best is None:
             raise NoRegimeError("the angles at which its laws switch do not settle")
         return best
+
+    def work_of_cuts(self, solved: Periodic, base: Array, cuts: Array) -> float:
+        """Work (J) by which a motion is off whose laws switch at other angles than its cells are cut, at most.
+
+        Between the two its moment is that of the wrong branch: the integral of what that is off along the motion's speed.
+        """
+        moments = self.moments(base, cuts)
+        state, reference = carried(solved, moments), solved.reference
+        omega = speeds(state, moments, reference)
+        if omega is None:
+            return np.inf
+        true = moments.locally.rate(omega, state.unknown, state.inertia, state.of_circuit).moment
+        cell, t = cells.located(solved.moments.mesh, moments.mesh.phi.ravel())
+        taken = cells.value(cells.fit(solved.rate.moment)[cell], t).reshape(omega.shape)
+        return float(cells.integral(np.abs(true - taken), moments.mesh.half).sum())
 
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
         """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
@@ -809,7 +512,7 @@ class _Search(NamedTuple):
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
-                last = self.given(heavier * heavy)._replace(rtol=_COARSE).from_nothing(heavier * heavy, unknown)
+                last = self.given(heavier * heavy)._replace(rtol=_PASSING_ERROR).from_nothing(heavier * heavy, unknown)
                 break
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
@@ -819,12 +522,12 @@ class _Search(NamedTuple):
         for _ in range(_MOST_LIGHTER):
             if eps is None and last.inertia <= target:
                 return self.from_another(last)
-            if eps is not None and last.run.irregularity >= _NEAR * eps:
+            if eps is not None and last.run.irregularity >= _DIRECT_SHARE * eps:
                 near = last
                 try:
                     while 2.0 - eps < _NEARER * (2.0 - near.run.irregularity):
                         nearer = Demand(None, 2.0 - _NEARER * (2.0 - near.run.irregularity), self.demand.speed)
-                        near = self._replace(demand=nearer, rtol=_COARSE).from_another(near)
+                        near = self._replace(demand=nearer, rtol=_PASSING_ERROR).from_another(near)
                     return self.from_another(near)
                 except NoRegimeError:
                     if last.run.irregularity >= eps:
@@ -835,7 +538,7 @@ class _Search(NamedTuple):
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:
                 try:
-                    lighter = self.given(last.inertia - step)._replace(rtol=_COARSE).from_another(last)
+                    lighter = self.given(last.inertia - step)._replace(rtol=_PASSING_ERROR).from_another(last)
                     break
                 except NoRegimeError:
                     step *= 0.5
@@ -937,6 +640,20 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     return OwnMotion(solved, cycle, run._replace(cycle=cycle), run.level_error + varying if free else 0.0, bound)
 
 
+def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
+    """A motion whose moment may have done so much work (J) too much or too little, with that in its errors."""
+    solved, run = motion.solved, motion.run
+    least = float(solved.state.inertia + solved.moments.inertia.min())
+    level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0
+    off = 4.0 * work / (solved.speed**2 * least) / max(run.irregularity, 1e-300)
+    bound = 0.0 if solved.sensitivity is None else solved.sensitivity.by_work * work
+    return motion._replace(
+        run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level),
+        level_error=motion.level_error + level,
+        inertia_bound=motion.inertia_bound + bound,
+    )
+
+
 def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     """Largest error (J) of the kinetic energy by errors of the cycle's work, which decay where torques fall with the speed.
 
@@ -963,4 +680,4 @@ def error_of_cuts(motion: OwnMotion) -> float:
     moments, run = motion.solved.moments, motion.run
     angles, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
     cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - known).min(axis=1) > 1e-9 * known[-1])
-    return max(_SAME * float(known[-1]), motion.cuts_error) if cut.any() else 0.0
+    return max(_SWITCH_MOVE * float(known[-1]), motion.cuts_error) if cut.any() else 0.0

@@ -56,7 +56,7 @@ class MachineState(NamedTuple):
         return f"MachineState({inertia.size} positions, I* {ends}, {len(self.gains)} influence coefficients)"
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
+        """The HTML that a notebook shows."""
         return notebook.html(self)
 
 
@@ -205,7 +205,7 @@ def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Ar
 
 
 def spread(figures: Any, others: Sequence[Any]) -> Any:
-    """How far figures (arrays, or tables of them) are from the same found anew, doubled, and the rounding of a sum."""
+    """Twice the difference of figures (arrays, or tables of them) from those computed anew, and the rounding of a sum."""
     if isinstance(figures, Mapping):
         return {name: spread(value, [other[name] for other in others]) for name, value in figures.items()}
     apart = np.max([np.abs(other - figures) for other in others], axis=0)

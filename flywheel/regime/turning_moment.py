@@ -8,11 +8,12 @@ where the moment crosses zero, where the speed is extreme.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from flywheel.machine.machine import Machine
+from flywheel.machine.programs import programs_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse, Crossings, Index
 from flywheel.numerics.faults import Fault, SceneError
@@ -20,11 +21,11 @@ from flywheel.scene.scene import Scene
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
 _BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
-_ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
+_GREATEST_VALUE = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
 _MOST_FOR_BALANCE = 2_000  # cells that the last digit of a balance alone is worth, beside those of the machine's own mesh
 _MOST_FOR_PERIOD = 4_000  # that the time of a cycle is worth, beside those of the cycle itself
-_INSIDE = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
+_CELL_END = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
 class CycleErrors(NamedTuple):
@@ -95,10 +96,10 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     values = np.empty((6, *mesh.phi.shape))
     for first in range(0, len(mesh.phi), _BLOCK):
         block = slice(first, first + _BLOCK)
-        reduced, part = machine.reduce_cells(mesh.phi[block], mesh.anchor[block]), values[:, block]
+        reduced, part = programs_of(machine).cells(mesh.phi[block], mesh.anchor[block]), values[:, block]
         part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
         part[3], part[4], part[5] = reduced.exchanged, reduced.steepness, reduced.per_unknown
-    if not -_ENORMOUS <= values.min() <= values.max() <= _ENORMOUS:
+    if not -_GREATEST_VALUE <= values.min() <= values.max() <= _GREATEST_VALUE:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     if machine.scene.unknown is None:
         cycle = assembled(mesh, values[:5], None)
@@ -203,7 +204,7 @@ def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
 
 def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
     """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
-    cell, node = np.argwhere(~(np.abs(values) <= _ENORMOUS))[0]
+    cell, node = np.argwhere(~(np.abs(values) <= _GREATEST_VALUE))[0]
     speed = None if omega is None else float(omega[cell, node])
     return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
 
@@ -220,13 +221,15 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
 
     """
     parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
-    culprit, moment = next(((name, part) for name, part in parts.items() if not abs(part) <= _ENORMOUS), ("mechanism", None))
+    culprit, moment = next(
+        ((name, part) for name, part in parts.items() if not abs(part) <= _GREATEST_VALUE), ("mechanism", None)
+    )
     at, sliding = machine.where(phi), machine.scene.stroke is not None and machine.scene.stroke.sliding
     if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
         at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
     if moment is not None and math.isfinite(moment):
         unit = "N on the slide" if sliding else "N m on the crank"
-        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {_ENORMOUS:g}"
+        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {_GREATEST_VALUE:g}"
     else:
         reason = machine.undefined(culprit, phi, anchor, speed, time)
         found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
@@ -263,7 +266,7 @@ def check_weighs(machine: Machine, cycle: Cycle, extent: Extent, inertia: float)
 
 
 def coarse(cycle: Cycle, speed: float) -> Coarse:
-    """Which cells keep the error of W - ½ speed² I* above a share of what it is now.
+    """A mask of the cells that keep the error of W - ½ speed² I* above a share of its present value.
 
     A cell whose interpolation error is at the level of rounding is left alone: halving cannot help it.
     """
@@ -530,7 +533,7 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     end, found = float(cycle.mesh.edges[-1]), roots.crossings
     half, noise = cycle.mesh.half.take(found.cell), cycle.noise[0].take(found.cell) + cycle.errors.work / end
     errors = half * np.minimum(noise / np.maximum(np.abs(found.slope), 1e-300), 2.0)
-    error = 4 * ROUNDING * end + float(errors[found.t < _INSIDE].max(initial=0.0))
+    error = 4 * ROUNDING * end + float(errors[found.t < _CELL_END].max(initial=0.0))
     if not cycle.errors.residual or not found.t.size:
         return error
     phi, work = _at_nodes(cycle)[:2]
@@ -554,7 +557,7 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     known = sized and motion.inertia > 0.0 and motion.cycle is None
     loose = None if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
     half = along.mesh.half.take(cell)
-    at_end = np.abs(t) >= _INSIDE - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
+    at_end = np.abs(t) >= _CELL_END - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
     errors = [0.0]
     if not at_end.all():
         of_roots = _root_errors(along, cell, t, factors, loose)
@@ -599,7 +602,7 @@ def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Arra
         noise = noise + loose * factor * np.abs(cells.value(slope, t))
     errors = np.minimum(noise / np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300), 2 * half)
     errors = np.where(np.abs(rows).sum(axis=-1) <= noise, 2 * half, errors)  # no more than noise: anywhere in the cell
-    return np.where(np.abs(t) < _INSIDE, errors, 0.0)
+    return np.where(np.abs(t) < _CELL_END, errors, 0.0)
 
 
 def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:

@@ -11,11 +11,11 @@ Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cyc
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Coarse
@@ -47,12 +47,29 @@ class ReducedInertia(NamedTuple):
     mean: float
 
 
+class Broken(NamedTuple):
+    """Heavier flywheels (kg m²), from `start` to `end` (None: without end), that break what a lighter one keeps.
+
+    The errors are those of the ends, relative.
+    """
+
+    start: float
+    end: float | None
+    start_error: float = 0.0
+    end_error: float = 0.0
+
+    def as_dict(self) -> dict[str, float | None]:
+        """For JSON; the errors stand with those of the other figures."""
+        return {"from": self.start, "to": self.end}
+
+
 class Flywheel(NamedTuple):
     """Flywheel figures in kg m² at the flywheel's own shaft `on`.
 
     `bracket` and `torque_bracket` are certificates: bounds between which the exact figure (before its floor at 0) is
     proven to lie, the first given the accumulated areas, the second given the inertia torque. `inertia_torque` is a total,
     `inertia_torque_flywheel` what of it is the flywheel's: without the machine's least inertia, as in `approximate`.
+    `exact` is the smallest that keeps what is asked; `broken` tells which heavier ones do not.
     """
 
     on: str
@@ -65,6 +82,7 @@ class Flywheel(NamedTuple):
     needed: bool | None
     bracket: tuple[float, float] | None = None
     torque_bracket: tuple[float, float] | None = None
+    broken: tuple[Broken, ...] = ()
 
 
 class FlywheelErrors(NamedTuple):

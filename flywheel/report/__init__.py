@@ -12,12 +12,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flywheel.report.contents import html, worked
-    from flywheel.report.files import write
+    from flywheel.report.contents import html, worked, write
 
 __all__ = ["html", "worked", "write"]
 
-_HOMES = {"html": "contents", "worked": "contents", "write": "files"}
+_HOMES = {"html": "contents", "worked": "contents", "write": "contents"}
 
 
 def __getattr__(name: str) -> Any:

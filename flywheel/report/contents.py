@@ -1,25 +1,33 @@
-"""The worked report of a scene, from its title to its references, as HTML or PDF."""
+"""The worked report of a scene, from its title to its check, what is approximate and its references, as HTML or PDF."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from bondgraph.files import replacement, write_text
 from flywheel import language as languages
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.report import document as documents
-from flywheel.report import drive, regime, sheet, solutions, train, wheel
-from flywheel.report.document import Cell, Document, Listing, Note, Part, Section, Table
-from flywheel.report.regime import Known
+from flywheel.report import drive, regime, sheet, solutions, wheel
+from flywheel.report.document import Cell, Document, Formula, Items, Listing, Note, Part, Section, Step, Table
+from flywheel.report.formulas import Quantity
+from flywheel.report.regime import ROUNDING, Context
 from flywheel.report.solutions import Solution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
-from flywheel.tables.sizing import remarks
+from flywheel.tables.sizing import candidates, limit_names, remarks
 
 Given = Sizing | Machine | Scene
 """What a report is of."""
@@ -120,13 +128,13 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
-    known = None if sizing is None else Known(sizing)
+    known = None if sizing is None else Context(sizing)
     yield from _mechanisms(known, given)
     sources = [scene.source] if scene.source else []
     if sizing is None or known is None:
         why = _("{why} So there are no steps of a steady regime.", why=_missing(scene))
         yield Section(_("What is left out"), (Note(why, "left out"),))
-        yield regime.references(None, sources)
+        yield references(None, sources)
         return
     order = (
         regime.asked,
@@ -141,22 +149,22 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
         wheel.every_shaft,
         regime.speeds,
         drive.power,
-        train.train,
+        drive.train,
         drive.duty,
         regime.holding,
         wheel.wheel,
-        regime.check,
+        check,
     )
     for section in order:
         if (made := section(known)) is not None:
             yield made
     if printed is not None:
         yield solutions.section(sizing, printed)
-    yield regime.accuracy(known, [str(remark) for remark in remarks(sizing)])
-    yield regime.references(known, sources)
+    yield accuracy(known, [str(remark) for remark in remarks(sizing)])
+    yield references(known, sources)
 
 
-def _mechanisms(known: Known | None, given: Given) -> Iterator[Section]:
+def _mechanisms(known: Context | None, given: Given) -> Iterator[Section]:
     """Mechanism, bond graph, positions and coefficients, I* and M*: drawn where the steps of the regime do not."""
     try:
         from flywheel.report import mechanisms  # type: ignore[attr-defined, unused-ignore]
@@ -223,3 +231,287 @@ def _in_si(value: Any) -> str:
             si = dimension.si.replace("^2", "²").replace("^3", "³")
             return regime.quantity(found, si) if si else regime.number(found)
     return ""
+
+
+# -- the check --------------------------------------------------------------------------------------------------------
+
+
+def check(known: Context) -> Section | None:
+    """The motion found on a route of its own, beside what was asked."""
+    sizing = known.sizing
+    found = sizing.simulation
+    if found is None or found.speed_max is None or found.speed_min is None:
+        return None
+    if found.route == "areas":
+        return None
+    told = {
+        "time": _(
+            "One cycle was stepped in time from the equation of motion, by a method that shares only I* and M* with the "
+            "steps above, restarted wherever a law switches; the extremes of its speed are found by root finding."
+        ),
+        "collocation": _("The periodic motion was found again by collocation, on cells of its own."),
+        "quadrature": _("The motion is that of the energy equation, by quadrature; no second route was asked for."),
+    }
+    parts: list[Part] = [
+        Step(
+            _("Equation of motion of the machine with its flywheel"),
+            "(J + I_star)*derivative(omega, t) + omega**2/2*derivative(I_star, phi) = M_star",
+        ),
+        Note(told.get(found.route, told["quadrature"])),
+    ]
+    high = Quantity("omega_max_sim", found.speed_max, "rad/s", 8)
+    low = Quantity("omega_min_sim", found.speed_min, "rad/s", 8)
+    rows = (
+        (_("greatest speed"), Formula(high.symbol), high),
+        (_("least speed"), Formula(low.symbol), low),
+    )
+    parts.append(Table(_("Speeds that came out"), (_("quantity"), _("symbol"), _("value")), rows))
+    parts.append(
+        Step(
+            _("Irregularity that came out"),
+            "epsilon_sim = 2*(omega_max_sim - omega_min_sim)/(omega_max_sim + omega_min_sim)",
+            (high, low),
+            Quantity("epsilon_sim", found.irregularity),
+        )
+    )
+    error = sizing.error.simulation
+    names = limit_names()
+    compared = tuple(
+        (names[name], Quantity("", limit.reached), Quantity("", limit.simulated))
+        for name, limit in sizing.limits.items()
+        if limit.simulated is not None
+    )
+    if compared:
+        parts.append(
+            Table(_("Limits by both routes"), (_("limit"), _("along the motion above"), _("by this route")), compared)
+        )
+    elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
+        off, allowed = abs(found.irregularity / known.eps - 1.0), regime.number(known.eps)
+        if off <= ROUNDING:
+            told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)
+        else:
+            share = regime.number(off, 2)
+            told_off = _("{asked} was asked for; the two routes differ by {share} of it.", asked=allowed, share=share)
+        parts.append(Note(told_off))
+    if error is not None:
+        parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=regime.number(error, 2))))
+    if found.closure is not None and abs(found.closure) <= ROUNDING:
+        parts.append(Note(_("The speed at the end of the cycle is that at its start, but for rounding.")))
+    elif found.closure is not None:
+        left = regime.number(abs(found.closure), 2)
+        parts.append(
+            Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
+        )
+    return Section(_("Check by a route of its own"), tuple(parts))
+
+
+def accuracy(known: Context, remarks: Iterable[str]) -> Section:
+    """What is approximate and by how much: the approximate flywheels, the estimated errors, what was left out."""
+    sizing, wheel = known.sizing, known.sizing.flywheel
+    parts: list[Part] = []
+    if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
+        names = {
+            "exact": _("exact (Wittenbauer)"),
+            "approximate": _("accumulated areas"),
+            "inertia_torque_flywheel": _("inertia torque"),
+        }
+        rows: list[tuple[Cell, ...]] = []
+        for candidate in candidates(sizing):
+            gives: Cell = _("no steady motion") if candidate.gives is None else Quantity("", candidate.gives[0])
+            off: Cell = "" if candidate.off is None else Quantity("", candidate.off, "%", 4)
+            rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
+        head = (_("figure"), _("inertia, kg m²"), _("off the exact one, %"), _("irregularity that it gives"))
+        parts.append(Table(_("What each figure is off by, and what the machine would do with it"), head, tuple(rows)))
+        parts += _bounds(known)
+    titles = {
+        "exact": _("exact flywheel"),
+        "approximate": _("flywheel by the areas"),
+        "inertia_torque": _("flywheel by the inertia torque"),
+        "work": _("works, as a share of the work exchanged"),
+        "simulation": _("irregularity of the check"),
+    }
+    errors = {title: getattr(sizing.error, key) for key, title in titles.items()}
+    shown = tuple((title, Quantity("", error, "", 2)) for title, error in errors.items() if error is not None)
+    if shown:
+        parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
+    reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
+    asked_for = _("A relative error of {rtol} was asked for.", rtol=regime.number(sizing.rtol, 2))
+    parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
+    parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
+    if sizing.left_out:
+        parts.append(
+            Note(
+                _(
+                    "Left out at this level of accuracy ({level}): {what}.",
+                    level=sizing.accuracy,
+                    what="; ".join(sizing.left_out),
+                ),
+                "left out",
+            )
+        )
+    return Section(_("What is approximate, and by how much"), tuple(parts))
+
+
+def _bounds(known: Context) -> Iterator[Part]:
+    """The proven bounds of the exact flywheel."""
+    wheel = known.sizing.flywheel
+    if wheel.bracket is None or wheel.torque_bracket is None:
+        return
+    rows = tuple(
+        (name, Quantity("", max(pair[0], 0.0), "kg m²"), Quantity("", max(pair[1], 0.0), "kg m²"))
+        for name, pair in ((_("by the areas"), wheel.bracket), (_("by the inertia torque"), wheel.torque_bracket))
+    )
+    head = (_("given"), _("not below, kg m²"), _("not above, kg m²"))
+    yield Table(_("Bounds proven for the exact flywheel, whatever I* does between its extremes"), head, rows)
+
+
+def references(known: Context | None, sources: Iterable[str]) -> Section:
+    """Where the methods, and the scene, come from."""
+    items = [
+        *sources,
+        _("F. Wittenbauer, Graphische Dynamik, Springer, Berlin 1923: the diagram of energy over inertia and its tangents."),
+        _(
+            "H. M. Paynter, Analysis and Design of Engineering Systems, MIT Press 1961; D. C. Karnopp, D. L. Margolis, "
+            "R. C. Rosenberg, System Dynamics: bond graphs."
+        ),
+    ]
+    if known is not None and known.sizing.built is not None:
+        items.append(_("S. Timoshenko, Strength of Materials, part II: rotating discs, and rims on spokes."))
+    return Section(_("References"), (Items(tuple(items)),))
+
+
+FORMATS = (".html", ".htm", ".pdf")
+"""The endings of a report's file."""
+
+_NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+    "microsoft-edge",
+    "microsoft-edge-stable",
+    "msedge",
+    "brave-browser",
+    "brave",
+    "headless_shell",
+)
+_PLACES = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    "/Applications/Brave Browser.app/Contents/MacOS/Brave Browser",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+    r"C:\Program Files\Microsoft\Edge\Application\msedge.exe",
+)
+_SECONDS = 120.0  # that a browser may take for a print
+_CHOICE = "FLYWHEEL_BROWSER"
+
+
+class PrintError(RuntimeError):
+    """A report that cannot be printed: no browser, or one that fails."""
+
+
+def browsers() -> Iterator[str]:
+    """The browsers that can print without a window: one named by FLYWHEEL_BROWSER, then those that are installed."""
+    if named := os.environ.get(_CHOICE):
+        yield named
+    for name in _NAMES:
+        if found := shutil.which(name):
+            yield found
+    yield from (place for place in _PLACES if Path(place).is_file())
+
+
+def browser() -> str:
+    """The first of them.
+
+    Raises:
+        PrintError: if there is none.
+
+    """
+    found = next(browsers(), None)
+    if found is None:
+        raise PrintError(
+            "a PDF needs a browser: none of chromium, chrome, edge, brave was found; install one, name it in "
+            f"{_CHOICE}, or write .html and print that"
+        )
+    return found
+
+
+def pdf(page: str) -> bytes:
+    """A report's HTML as PDF, printed by a browser that neither opens a window nor asks the network.
+
+    Raises:
+        PrintError: if there is no browser, or it prints nothing.
+
+    """
+    program = browser()
+    with TemporaryDirectory(prefix="flywheel-report-") as folder:
+        source, made = Path(folder) / "report.html", Path(folder) / "report.pdf"
+        source.write_text(page, encoding="utf-8")
+        options = [
+            "--headless",
+            "--disable-gpu",
+            "--disable-background-networking",
+            "--disable-extensions",
+            "--no-first-run",
+            "--no-pdf-header-footer",
+            "--proxy-server=127.0.0.1:9",
+            f"--user-data-dir={folder}/profile",
+            f"--print-to-pdf={made}",
+        ]
+        if sys.platform == "linux" and hasattr(os, "geteuid") and os.geteuid() == 0:
+            options.append("--no-sandbox")  # which the administrator's account does not have
+        try:
+            done = subprocess.run(
+                [program, *options, source.as_uri()], capture_output=True, timeout=_SECONDS, check=False, text=True
+            )
+        except subprocess.TimeoutExpired:
+            raise PrintError(f"{program} did not finish the print within {_SECONDS:.0f} s") from None
+        except OSError as error:
+            raise PrintError(f"{program} cannot be run ({error.strerror})") from None
+        if not made.is_file() or not made.read_bytes().startswith(b"%PDF-"):
+            last = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "no word why")
+            raise PrintError(f"{program} printed nothing: {last}")
+        return made.read_bytes()
+
+
+def write(
+    given: Given,
+    path: str | Path,
+    *,
+    language: str | None = None,
+    units: str = "si",
+    printed: Solution | None = None,
+    page: str = "all",
+    inputs: Iterable[str | Path] = (),
+) -> None:
+    """Write a report into a file, HTML or PDF as its ending says, whole or not at all.
+
+    Args:
+        given: as in `html`, as are language, units and printed.
+        path: ends in .html, .htm or .pdf. A file there is replaced only if it is of that kind.
+        language: "en" or "es"; the language in use if None.
+        units: "si" or "us".
+        printed: a printed solution to be set beside.
+        page: "all", or "summary" for the first page alone.
+        inputs: files that were read, which are never replaced.
+
+    Raises:
+        ValueError: for another ending.
+        OSError: if the file cannot be written.
+        PrintError: if a PDF cannot be printed.
+        SceneError: if the machine cannot run as its scene says.
+
+    """
+    kind = Path(path).suffix.lower()
+    if kind not in FORMATS:
+        raise ValueError(f"found {str(path)!r}, expected a file name ending in .html, .htm or .pdf")
+    written = html(given, language=language, units=units, printed=printed, page=page)
+    if kind != ".pdf":
+        write_text(path, written, inputs)
+        return
+    with replacement(path, "pdf", inputs) as fresh:
+        fresh.write_bytes(pdf(written))

@@ -212,6 +212,8 @@ body { margin: 0 auto; padding: 1.5rem 1rem 3rem; max-width: 46rem; color: var(-
   font: 11pt/1.45 "Source Serif 4", "Noto Serif", Georgia, "Times New Roman", serif; }
 h1 { font-size: 1.7em; line-height: 1.2; margin: 0 0 .3em; }
 h2 { font-size: 1.3em; margin: 2em 0 .5em; border-bottom: 1px solid var(--line); padding-bottom: .15em; }
+main { counter-reset: section; }
+h2[id^="section-"]::before { counter-increment: section; content: counter(section) ". "; }
 h3 { font-size: 1.08em; margin: 1.4em 0 .4em; }
 h4 { font-size: 1em; font-style: italic; margin: 1.2em 0 .3em; }
 p { margin: .5em 0; }
@@ -221,7 +223,10 @@ a { color: #0b4a8f; }
 .step { margin: .9em 0 1.1em; padding-left: 2.6em; position: relative; }
 .step > .what { margin: 0; }
 .step > .what > .number { position: absolute; left: 0; color: var(--quiet); }
-math { font-size: 1.08em; }
+math {
+  font-family: "Latin Modern Math", "STIX Two Math", "DejaVu Math TeX Gyre", "Cambria Math", "XITS Math", math;
+  font-size: 1.08em;
+}
 .formula { margin: .35em 0; overflow-x: auto; overflow-y: hidden; }
 .formula mtable.lines mtd { text-align: left; }
 .formula.substitution { font-size: .95em; }
@@ -244,7 +249,7 @@ figcaption { font-size: .9em; margin-top: .3em; }
 .left-out { border-left: 4px solid #666; background: var(--tint); padding: .4em .8em; }
 pre { font: .78em/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere;
   background: var(--tint); padding: .7em; margin: .4em 0; }
-nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
+nav ol { columns: 2; padding-left: 2em; margin: .4em 0 1em; }
 @media (max-width: 40rem) { nav ol { columns: 1; } }
 .row { display: flex; flex-wrap: wrap; align-items: center; column-gap: 2.4em; }
 .row .formula { max-width: 100%; }

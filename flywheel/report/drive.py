@@ -1,215 +1,80 @@
-"""The steps of the drive: its torque against speed, its power and heat with the flywheel and without, an engine's gas."""
+"""The steps of the drive: its torque against speed, power and heat, an engine's gas; its line of shafts and their losses."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from math import isnan
 
-from flywheel.components.energy import Energy
-from flywheel.components.motors import DC, Constant, Curve, Engine, Hydraulic, Induction, Line, Motor, Synchronous
+import numpy as np
+
+from flywheel.components.motors.motor import Fact
+from flywheel.language import message
 from flywheel.language import text as _
-from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
+from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.report.regime import Known, quantity
-from flywheel.sizing.duty import PhaseLoad
-from flywheel.tables.flywheels import limit_names
-from flywheel.tables.power import with_and_without
+from flywheel.report.regime import Context, number, quantity
+from flywheel.sizing.results import PhaseLoad, PowerFlow
+from flywheel.tables.power import entries, given, place, sentence, with_and_without
+from flywheel.tables.rows import SI
+from flywheel.tables.sizing import limit_names
 
 _MOST_POINTS = 30  # of a curve that a table shows
 
 
-def motor(known: Known) -> Section | None:
+def motor(known: Context) -> Section | None:
     """The motor's torque against its speed, from its name plate."""
     found = known.scene.motor
     if found is None:
         return None
-    parts: list[Part] = []
-    if found.rated is not None and not isinstance(found, Engine):
-        parts += _rated(found)
-    match found:
-        case Induction():
-            parts += _induction(found)
-        case DC():
-            parts += _dc(found)
-        case Line():
-            parts.append(_line(found.at_rest, found.fall, ()))
-        case Curve():
-            rows = tuple(
-                (Quantity("", speed, "rpm"), Quantity("", torque, "N m"))
-                for speed, torque in zip(found.speeds, found.torques, strict=True)
-            )
-            parts.append(
-                Table(
-                    _("Its torque against its speed, by a table"), (_("speed, rpm"), _("torque, N m")), rows[:_MOST_POINTS]
-                )
-            )
-        case Synchronous():
-            parts += _synchronous(found)
-        case Engine():
-            parts += _engine_curve(found)
-        case Hydraulic():
-            parts += _hydraulic(found)
-        case Constant():
-            parts.append(Note(_("Its torque is the same at every speed.")))
-    if (breakdown := found.breakdown) is not None and not isinstance(found, Induction | Synchronous):
+    parts = [*_parts(found.facts())]
+    if found.points:
+        rows = tuple(
+            (Quantity("", one.speed, "rpm"), Quantity("", one.torque, "N m")) for one in found.points[:_MOST_POINTS]
+        )
+        head = _("speed, rpm"), _("torque, N m")
+        parts.append(Table(_("Its torque against its speed, by a table"), head, rows))
+    if (breakdown := found.breakdown) is not None and found.breakdown_torque is None and not found.keeps_step:
         told = _(
             "Slower than {speed}, where it gives {torque}, its torque falls: it would stall.",
             speed=quantity(breakdown.speed, "rpm"),
             torque=quantity(breakdown.torque, "N m"),
         )
         parts.append(Note(told, "remark"))
-    return Section(_("The motor: {kind}", kind=_kind(found)), tuple(parts))
+    return Section(_("The motor: {kind}", kind=message(found.title)), tuple(parts))
 
 
-def _kind(found: Motor) -> str:
-    names = {
-        "constant torque": _("constant torque"),
-        "motor with a straight line": _("motor with a straight line"),
-        "motor by a table": _("motor by a table"),
-        "DC motor": _("DC motor"),
-        "governed engine": _("governed engine"),
-        "induction motor": _("induction motor"),
-        "synchronous motor": _("synchronous motor"),
-        "hydraulic motor": _("hydraulic motor"),
-    }
-    return names.get(found.title, found.title)
+def _parts(facts: Iterable[Fact], remark: str = "") -> Iterator[Part]:
+    """Facts of a motor as tables, steps and remarks of a kind."""
+    for table, rows in groupby(facts, key=lambda fact: fact.table):
+        if table:
+            yield _table(table, tuple(rows))
+            continue
+        for fact in rows:
+            if fact.value is None and not fact.formula:
+                yield Note(fact.words, remark)
+            elif fact.value is None:
+                yield Step(fact.words, fact.formula, definitions=(fact.symbol,))
+            else:
+                note = "" if fact.share is None else _verdict(fact.share)
+                yield Step(fact.words, fact.formula, tuple(map(_quantity, fact.numbers)), _quantity(fact), note=note)
 
 
-def _hydraulic(found: Hydraulic) -> Iterator[Part]:
-    """Torque of a hydraulic motor from displacement, flow and pressure."""
-    volume, flow = Quantity("V", found.displacement, "m^3"), Quantity("Q", found.flow, "m^3/s")
-    pressure, share = Quantity("p_r", found.pressure, "Pa"), Quantity("eta_v", found.volumetric_efficiency)
-    efficiency, idle = Quantity("eta_hm", found.mechanical_efficiency), Quantity("omega_0", found.no_load_speed, "rad/s")
-    yield Step(_("Speed without load"), "omega_0 = 2*pi*Q/V", (flow, volume), idle)
-    yield Step(
-        _("Speed below which the relief valve is open"),
-        "omega_r = eta_v*omega_0",
-        (share, idle),
-        Quantity("omega_r", found.rated.speed, "rad/s"),
-    )
-    yield Step(
-        _("Torque there"),
-        "T_r = eta_hm*p_r*V/(2*pi)",
-        (efficiency, pressure, volume),
-        Quantity("T_r", found.rated.torque, "N m"),
-    )
+def _table(caption: str, facts: tuple[Fact, ...]) -> Table:
+    if not facts[0].symbol:
+        return Table(caption, (_("quantity"), _("value")), tuple((fact.words, _quantity(fact)) for fact in facts))
+    rows = tuple((fact.words, Formula(fact.symbol), _quantity(fact)) for fact in facts)
+    return Table(caption, (_("quantity"), _("symbol"), _("value")), rows, formula=facts[0].formula)
 
 
-def _rated(found: Motor) -> Iterator[Part]:
-    """The rated point of the name plate, and its torque."""
-    point = found.rated
-    assert point is not None
-    power, speed = Quantity("P_n", point.power, "W"), Quantity("omega_n", point.speed, "rad/s")
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (_("rated power"), Formula("P_n"), power),
-        (_("rated speed"), Formula("omega_n"), speed),
-    )
-    yield Table(_("Name plate"), (_("quantity"), _("symbol"), _("value")), rows)
-    yield Step(_("Rated torque"), "T_n = P_n/omega_n", (power, speed), Quantity("T_n", point.torque, "N m"))
-
-
-def _induction(found: Induction) -> Iterator[Part]:
-    """Kloss's formula with the motor's numbers."""
-    frequency, poles = Quantity("f", found.frequency, "1/s"), Quantity("p", float(found.poles))
-    ratio = Quantity("lamda", found.breakdown_ratio)
-    field = Quantity("omega_s", found.synchronous_speed, "rad/s")
-    rated, slip = Quantity("omega_n", found.speed, "rad/s"), Quantity("s_n", found.rated_slip)
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (_("frequency of the mains"), Formula("f"), frequency._replace(unit="")),
-        (_("number of poles"), Formula("p"), poles),
-        (_("breakdown torque over rated torque"), Formula("lamda"), ratio),
-    )
-    frequency = frequency._replace(unit="")
-    yield Table(_("Mains (Hz) and catalogue"), (_("quantity"), _("symbol"), _("value")), rows)
-    yield Step(_("Synchronous speed"), "omega_s = 4*pi*f/p", (frequency, poles), field)
-    yield Step(_("Rated slip"), "s_n = (omega_s - omega_n)/omega_s", (field, rated), slip)
-    yield Step(
-        _("Breakdown torque"),
-        "T_b = lamda*T_n",
-        (ratio, Quantity("T_n", found.rated.torque, "N m")),
-        Quantity("T_b", found.breakdown_torque, "N m"),
-    )
-    yield Step(
-        _("Breakdown slip, such that the curve passes through the rated point"),
-        "s_b = s_n*(lamda + sqrt(lamda**2 - 1))",
-        (slip, ratio),
-        Quantity("s_b", found.breakdown_slip),
-    )
-    yield Step(_("Slip at any speed"), "s = (omega_s - omega)/omega_s", definitions=("s",))
-    yield Step(_("Torque (Kloss)"), "T(s) = 2*T_b/(s/s_b + s_b/s)", definitions=("T",))
-
-
-def _synchronous(found: Synchronous) -> Iterator[Part]:
-    """The torque of a synchronous motor by its load angle."""
-    field, reluctance = Quantity("T_p", found.field_torque, "N m"), Quantity("T_r", found.reluctance_torque, "N m")
-    pull_out_angle = Quantity("delta", found.pull_out_angle, "rad")
-    yield Step(
-        _("Greatest torque at which it keeps step, by its load angle"),
-        "T_po = T_p*sin(delta) + T_r*sin(2*delta)",
-        (field, reluctance, pull_out_angle),
-        Quantity("T_po", found.pull_out_torque, "N m"),
-    )
-    yield Note(_("The load angle turns on with the slip: along the motion dδ/dt = p (ω_s − ω) is solved with it."))
-
-
-def _dc(found: DC) -> Iterator[Part]:
-    """The straight line of a DC motor."""
-    voltage, resistance = Quantity("U", found.voltage, "V"), Quantity("R_a", found.resistance, "Ω")
-    constant, friction = Quantity("k_m", found.constant, "N m/A"), Quantity("b", found.friction, "N m s")
-    rows: list[tuple[Cell, ...]] = [
-        (_("voltage at the armature"), Formula("U"), voltage),
-        (_("resistance of the armature"), Formula("R_a"), resistance),
-        (_("motor constant"), Formula("k_m"), constant),
-        (_("friction"), Formula("b"), friction),
-    ]
-    if found.inductance:
-        rows.append((_("inductance of the armature"), Formula("L_a"), Quantity("L_a", found.inductance, "H")))
-    yield Table(_("Constants of the motor"), (_("quantity"), _("symbol"), _("value")), tuple(rows))
-    yield Step(_("Current at any speed, when it is steady"), "i = (U - k_m*omega)/R_a", definitions=("i",))
-    yield Step(
-        _("Torque at rest"),
-        "T_0 = k_m*U/R_a",
-        (constant, voltage, resistance),
-        Quantity("T_0", found.quasi_static.at_rest, "N m"),
-    )
-    yield Step(
-        _("Fall of the torque with speed"),
-        "c = k_m**2/R_a + b",
-        (constant, resistance, friction),
-        Quantity("c", found.quasi_static.fall, "N m s"),
-    )
-    yield Step(_("Torque at any speed"), "T(omega) = T_0 - c*omega", definitions=("T",))
-    if found.inductance:
-        yield Note(_("The current has an inertia of its own: along the motion L di/dt = U − R i − k ω is solved with it."))
-
-
-def _line(at_rest: float, fall: float, numbers: tuple[Quantity, ...]) -> Part:
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (_("torque at rest"), Formula("T_0"), Quantity("T_0", at_rest, "N m")),
-        (_("fall of the torque with speed"), Formula("c"), Quantity("c", fall, "N m s")),
-    )
-    return Table(
-        _("Its torque falls in a straight line with its speed"),
-        (_("quantity"), _("symbol"), _("value")),
-        rows,
-        formula="T(omega) = T_0 - c*omega",
-        numbers=numbers,
-    )
-
-
-def _engine_curve(found: Engine) -> Iterator[Part]:
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (_("speed up to which it is at full load"), Quantity("", found.speed, "rad/s")),
-        (_("torque at full load there"), Quantity("", found.rated.torque, "N m")),
-        (_("droop of the governor, as a share of that speed"), Quantity("", found.droop)),
-        (_("speed without load"), Quantity("", found.no_load_speed, "rad/s")),
-    )
-    yield Table(_("Engine and governor"), (_("quantity"), _("value")), rows)
+def _quantity(fact: Fact) -> Quantity:
+    return Quantity(fact.symbol, fact.value or 0.0, fact.unit)
 
 
 # -- power, energy, heat ----------------------------------------------------------------------------------------------
 
 
-def power(known: Known) -> Section | None:
+def power(known: Context) -> Section | None:
     """Power over the time of a cycle, with the flywheel and without one, and what heats the motor."""
     sizing, energy = known.sizing, known.sizing.energy
     if energy is None or not with_and_without(sizing):
@@ -249,13 +114,13 @@ def power(known: Known) -> Section | None:
     return Section(_("Power and heat of the drive"), tuple(parts))
 
 
-def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
+def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
     """The motor's power beside its rating, and what heats it."""
     found, energy = known.scene.motor, known.sizing.energy
     assert energy is not None
     assert found is not None
     rated = found.rated
-    if rated is not None and not isinstance(found, Engine):
+    if rated is not None and not found.governed:
         yield Step(
             _("Share of the rated power"),
             "u = P_mean/P_n",
@@ -274,60 +139,11 @@ def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
             (Quantity("T_rms", energy.rms_torque, "N m"), Quantity("T_n", rated.torque, "N m")),
             Quantity("u_T", energy.rms_torque / rated.torque),
         )
-    if isinstance(found, Induction) and energy.rotor_heat is not None:
-        yield Step(
-            _("Heat of the rotor on the mean over time: torque times slip speed"),
-            "Q_r = integral(T*(omega_s - omega_d), t, 0, tau)/tau",
-            (),
-            Quantity("Q_r", energy.rotor_heat, "W"),
-            note=_verdict(energy.rotor_heat_share),
-        )
-        yield from _line_current(found, energy)
-    elif isinstance(found, DC) and energy.copper_heat is not None and energy.current_rms is not None:
-        current = Quantity("i_rms", energy.current_rms, "A")
-        yield Step(
-            _("Root of the mean square of the armature's current over time"),
-            "i_rms = sqrt(integral(i**2, t, 0, tau)/tau)",
-            (),
-            current,
-        )
-        yield Step(
-            _("Copper heat of the armature"),
-            "Q_c = R_a*i_rms**2",
-            (Quantity("R_a", found.resistance, "Ω"), current),
-            Quantity("Q_c", energy.copper_heat, "W"),
-            note=_verdict(energy.copper_heat_share),
-        )
-    elif isinstance(found, Synchronous):
-        yield Note(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."), "left out")
-    elif not isinstance(found, Engine):
-        yield Note(_("Torque against speed alone does not tell what heats this motor."), "left out")
-
-
-def _line_current(found: Induction, energy: Energy) -> Iterator[Part]:
-    """Line current and heat of an induction motor's stator, by what its name plate says."""
-    share = energy.stator_heat_share
-    if share is None:
-        return
-    yield Step(
-        _("Heat of the stator's copper over that at the rated point, by the line current"),
-        "u_s = integral((I/I_n)**2, t, 0, tau)/tau",
-        (),
-        Quantity("u_s", share),
-        note=_verdict(share),
-    )
-    if found.rated_current is not None and energy.current_rms is not None:
-        rated = Quantity("I_n", found.rated_current, "A")
-        yield Step(
-            _("Root of the mean square of the line current over time"),
-            "I_rms = I_n*sqrt(u_s)",
-            (rated, Quantity("u_s", share)),
-            Quantity("I_rms", energy.current_rms, "A"),
-        )
+    yield from _parts(found.heat_facts(energy), "left out")
 
 
 def _verdict(share: float | None) -> str:
-    if share is None:
+    if share is None or isnan(share):
         return _("What it may be is not known without a rated point.")
     shown = quantity(share, "%", 4)
     if share > 1.0 + 1e-9:
@@ -346,7 +162,7 @@ _LIMITS = {  # what each is, as a formula
 }
 
 
-def limits(known: Known) -> Section | None:
+def limits(known: Context) -> Section | None:
     """What was asked of the flywheel together, what is reached, what each alone would need, and which binds."""
     sizing = known.sizing
     if not sizing.limits:
@@ -375,7 +191,7 @@ def limits(known: Known) -> Section | None:
     return Section(_("What binds"), tuple(parts))
 
 
-def _on_crank(known: Known, exact: float) -> Iterator[Part]:
+def _on_crank(known: Context, exact: float) -> Iterator[Part]:
     """The flywheel that another limit than the irregularity decides, as one on the crank with the same energy."""
     told = _("The smallest flywheel that keeps every limit")
     how = _("by Newton's method: flywheel, energy level and balance are found together")
@@ -391,7 +207,7 @@ def _on_crank(known: Known, exact: float) -> Iterator[Part]:
 # -- a duty -----------------------------------------------------------------------------------------------------------
 
 
-def duty(known: Known) -> Section | None:
+def duty(known: Context) -> Section | None:
     """What the machine does in turn, with one flywheel, and what its motor bears over all of it."""
     found = known.sizing.duty
     if found is None:
@@ -436,7 +252,7 @@ def _phase(row: PhaseLoad) -> Iterator[Cell]:
 # -- an engine's gas --------------------------------------------------------------------------------------------------
 
 
-def engine(known: Known) -> Section | None:
+def engine(known: Context) -> Section | None:
     """What the gas of an engine's cylinders does, and what is left of it for the loads."""
     found = known.sizing.engine
     if found is None:
@@ -463,3 +279,158 @@ def engine(known: Known) -> Section | None:
         efficiency = Quantity("eta_m", found.mechanical_efficiency)
         parts.append(Step(_("Mechanical efficiency"), "eta_m = W_b/W_i", (brake, work), efficiency))
     return Section(_("What the engine's gas does"), tuple(parts))
+
+
+# -- the line of shafts ------------------------------------------------------------------------------------------------
+
+
+_SAME = 1e-9  # share within which two powers are one
+_ANGLES = 721  # at which the greatest power of the loads is looked for
+
+
+def train(known: Context) -> Section | None:
+    """The power flow over a cycle: its picture, the shafts and their meshes, the losses, and their sum."""
+    flow = known.sizing.power_flow
+    if flow is None or not given(flow, entries(flow)) > _SAME * flow.scale:
+        return None
+    parts: list[Part] = [
+        Step(
+            _("Over a cycle the loads take what comes in, or it is lost; inertias and weights give back what they take"),
+            "total(integral(P_k, t, 0, tau), k) = 0",
+            definitions=("P_k",),
+        ),
+        *_pictures(flow),
+    ]
+    if len(flow.shafts) > 1:
+        parts += [_shafts(flow), *_meshes(flow)]
+    parts += _balance(flow)
+    return Section(_("The train: where the power goes"), tuple(parts))
+
+
+def _pictures(flow: PowerFlow) -> Iterator[Part]:
+    """The Sankey diagram of the mean, and of the angle at which the loads take most."""
+    phi = np.linspace(0.0, flow.scene.cycle, _ANGLES)
+    taken = [k for k, stream in enumerate(flow.streams) if stream.kind == "load"]
+    at = float(phi[flow.along(phi)[taken].sum(axis=0).argmax()])
+    titles: dict[float | None, str] = {None: _("Power flow from the motor to the tool, mean over the cycle")}
+    titles[at] = _("Power flow at {phi}, where the loads take most", phi=quantity(at, "deg", 4))
+    for angle, title in titles.items():
+
+        def drawn(angle: float | None = angle) -> str:
+            from flywheel.pictures import power_flow as pictures  # which takes long to import
+
+            return pictures.panel(flow, at=angle)
+
+        streams = [entry for entry in entries(flow, angle) if entry.stream.kind != "shaft" and entry.power]
+        told = "; ".join(f"{entry.label} {SI.read(entry.power, 'power', 4)}" for entry in streams)
+        yield Figure(drawn, title, f"{told}.")
+
+
+def _shafts(flow: PowerFlow) -> Table:
+    """Every shaft with its place in the train, its speed, and the torque that its mesh carries on its own side."""
+    scene = flow.scene
+    rows: list[tuple[Cell, ...]] = []
+    for row in reversed(flow.shafts):
+        torques = (row.torque_mean, row.torque_greatest, row.torque_rms)
+        least = _SAME * abs(row.torque_greatest or 0.0)
+        told = ["–" if torque is None else Quantity("", torque if abs(torque) > least else 0.0, "N m") for torque in torques]
+        turns = "–" if row.on is None else number(scene.shafts[row.shaft] / scene.shafts[row.on])
+        near = "–" if row.on is None else place(row.on)
+        rows.append((place(row.shaft), near, turns, Quantity("", row.speed, "rpm"), *told))
+    head = (_("shaft"), _("meshes with"), _("turns for one of that"), _("speed, rpm"))
+    return Table(
+        _("Shafts: speed (mean of extremes), and the torque that their mesh carries on their own side"),
+        (*head, _("mean torque, N m"), _("greatest, N m"), _("rms, N m")),
+        tuple(rows),
+        formula="tau_k = I_k*derivative(omega, t) + derivative(I_k, phi)*omega**2/2 - M_k + total(k_c*tau_c, c)",
+    )
+
+
+def _meshes(flow: PowerFlow) -> Iterator[Part]:
+    """What passes every mesh that has losses, and what it loses by slip and by friction."""
+    meshes = _lossy(flow)
+    if not meshes:
+        return
+    rows, steps = [], list[Part]()
+    for k, name in enumerate(meshes, 1):
+        mesh = flow.scene.transmissions[name]
+        of_mesh = [stream for stream in flow.streams if stream.name == f"shafts.{name}"]
+        enters = Quantity(f"P_{k}", sum(s.mean for s in of_mesh if s.kind in ("shaft", "mesh", "slip")), "W")
+        numbers = (Quantity(f"eta_{k}", mesh.efficiency), Quantity(f"s_{k}", mesh.slip), enters)
+        rows.append((f"{place(name)}–{place(mesh.on)}", enters, *numbers[:2]))
+        steps += _lost(flow, name, k, numbers)
+    yield Table(
+        _("Meshes: the mean power that enters, the efficiency whichever way it goes, and the slip"),
+        (_("mesh"), _("power in, W"), _("efficiency"), _("slip")),
+        tuple(rows),
+        formula="P_out = eta_k*(1 - s_k)*P_in",
+    )
+    yield from steps
+
+
+def _lossy(flow: PowerFlow) -> list[str]:
+    """The shafts whose mesh loses power, nearer to the motor first."""
+    return [row.shaft for row in reversed(flow.shafts) if flow.scene.efficiencies.get(row.shaft, 1.0) < 1.0]
+
+
+def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity, Quantity]) -> Iterator[Step]:
+    """The losses of a mesh, each from what enters where power goes one way all the cycle."""
+    found = {entry.stream.kind: entry for entry in entries(flow) if entry.stream.name == f"shafts.{name}"}
+    efficiency, slip, enters = numbers
+    slips = slip.value > 0.0
+    of_kind = {
+        "slip": (f"P_s{k}", f"s_{k}", numbers[1:], slip.value),
+        "mesh": (
+            f"P_v{k}",
+            f"(1 - eta_{k})*(1 - s_{k})" if slips else f"(1 - eta_{k})",
+            numbers if slips else (efficiency, enters),
+            (1.0 - efficiency.value) * (1.0 - slip.value),
+        ),
+    }
+    for kind, (symbol, share, used, factor) in of_kind.items():
+        if kind not in found:
+            continue
+        lost = Quantity(symbol, found[kind].stream.mean, "W")
+        one_way = abs(lost.value - factor * enters.value) <= _SAME * abs(enters.value)
+        yield Step(
+            _("Lost: {name}", name=found[kind].label),
+            f"{symbol} = {share}*P_{k}" if one_way else f"{symbol} = {share}*integral(P_in(t), t, 0, tau)/tau",
+            used if one_way else (),
+            lost,
+            how="" if one_way else _("power enters from either side within the cycle: by quadrature"),
+        )
+
+
+def _balance(flow: PowerFlow) -> Iterator[Part]:
+    """Input, losses and output as a table that sums up, and what share of the input arrives."""
+    whole = given(flow, entries(flow))
+    share = (lambda value: Quantity("", value / whole, "%", 4)) if whole > 0.0 else (lambda value: "–")
+    enters, leaves = Quantity("P_e", flow.input, "W"), Quantity("P_a", flow.output, "W")
+    rows: list[tuple[Cell, ...]] = [(_("comes in"), Formula("P_e"), enters, share(flow.input))]
+    symbols: list[Quantity] = []
+    of_mesh = _symbols(flow)
+    for entry in entries(flow):
+        if entry.stream.lost and entry.stream.mean:
+            symbol = of_mesh.get((entry.stream.kind, entry.stream.name), f"P_l{len(symbols) + 1}")
+            symbols.append(Quantity(symbol, entry.stream.mean, "W"))
+            rows.append((_("lost: {name}", name=entry.label), Formula(symbol), symbols[-1], share(entry.stream.mean)))
+    rows.append((_("taken by the loads"), Formula("P_a"), leaves, share(flow.output)))
+    caption = _("The balance of power, mean over a cycle of {period}", period=quantity(flow.period, "s"))
+    yield Table(caption, (_("power"), _("symbol"), _("mean, W"), _("share of the input")), tuple(rows))
+    if symbols:
+        lost = Quantity("P_v", flow.losses, "W")
+        yield Step(_("All losses together"), f"P_v = {' + '.join(n.symbol for n in symbols)}", tuple(symbols), lost)
+        yield Step(_("Taken and lost is what comes in"), "P_e = P_a + P_v", (leaves, lost), enters)
+    if flow.efficiency is not None and flow.output > 0.0:
+        told = _("Efficiency of the whole train")
+        yield Step(told, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
+    if (summary := sentence(flow)) is not None:
+        yield Note(f"{summary}.")
+
+
+def _symbols(flow: PowerFlow) -> dict[tuple[str, str], str]:
+    """The symbols of what meshes lose, by kind and name of the stream, as the steps have them."""
+    found: dict[tuple[str, str], str] = {}
+    for k, shaft in enumerate(_lossy(flow), 1):
+        found |= {("slip", f"shafts.{shaft}"): f"P_s{k}", ("mesh", f"shafts.{shaft}"): f"P_v{k}"}
+    return found

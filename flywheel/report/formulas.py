@@ -53,7 +53,6 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "max": max,
     "sign": lambda x: float((x > 0) - (x < 0)),
 }
-_SHOWN_ALONE = ("integral", "total", "derivative", "greatest", "least")
 _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
 _RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from bondgraph.numerics import root
 from flywheel.language import number as localized
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
@@ -161,12 +162,10 @@ def _parameters(at: Steps) -> Table:
         unit = at.scene.units.get(name)
         rows.append((name, Quantity(name, value, unit_text(unit))))
     if at.scene.unknown not in (None, "drive"):
-        rows.append((_("{name}, by the balance of the cycle", name=at.scene.unknown), _unknown(at)))
+        rows.append(
+            (_("{name}, by the balance of the cycle", name=at.scene.unknown), Quantity(at.scene.unknown or "", at.balance))
+        )
     return Table(_("Parameters, in SI units"), (_("name"), _("value")), tuple(rows))
-
-
-def _unknown(at: Steps) -> Quantity:
-    return Quantity(at.scene.unknown or "", at.balance)
 
 
 def _gravity(at: Steps) -> Table:
@@ -296,24 +295,11 @@ def _with_extremes(at: Steps, junctions: Iterable[str]) -> Array:
     state = reduce(at.machine, fine, balance=at.balance, speed=at.speed)
     found: list[float] = []
     for junction in junctions:
-        gain = state.gains[junction]
-        changes = np.flatnonzero((np.sign(gain[1:]) * np.sign(gain[:-1])) < 0)
-        found += [_root(at, junction, float(fine[k]), float(fine[k + 1])) for k in changes]
+        signs = np.sign(state.gains[junction])
+
+        def gain(q: float, junction: str = junction) -> float:
+            return float(reduce(at.machine, [q], balance=at.balance, speed=at.speed).gains[junction][0])
+
+        found += [root(gain, float(fine[k]), float(fine[k + 1])) for k in np.flatnonzero(signs[1:] * signs[:-1] < 0)]
     every = np.sort(np.concatenate((phi, found)))
     return every[np.diff(every, prepend=-np.inf) > 1e-7]
-
-
-def _root(at: Steps, junction: str, low: float, high: float) -> float:
-    """Where a coefficient changes its sign between two positions."""
-
-    def gain(q: float) -> float:
-        return float(reduce(at.machine, [q], balance=at.balance, speed=at.speed).gains[junction][0])
-
-    first = gain(low)
-    for _k in range(50):
-        middle = 0.5 * (low + high)
-        if (gain(middle) > 0) == (first > 0):
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)

@@ -18,7 +18,7 @@ import numpy as np
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.families import Family, body
+from flywheel.mechanisms.families import ONE, Arm, Family, body
 from flywheel.mechanisms.linkage import Cyclic, followed
 from flywheel.mechanisms.linkages.equations import Form, Relation
 from flywheel.numerics.cells import Array
@@ -29,12 +29,6 @@ from flywheel.report.document import Cell, Formula, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index, symbol_text
 from flywheel.scene.linkage import CAM, GEAR, Coupling
 from flywheel.scene.scene import Mechanism
-
-ONE = ""
-"""The unit of a ratio."""
-
-Arm = tuple[str, str, str, str]
-"""Symbols of a line that turns: its length, its angle, the rate of that and its slope."""
 
 
 class Sheet:
@@ -114,6 +108,100 @@ class Sheet:
                 found.append(Section(title, tuple(parts)))
         return tuple(found)
 
+    def angle(self, of: str, formula: str, what: str, found: float) -> float:
+        """An angle that a formula gives up to whole turns, with those that the library counts."""
+        plain = {symbol: value.value for symbol, value in self.values.items()}
+        turns = round((found - formulas.value(formula, plain)) / tau)
+        if turns:
+            formula += f" {'+' if turns > 0 else '-'} {abs(2 * turns)}*pi"
+        return self.find(of, formula, "°", what, found)
+
+    def moves(self, **symbols: str) -> None:
+        """Symbols of the displacements of ports, by their names."""
+        self.coordinates |= symbols
+        moving = {name: symbol for name, symbol in symbols.items() if symbol != self.driver}
+        self.gains |= {name: f"{symbol}_prime" for name, symbol in moving.items()}
+        self.slopes |= {name: f"{symbol}_second" for name, symbol in moving.items()}
+
+    def pivoted(self, name: str, line: str, velocity: str) -> None:
+        """Centre of mass of a body on a fixed pivot, which lies on a line of that body."""
+        part = body(self.mechanism, name)
+        if part.com == 0.0 or part.mass == 0.0:
+            return
+        self.part(_("Centre of mass of {body}", body=name))
+        arm = self._own_arm(name, line, *_rates(line, velocity))
+        self._point(name, [arm])
+        rate = arm[2]
+        symbol = f"u_{index(name)}_prime"
+        what = _("Its velocity along its circle, for each rad/s of the driver")
+        self.find(symbol, arm[0] if rate == "1" else f"{arm[0]}*{rate}", "m" if self.driver != "x" else ONE, what)
+        self.gains[f"{name}.com"] = symbol
+        if rate != "1":
+            self.find(f"u_{index(name)}_second", f"{arm[0]}*{arm[3]}", "m" if self.driver != "x" else "1/m")
+            self.slopes[f"{name}.com"] = f"u_{index(name)}_second"
+
+    def floating(self, name: str, line: str, carrier: Arm) -> None:
+        """Centre of mass of a body whose first pin stands at the end of a carrier's arm."""
+        part = body(self.mechanism, name)
+        if part.mass == 0.0:
+            return
+        self.part(_("Centre of mass of {body}", body=name))
+        arms = [carrier]
+        if part.com:
+            arms.append(self._own_arm(name, line, f"{line}_prime", f"{line}_second"))
+        self._point(name, arms)
+
+    def pinned(self, name: str, title: str, arm: Arm, velocity: str) -> None:
+        """A mass at the end of an arm; of one at a pin of its own name, that is left out of its symbols."""
+        if body(self.mechanism, name).mass == 0.0:
+            return
+        self.part(title)
+        short, (length, _angle, rate, slope) = name.rpartition("_")[2], arm
+        self._point(short, [arm], velocity)
+        self.gains[velocity] = length
+        if rate != "1":
+            words = _("Its velocity along its circle, for each rad/s of the driver")
+            self.gains[velocity], self.slopes[velocity] = f"u_{short}_prime", f"u_{short}_second"
+            self.find(self.gains[velocity], f"{length}*{rate}", "m", words)
+            self.find(self.slopes[velocity], f"{length}*{slope}", "m")
+
+    def _own_arm(self, name: str, line: str, rate: str, slope: str) -> Arm:
+        """From a body's first pin to its centre of mass."""
+        part = body(self.mechanism, name)
+        s, alpha = f"s_{index(name)}", f"alpha_{index(name)}"
+        self.give(s, part.com, "m")
+        self.give(alpha, part.com_angle, "°")
+        return s, line + (f" + {alpha}" if part.com_angle else ""), rate, slope
+
+    def _point(self, name: str, arms: list[Arm], point: str = "") -> None:
+        """Coordinates of a centre of mass at the end of arms, with two derivatives."""
+
+        def turning(function: str, sign: str) -> str:
+            return _added(
+                [f"{sign}{s}*{function}({a})" + ("" if rate == "1" else f"*{rate}") for s, a, rate, _slope in arms]
+            )
+
+        def bending(function: str, across: str, sign: str) -> str:
+            terms = []
+            for s, a, rate, slope in arms:
+                terms.append(f"-{s}*{function}({a})" + ("" if rate == "1" else f"*{rate}**2"))
+                if slope != "0":
+                    terms.append(f"{sign}{s}*{across}({a})*{slope}")
+            return _added(terms)
+
+        along = self.driver == "x"
+        where = point or f"{name}.com"
+        for axis, function, across, sign in (("x", "cos", "sin", "-"), ("y", "sin", "cos", "")):
+            if f"{where}.{axis}" not in self.needed:
+                continue
+            of = f"{axis}_G_{index(name)}" if not point else f"{axis}_{index(name)}"
+            place = " + ".join(f"{s}*{function}({a})" for s, a, _r, _s in arms)
+            self.find(of, place, "m", _("Centre of mass of {body}: {axis}", body=name, axis=axis))
+            self.find(f"{of}_prime", turning(across, sign), ONE if along else "m")
+            self.find(f"{of}_second", bending(function, across, sign), "1/m" if along else "m")
+            self.gains[f"{where}.{axis}"], self.slopes[f"{where}.{axis}"] = f"{of}_prime", f"{of}_second"
+            self.coordinates[f"{where}.{axis}"] = of
+
 
 _NOTHING = 1e-12  # of the largest number in a formula: a result below it is 0
 
@@ -145,82 +233,23 @@ def sheet(machine: Machine, mechanism: Mechanism, phi: float) -> Sheet:
         made.give("psi_0", mechanism.phase, "°")
         text = " + ".join([*(["i*phi"] if rate != 1.0 else ["phi"]), *(["psi_0"] if mechanism.phase else [])])
         made.find("psi", text, "°", _("Its crank turns with its shaft, ahead by its phase"))
-    written = SHEETS.get(mechanism.type)
-    if written is not None:
-        written(made)
+    kind = KINDS[mechanism.type]
+    made.given(*((symbol, key) for key, symbol in kind.symbols.items()))
+    if kind.derivation is not None:
+        kind.derivation(made)
+    elif mechanism.linkage is not None:
+        _linkage(made)
+    elif mechanism.outputs:
+        _law(made)
     return made
 
 
 # -- what mechanisms have in common ------------------------------------------------------------------------------------
 
 
-def _angle(made: Sheet, of: str, formula: str, what: str, found: float) -> float:
-    """An angle that a formula gives up to whole turns, with those that the library counts."""
-    plain = {symbol: value.value for symbol, value in made.values.items()}
-    turns = round((found - formulas.value(formula, plain)) / tau)
-    if turns:
-        formula += f" {'+' if turns > 0 else '-'} {abs(2 * turns)}*pi"
-    return made.find(of, formula, "°", what, found)
-
-
 def _rates(line: str, velocity: str) -> tuple[str, str]:
     """Names of the rate and the slope of a line; those of the crank itself are 1 and 0."""
     return ("1", "0") if velocity == "crank" else (f"{line}_prime", f"{line}_second")
-
-
-def _pivoted(made: Sheet, name: str, line: str, velocity: str, tilt: str = "") -> None:
-    """Centre of mass of a body on a fixed pivot, which lies on a line of that body."""
-    part = body(made.mechanism, name)
-    if part.com == 0.0 or part.mass == 0.0:
-        return
-    made.part(_("Centre of mass of {body}", body=name))
-    arm = _own_arm(made, name, line, *_rates(line, velocity))
-    _point(made, name, [arm])
-    rate = arm[2]
-    symbol = f"u_{index(name)}_prime"
-    what = _("Its velocity along its circle, for each rad/s of the driver")
-    made.find(symbol, arm[0] if rate == "1" else f"{arm[0]}*{rate}", "m" if made.driver != "x" else ONE, what)
-    made.gains[f"{name}.com"] = symbol
-    if rate != "1":
-        made.find(f"u_{index(name)}_second", f"{arm[0]}*{arm[3]}", "m" if made.driver != "x" else "1/m")
-        made.slopes[f"{name}.com"] = f"u_{index(name)}_second"
-
-
-def _own_arm(made: Sheet, name: str, line: str, rate: str, slope: str) -> Arm:
-    """From a body's first pin to its centre of mass."""
-    part = body(made.mechanism, name)
-    s, alpha = f"s_{index(name)}", f"alpha_{index(name)}"
-    made.give(s, part.com, "m")
-    made.give(alpha, part.com_angle, "°")
-    return s, line + (f" + {alpha}" if part.com_angle else ""), rate, slope
-
-
-def _point(made: Sheet, name: str, arms: list[Arm], point: str = "") -> None:
-    """Coordinates of a centre of mass at the end of arms, with two derivatives."""
-
-    def turning(function: str, sign: str) -> str:
-        return _added([f"{sign}{s}*{function}({a})" + ("" if rate == "1" else f"*{rate}") for s, a, rate, _slope in arms])
-
-    def bending(function: str, across: str, sign: str) -> str:
-        terms = []
-        for s, a, rate, slope in arms:
-            terms.append(f"-{s}*{function}({a})" + ("" if rate == "1" else f"*{rate}**2"))
-            if slope != "0":
-                terms.append(f"{sign}{s}*{across}({a})*{slope}")
-        return _added(terms)
-
-    along = made.driver == "x"
-    where = point or f"{name}.com"
-    for axis, function, across, sign in (("x", "cos", "sin", "-"), ("y", "sin", "cos", "")):
-        if f"{where}.{axis}" not in made.needed:
-            continue
-        of = f"{axis}_G_{index(name)}" if not point else f"{axis}_{index(name)}"
-        place = " + ".join(f"{s}*{function}({a})" for s, a, _r, _s in arms)
-        made.find(of, place, "m", _("Centre of mass of {body}: {axis}", body=name, axis=axis))
-        made.find(f"{of}_prime", turning(across, sign), ONE if along else "m")
-        made.find(f"{of}_second", bending(function, across, sign), "1/m" if along else "m")
-        made.gains[f"{where}.{axis}"], made.slopes[f"{where}.{axis}"] = f"{of}_prime", f"{of}_second"
-        made.coordinates[f"{where}.{axis}"] = of
 
 
 def _added(terms: list[str]) -> str:
@@ -229,224 +258,6 @@ def _added(terms: list[str]) -> str:
     for term in terms[1:]:
         total += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
     return total
-
-
-def _floating(made: Sheet, name: str, line: str, carrier: Arm) -> None:
-    """Centre of mass of a body whose first pin stands at the end of a carrier's arm."""
-    part = body(made.mechanism, name)
-    if part.mass == 0.0:
-        return
-    made.part(_("Centre of mass of {body}", body=name))
-    arms = [carrier]
-    if part.com:
-        arms.append(_own_arm(made, name, line, f"{line}_prime", f"{line}_second"))
-    _point(made, name, arms)
-
-
-def _crank(made: Sheet) -> None:
-    _pivoted(made, "crank", made.driver, "crank")
-
-
-# -- families ----------------------------------------------------------------------------------------------------------
-
-
-def _slider_crank(made: Sheet) -> None:
-    """Loop: r cos phi + l cos beta = x, r sin phi + l sin beta = e."""
-    p, phi = made.position, made.driver
-    made.given(("r", "crank.length"), ("l", "rod.length"), ("e", "slider.offset"))
-    offset = bool(made.values["e"].value)
-    made.equations(f"r*cos({phi}) + l*cos(beta) = x", f"r*sin({phi}) + l*sin(beta) = {'e' if offset else '0'}")
-    made.part(_("Positions"))
-    made.find(
-        "beta",
-        f"asin((e - r*sin({phi}))/l)" if offset else f"-asin(r*sin({phi})/l)",
-        "°",
-        _("Angle of the rod"),
-        found=p.rod,
-    )
-    made.find("x", f"r*cos({phi}) + l*cos(beta)", "m", _("Place of the slider"), found=p.slider)
-    made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("beta_prime", f"-(r*cos({phi}))/(l*cos(beta))", ONE, found=p.rod_rate)
-    made.find("x_prime", f"-(r*sin({phi})) - l*sin(beta)*beta_prime", "m", found=p.slider_rate)
-    made.part(_("Their derivatives g′"))
-    made.find("beta_second", f"(r*sin({phi}) + l*sin(beta)*beta_prime**2)/(l*cos(beta))", ONE, found=p.rod_slope)
-    made.find(
-        "x_second", f"-(r*cos({phi})) - l*cos(beta)*beta_prime**2 - l*sin(beta)*beta_second", "m", found=p.slider_slope
-    )
-    made.coordinates |= {"rod": "beta", "slider": "x"}
-    made.gains |= {"rod": "beta_prime", "slider": "x_prime"}
-    made.slopes |= {"rod": "beta_second", "slider": "x_second"}
-    _crank(made)
-    _floating(made, "rod", "beta", ("r", phi, "1", "0"))
-
-
-def _four_bar(made: Sheet) -> None:
-    """Loop: r cos phi + c cos chi = d + L cos theta, r sin phi + c sin chi = L sin theta."""
-    p, phi, side = made.position, made.driver, "-" if made.mechanism.assembly != "crossed" else "+"
-    made.given(("d", "ground.length"), ("r", "crank.length"), ("c", "coupler.length"), ("L", "rocker.length"))
-    made.equations(
-        f"r*cos({phi}) + c*cos(chi) = d + L*cos(theta)",
-        f"r*sin({phi}) + c*sin(chi) = L*sin(theta)",
-    )
-    made.part(_("Positions, by the diagonal D from the rocker's pivot to the crank's pin"))
-    made.find("D", f"sqrt(d**2 + r**2 - 2*d*r*cos({phi}))", "m", _("Length of the diagonal"))
-    made.find("delta", f"atan2(r*sin({phi}), r*cos({phi}) - d)", "°", _("Angle of the diagonal"))
-    made.find(
-        "rho", "acos((D**2 + L**2 - c**2)/(2*D*L))", "°", _("Angle between diagonal and rocker, by the law of cosines")
-    )
-    _angle(made, "theta", f"delta {side} rho", _("Angle of the rocker"), float(p.rocker))
-    _angle(
-        made,
-        "chi",
-        f"atan2(L*sin(theta) - r*sin({phi}), d + L*cos(theta) - r*cos({phi}))",
-        _("Angle of the coupler"),
-        float(p.coupler),
-    )
-    made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("theta_prime", f"r*sin({phi} - chi)/(L*sin(theta - chi))", ONE, found=p.rocker_rate)
-    made.find("chi_prime", f"r*sin({phi} - theta)/(c*sin(theta - chi))", ONE, found=p.coupler_rate)
-    made.part(_("Their derivatives g′"))
-    across = f"(r*cos({phi} - chi) + c*chi_prime**2 - L*cos(theta - chi)*theta_prime**2)/(L*sin(theta - chi))"
-    made.find("theta_second", across, ONE, found=p.rocker_slope)
-    across = f"(r*cos({phi} - theta) + c*cos(theta - chi)*chi_prime**2 - L*theta_prime**2)/(c*sin(theta - chi))"
-    made.find("chi_second", across, ONE, found=p.coupler_slope)
-    made.coordinates |= {"coupler": "chi", "rocker": "theta"}
-    made.gains |= {"coupler": "chi_prime", "rocker": "theta_prime"}
-    made.slopes |= {"coupler": "chi_second", "rocker": "theta_second"}
-    _crank(made)
-    _floating(made, "coupler", "chi", ("r", phi, "1", "0"))
-    _pivoted(made, "rocker", "theta", "rocker")
-
-
-def _block(made: Sheet, radius: str) -> None:
-    """The block on the crank's pin."""
-    if body(made.mechanism, "block").mass:
-        made.part(_("Block on the crank's pin"))
-        _point(made, "block", [(radius, made.driver, "1", "0")], "crank.pin")
-        made.gains["crank.pin"] = radius
-
-
-def _scotch_yoke(made: Sheet) -> None:
-    """Loop: x = R cos(phi - delta)."""
-    p, phi = made.position, made.driver
-    made.given(("R", "crank.length"), ("delta", "yoke.direction"))
-    at = f"{phi} - delta" if made.values["delta"].value else phi
-    made.equations(f"R*cos({at}) = x")
-    made.part(_("Positions"))
-    made.find("x", f"R*cos({at})", "m", _("Place of the yoke"), found=p.yoke)
-    made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("x_prime", f"-(R*sin({at}))", "m", found=p.yoke_rate)
-    made.part(_("Their derivatives g′"))
-    made.find("x_second", f"-(R*cos({at}))", "m", found=p.yoke_slope)
-    made.gains["yoke"], made.slopes["yoke"], made.coordinates["yoke"] = "x_prime", "x_second", "x"
-    _block(made, "R")
-    _crank(made)
-
-
-def _crank_shaper(made: Sheet) -> None:
-    """Loop: d + r cos phi = s cos theta, r sin phi = s sin theta, y = L sin theta."""
-    p, phi = made.position, made.driver
-    made.given(("r", "crank.length"), ("d", "frame.length"), ("L", "rocker.length"))
-    made.equations(f"d + r*cos({phi}) = s*cos(theta)", f"r*sin({phi}) = s*sin(theta)", "L*sin(theta) = y")
-    made.part(_("Positions"))
-    made.find(
-        "s",
-        f"sqrt(d**2 + r**2 + 2*d*r*cos({phi}))",
-        "m",
-        _("Distance of the block from the rocker's pivot"),
-        found=p.distance,
-    )
-    _angle(made, "theta", f"atan2(r*sin({phi}), d + r*cos({phi}))", _("Angle of the rocker"), float(p.rocker))
-    made.find("y", "L*sin(theta)", "m", _("Place of the ram"), found=p.ram)
-    made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("s_prime", f"-(r*sin({phi} - theta))", "m")
-    made.find("theta_prime", f"r*cos({phi} - theta)/s", ONE, found=p.rocker_rate)
-    made.find("y_prime", "L*cos(theta)*theta_prime", "m", found=p.ram_rate * p.rocker_rate)
-    made.part(_("Their derivatives g′"))
-    made.find("theta_second", "s_prime*(1 - 2*theta_prime)/s", ONE, found=p.rocker_slope)
-    found = p.ram_slope * p.rocker_rate + p.ram_rate * p.rocker_slope
-    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", found=found)
-    made.coordinates |= {"rocker": "theta", "ram": "y"}
-    made.gains |= {"rocker": "theta_prime", "ram": "y_prime"}
-    made.slopes |= {"rocker": "theta_second", "ram": "y_second"}
-    _block(made, "r")
-    if body(made.mechanism, "rocker_pin").mass:
-        made.part(_("Pin at the rocker's end"))
-        _point(made, "pin", [("L", "theta", "theta_prime", "theta_second")], "rocker.pin")
-        made.find("u_pin_prime", "L*theta_prime", "m", _("Its velocity along its circle, for each rad/s of the driver"))
-        made.find("u_pin_second", "L*theta_second", "m")
-        made.gains["rocker.pin"], made.slopes["rocker.pin"] = "u_pin_prime", "u_pin_second"
-    _crank(made)
-    _pivoted(made, "rocker", "theta", "rocker")
-
-
-def _toggle_clamp(made: Sheet) -> None:
-    """a2 at theta2 and a3 at theta3 reach the block at (-x, a1); a5 at theta5 and a6 at theta6 the platen at (s, 0)."""
-    p, m = made.position, made.mechanism
-    made.given(
-        ("a_1", "frame.height"), ("a_2", "bell_crank.drive_length"), ("a_3", "coupler.length"),
-        ("a_5", "bell_crank.clamp_length"), ("a_6", "rod.length"), ("alpha", "bell_crank.angle"),
-    )  # fmt: skip
-    made.equations(
-        "a_2*cos(theta_2) + a_3*cos(theta_3) = -x",
-        "a_2*sin(theta_2) + a_3*sin(theta_3) = a_1",
-        "a_5*cos(theta_5) + a_6*cos(theta_6) = s",
-        "a_5*sin(theta_5) + a_6*sin(theta_6) = 0",
-    )
-    side, ahead = ("-" if m.assembly.startswith("crossed") else "+"), not m.assembly.endswith("-behind")
-    made.part(_("Positions, by the diagonal D from the bell crank's pivot to the block"))
-    made.find("D", "sqrt(a_1**2 + x**2)", "m", _("Length of the diagonal"))
-    made.find("delta", "atan2(a_1, -x)", "°", _("Angle of the diagonal"))
-    made.find(
-        "rho",
-        "acos((D**2 + a_2**2 - a_3**2)/(2*D*a_2))",
-        "°",
-        _("Angle between diagonal and drive arm, by the law of cosines"),
-    )
-    _angle(made, "theta_2", f"delta {side} rho", _("Angle of the drive arm of the bell crank"), float(p.bell_crank))
-    _angle(
-        made, "theta_3", "atan2(a_1 - a_2*sin(theta_2), -x - a_2*cos(theta_2))", _("Angle of the coupler"), float(p.coupler)
-    )
-    made.find("theta_5", "theta_2 + alpha + pi", "°", _("Angle of the clamp arm of the bell crank"), found=p.clamp)
-    _angle(
-        made,
-        "theta_6",
-        "-asin(a_5*sin(theta_5)/a_6)" if ahead else "pi + asin(a_5*sin(theta_5)/a_6)",
-        _("Angle of the rod"),
-        float(p.rod),
-    )
-    made.find("s", "a_5*cos(theta_5) + a_6*cos(theta_6)", "m", _("Place of the platen"), found=p.platen)
-    made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("theta_2_prime", "cos(theta_3)/(a_2*sin(theta_2 - theta_3))", "1/m", found=p.bell_crank_rate)
-    made.find("theta_3_prime", "-cos(theta_2)/(a_3*sin(theta_2 - theta_3))", "1/m", found=p.coupler_rate)
-    made.find("theta_6_prime", "-(a_5*cos(theta_5)*theta_2_prime)/(a_6*cos(theta_6))", "1/m", found=p.rod_turn)
-    made.find("theta_5_prime", "theta_2_prime", "1/m")
-    s1 = p.platen_rate * p.bell_crank_rate
-    made.find("s_prime", "-(a_5*sin(theta_5)*theta_2_prime) - a_6*sin(theta_6)*theta_6_prime", ONE, found=s1)
-    made.part(_("Their derivatives g′"))
-    text = "-(a_3*theta_3_prime**2 + a_2*cos(theta_2 - theta_3)*theta_2_prime**2)/(a_2*sin(theta_2 - theta_3))"
-    made.find("theta_2_second", text, "1/m²", found=p.bell_crank_slope)
-    text = "(a_2*theta_2_prime**2 + a_3*cos(theta_2 - theta_3)*theta_3_prime**2)/(a_3*sin(theta_2 - theta_3))"
-    made.find("theta_3_second", text, "1/m²", found=p.coupler_slope)
-    made.find("theta_5_second", "theta_2_second", "1/m²")
-    top = "a_5*sin(theta_5)*theta_2_prime**2 - a_5*cos(theta_5)*theta_2_second + a_6*sin(theta_6)*theta_6_prime**2"
-    found = p.rod_slope * p.bell_crank_rate + p.rod_rate * p.bell_crank_slope
-    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", found=found)
-    text = "-(a_5*cos(theta_5)*theta_2_prime**2) - a_5*sin(theta_5)*theta_2_second"
-    text += " - a_6*cos(theta_6)*theta_6_prime**2 - a_6*sin(theta_6)*theta_6_second"
-    found = p.platen_slope * p.bell_crank_rate + p.platen_rate * p.bell_crank_slope
-    made.find("s_second", text, "1/m", found=found)
-    made.coordinates |= {"block": "x", "bell_crank": "theta_2", "coupler": "theta_3", "rod": "theta_6", "platen": "s"}
-    made.gains |= {"bell_crank": "theta_2_prime", "coupler": "theta_3_prime", "rod": "theta_6_prime", "platen": "s_prime"}
-    made.slopes |= {
-        "bell_crank": "theta_2_second",
-        "coupler": "theta_3_second",
-        "rod": "theta_6_second",
-        "platen": "s_second",
-    }
-    _pivoted(made, "bell_crank", "theta_5", "bell_crank")
-    _floating(made, "coupler", "theta_3", ("a_2", "theta_2", "theta_2_prime", "theta_2_second"))
-    _floating(made, "rod", "theta_6", ("a_5", "theta_5", "theta_5_prime", "theta_5_second"))
 
 
 # -- any linkage -------------------------------------------------------------------------------------------------------
@@ -858,14 +669,3 @@ def renamed(node: ast.expr, names: Mapping[str, Quantity]) -> ast.expr:
     found = Named().visit(node)
     assert isinstance(found, ast.expr)
     return found
-
-
-SHEETS: Mapping[str, Callable[[Sheet], None]] = {
-    "slider-crank": _slider_crank,
-    "four-bar": _four_bar,
-    "scotch-yoke": _scotch_yoke,
-    "crank-shaper": _crank_shaper,
-    "toggle-clamp": _toggle_clamp,
-    "linkage": _linkage,
-    "law": _law,
-}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +13,9 @@ from bondgraph.elements import Here
 from flywheel.language import message
 from flywheel.language import number as localized
 from flywheel.language import text as _
-from flywheel.machine.machine import FRICTION, Effort, Machine, Pieces
+from flywheel.machine.loads import Effort, TableCurve
+from flywheel.machine.machine import FRICTION, Machine
+from flywheel.mechanisms.families import ONE
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression
@@ -23,7 +25,7 @@ from flywheel.regime.state import reduce
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Figure, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index
-from flywheel.report.positions import ONE, Sheet, branch_of, renamed, sheet, unit_text
+from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_text
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
 
@@ -362,9 +364,12 @@ def _inertia_over_cycle(
             else _("Least at {low}, greatest at {high}.", low=where[0], high=where[1])
         )
         if extremes is None:
+            mesh = cells.cells(at.machine.mesh)
+            along = at.machine.reduce(mesh.phi, mesh.anchor).inertia + 0.0 * mesh.phi
+            mean = float(cells.integral(along, mesh.half).sum() / at.scene.cycle)
             rows = (
                 (_("least"), Quantity("I_min", least, unit, 5)),
-                (_("mean over the angle"), Quantity("I_mean", _mean_inertia(at), unit, 5)),
+                (_("mean over the angle"), Quantity("I_mean", mean, unit, 5)),
                 (_("greatest"), Quantity("I_max", most, unit, 5)),
             )
             yield Table(_("I* over the cycle"), ("", unit_head("I*", unit)), rows)
@@ -418,12 +423,6 @@ def _fine(at: Steps) -> Array:
     inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(count) / count)
     found = np.unique(np.concatenate((inner.ravel(), np.linspace(0.0, at.scene.cycle, 1441)[:-1])))
     return found + at.scene.origin
-
-
-def _mean_inertia(at: Steps) -> float:
-    mesh = cells.cells(at.machine.mesh)
-    values = at.machine.reduce(mesh.phi, mesh.anchor).inertia + 0.0 * mesh.phi
-    return float(cells.integral(values, mesh.half).sum() / at.scene.cycle)
 
 
 # -- reduced moment ----------------------------------------------------------------------------------------------------
@@ -498,11 +497,9 @@ def label(scene: Scene, part: str) -> str:
         return _("weight of {body}", body=part.removeprefix("weight of "))
     if part.startswith("inertia on "):
         return _("inertia on {place}", place=part.removeprefix("inertia on "))
-    drag = next((load.on for load in scene.loads if load.drag and load.path == part), None)
-    if drag is not None:
+    if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
         return _("drag on {place}", place=drag)
-    n = _number(scene, part)
-    if n:
+    if n := _number(scene, part):
         kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
         return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
     return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part
@@ -512,8 +509,7 @@ def _name_of(at: Steps, part: str, n: int) -> str:
     """The index of a source: G and the body of a weight, d of the drive, its number of another one."""
     if part == "drive":
         return "d"
-    drag = next((load.on for load in at.scene.loads if load.drag and load.path == part), None)
-    if drag is not None:
+    if (drag := next((load.on for load in at.scene.loads if load.drag and load.path == part), None)) is not None:
         return f"f_{index(drag)}"
     if part.startswith("weight of "):
         return f"G_{_short(at, part.removeprefix('weight of '))}"
@@ -551,35 +547,26 @@ def _weight(at: Steps, part: str, mine: Sequence[Element], share: Quantity) -> S
     """A weight: the mass times gravity along each velocity of its centre of mass."""
     body = part.removeprefix("weight of ")
     owner, _dot, name = body.partition(".")
-    mass = next(
-        w.mass for m in at.scene.mechanisms if m.name == owner for w in at.machine.family(m).weights if w.body == name
-    )
-    symbol = Quantity(f"m_{index(name)}", mass, "kg")
+    weights = at.machine.family(next(m for m in at.scene.mechanisms if m.name == owner)).weights
+    symbol = Quantity(f"m_{index(name)}", next(w.mass for w in weights if w.body == name), "kg")
     gx, gy = at.scene.gravity or (0.0, 0.0)
     terms, numbers = [], {symbol.symbol: symbol}
     for element in mine:
         gain, of_gain = at.gain(element.junction)
-        x, y = _along(at, owner, element.junction)
-        pulls = [f"{_factor(c)}{g}" for c, g, v in ((x, "g_x", gx), (y, "g_y", gy)) if abs(c) > 1e-12 and v]
+        velocity = element.junction.partition(".")[2]  # that the weight pulls along
+        direction = next(w.direction for w in weights if w.velocity == velocity)
+        cosines = (float(np.cos(direction)), "g_x", gx), (float(np.sin(direction)), "g_y", gy)
+        pulls = []
         numbers |= {n.symbol: n for n in of_gain}
-        numbers |= {g: Quantity(g, v, "m/s²") for c, g, v in ((x, "g_x", gx), (y, "g_y", gy)) if abs(c) > 1e-12 and v}
+        for cosine, g, value in cosines:
+            if abs(cosine) > 1e-12 and value:
+                plain = "(-1)*" if abs(cosine + 1.0) < 1e-12 else f"({cosine:.12g})*"
+                pulls.append(g if abs(cosine - 1.0) < 1e-12 else plain + g)
+                numbers[g] = Quantity(g, value, "m/s²")
         pull = pulls[0] if len(pulls) == 1 else f"({' + '.join(pulls)})"
         terms.append(f"{symbol.symbol}*{pull}" + ("" if gain == "1" else f"*{gain}"))
     what = _("Weight of {body}: it does work where its centre of mass rises or falls", body=body)
     return _checked(Step(what, f"{share.symbol} = {' + '.join(terms)}", tuple(numbers.values()), share))
-
-
-def _factor(cosine: float) -> str:
-    """A direction's cosine as a factor of a formula."""
-    return "" if abs(cosine - 1.0) < 1e-12 else "(-1)*" if abs(cosine + 1.0) < 1e-12 else f"({cosine:.12g})*"
-
-
-def _along(at: Steps, owner: str, junction: str) -> tuple[float, float]:
-    """The direction of the velocity that a weight pulls along, as cosine and sine."""
-    mechanism = next(m for m in at.scene.mechanisms if m.name == owner)
-    velocity = junction.partition(".")[2]
-    direction = next(w.direction for w in at.machine.family(mechanism).weights if w.velocity == velocity)
-    return float(np.cos(direction)), float(np.sin(direction))
 
 
 def _work_step(at: Steps, effort: Quantity, junction: str, share: Quantity) -> Step:
@@ -684,29 +671,8 @@ def _model(at: Steps, effort: Effort) -> str:
     told = (
         _("A motor: {model}.", model=model) if load.path == "drive" else _("A load of a known kind, {model}.", model=model)
     )
-    motor = at.scene.motor
-    kind = motor.title if load.path == "drive" and motor is not None else load.model.partition(":")[0]
-    return " ".join(filter(None, (told, _MODELS[kind]() if kind in _MODELS else "")))
-
-
-_MODELS: Mapping[str, Callable[[], str]] = {
-    "compressor": lambda: _(
-        "F = −A (p − p₀), A the piston's area, p₀ the pressure behind it; p = pₛ ((1 + c)/(c + s))ⁿ while it compresses and "
-        "p = p_d (c/(c + s))ᵐ while what is left in the clearance expands, c the clearance, s the share of the stroke."
-    ),
-    "indicator": lambda: _(
-        "F = −A (p − p₀), A the piston's area, p the pressure of the diagram, straight between its rows."
-    ),
-    "press": lambda: _("F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."),
-    "punch": lambda: _("F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."),
-    "fan": lambda: _("T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."),
-    "pump": lambda: _("T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."),
-    "losses": lambda: _("T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares."),
-    "belt": lambda: _("T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
-    "induction motor": lambda: _("Kloss: T = 2 Tₘ/(s/sₖ + sₖ/s), Tₘ the breakdown torque, sₖ its slip, s = 1 − ω/ω₀."),
-    "synchronous motor": lambda: _("T = Tₚ sin δ + Tᵣ sin 2δ + c (ω₀ − ω), dδ/dt = p (ω₀ − ω), δ the load angle."),
-    "DC motor": lambda: _("T = k (U − k ω)/R − b ω, b its friction: a straight line that falls with speed."),
-}
+    kind = at.scene.motor if load.path == "drive" else load.known
+    return " ".join(filter(None, (told, "" if kind is None else message(kind.formula))))
 
 
 def _window(at: Steps, effort: Effort) -> str:
@@ -731,21 +697,18 @@ def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> It
         how = _("The balance: what makes the net work of the cycle 0; see the balance of the cycle.")
         yield Step(name, result=force, how=how, note=acts)
     elif isinstance(law, float | int):
-        yield Step(f"{name}, {_('as given')}", result=force, note=f"{acts} {_sense(force)}".strip())
+        sense = _("It acts against the positive sense of its place.") if force.value < 0 else ""
+        yield Step(f"{name}, {_('as given')}", result=force, note=f"{acts} {sense}".strip())
     elif isinstance(law, Rows):
         yield from _table(at, effort, law, name, force, acts)
     else:
         yield from _expression(at, effort, law, name, force, acts)
 
 
-def _sense(force: Quantity) -> str:
-    return _("It acts against the positive sense of its place.") if force.value < 0 else ""
-
-
 def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """Between two rows of a table, straight where it is read so."""
     here, anchor = _here(at, effort.load.on)
-    pieces = Pieces(law)
+    pieces = TableCurve(law)
     middle = float(anchor.q) + effort.place.phase
     angle = float(here.q) + effort.place.phase - float(effort.turns(middle, pieces.first))
     k = int(np.clip(np.searchsorted(law.angle, angle, side="right") - 1, 0, law.angle.size - 2))

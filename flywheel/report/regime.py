@@ -1,4 +1,4 @@
-"""The steps of the steady regime: balance, areas, approximate and exact flywheel, speeds, and the check of them all.
+"""The steps of the steady regime: balance, areas, approximate and exact flywheel, speeds, and how the motion holds itself.
 
 Each function gives a section of the report, or None where the scene has nothing of the kind. Numbers are those that the
 sizing holds, or what its own cycle says at an angle that it found; a symbol that a step uses was shown before.
@@ -7,7 +7,7 @@ sizing holds, or what its own cycle says at an angle that it found; a symbol tha
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,16 +19,19 @@ from flywheel.numerics.cells import Array
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.document import Cell, Figure, Formula, Items, Note, Part, Section, Step, Table
+from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.report.reduction import label
+from flywheel.sizing.findings import REPORT, finding, shown
 from flywheel.sizing.results import Sizing
-from flywheel.tables.flywheels import candidates, limit_names
+from flywheel.tables.power import entries
 from flywheel.tables.sizing import settling_cycles
 
+_MESH_LOSSES = ("slip", "mesh")  # kinds of streams that are no shares of the moment, but follow what a mesh carries
 _NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 _MOST_AREAS = 40  # that a table shows
-_ROUNDING = 1e-10  # of a figure: what is left that is no more is told to be 0
+ROUNDING = 1e-10
+"""Share of a figure: what is left that is no more is written as 0."""
 
 
 def number(value: float, digits: int = formulas.DIGITS) -> str:
@@ -49,7 +52,7 @@ class Point(NamedTuple):
     inertia: float
 
 
-class Known:
+class Context:
     """A sizing with what its steps have in common: the quantities of its regime by their symbols.
 
     `cycle` is the one along the motion, `constant` that at the constant speed of the areas (the same where no torque
@@ -63,12 +66,15 @@ class Known:
         self.constant = sizing.constant or sizing.cycle
         self.ratio = sizing.scene.flywheel_ratio
         self.eps = sizing.scene.irregularity
-        self.speed = Quantity("omega", sizing.speed, "rad/s")
-        self.epsilon = Quantity("epsilon", self.eps or 0.0)
+        self.speed, self.epsilon = self.of("speed"), self.of("irregularity")
         self.turn = Quantity("Phi", sizing.scene.cycle, "rad")
         self.at_flywheel = Quantity("i_f", self.ratio)
-        even = sizing.cyclic and sizing.cyclic.constant_speed
-        self.area_speed = self.speed if even is None else Quantity("omega_c", even, "rad/s")
+        self.area_speed = self.speed if sizing.cyclic is None else self.of("constant_speed")
+
+    def of(self, key: str) -> Quantity:
+        """A figure of the sizing by its key, under its own symbol."""
+        one = finding(key)
+        return Quantity(one.symbol, one.of(self.sizing) or 0.0, one.unit)
 
     @property
     def otherwise(self) -> bool:
@@ -134,7 +140,7 @@ def panel(sizing: Sizing, kind: str) -> Figure:
 # -- what is asked ----------------------------------------------------------------------------------------------------
 
 
-def asked(known: Known) -> Section:
+def asked(known: Context) -> Section:
     """The speed, the cycle and the irregularity as symbols, with what follows from them at once."""
     scene, sizing = known.scene, known.sizing
     rows: list[tuple[Cell, ...]] = []
@@ -184,7 +190,7 @@ def asked(known: Known) -> Section:
 # -- balance of the cycle ---------------------------------------------------------------------------------------------
 
 
-def balance(known: Known) -> Section | None:
+def balance(known: Context) -> Section | None:
     """The work of everything over the cycle, and the unknown that makes their sum zero."""
     sizing, scene, cycle = known.sizing, known.scene, known.cycle
     if cycle is None:
@@ -199,12 +205,14 @@ def balance(known: Known) -> Section | None:
     others = {name: work for name, work in known.works.items() if name != "drive"}
     named = {name: Quantity(f"W_{k}", work, "J") for k, (name, work) in enumerate(others.items(), 1)}
     rows: list[tuple[Cell, ...]] = [(label(scene, name), Formula(work.symbol), work) for name, work in named.items()]
+    lost = _mesh_losses(sizing, len(named))
+    rows += [(_("lost: {name}", name=name), Formula(work.symbol), work) for name, work in lost]
     if rows:
         told = _("Work of everything but the drive over a cycle, the integral of its share of the moment")
         parts.append(Table(told, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
     drive, found = scene.drive, sizing.balance
     if found is not None and found.name == "drive" and drive is not None:
-        parts += _drive_balance(known, list(named.values()))
+        parts += _drive_balance(known, [*named.values(), *(work for _name, work in lost)], lossy=bool(lost))
     else:
         if found is not None:
             parts += _parameter_balance(known)
@@ -213,7 +221,7 @@ def balance(known: Known) -> Section | None:
             work = Quantity("W_d", sizing.drive_work, "J")
             parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
     told = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
-    if abs(cycle.net) <= _ROUNDING * cycle.exchanged:
+    if abs(cycle.net) <= ROUNDING * cycle.exchanged:
         told += _("the net work is 0: what is left of it is rounding.")
     else:
         told += _("what is left of the net work is {net}.", net=quantity(cycle.net, "J", 2))
@@ -221,22 +229,34 @@ def balance(known: Known) -> Section | None:
     if sizing.power is not None and sizing.drive_work is not None:
         parts.append(
             Step(
-                _("Mean power of the drive: its work in a cycle over the cycle's angle, times the mean speed"),
+                _("Power of the drive at the mean of the extreme speeds: its work over the angle of a cycle, times it"),
                 "P_d = W_d*omega/Phi",
                 (Quantity("W_d", sizing.drive_work, "J"), known.speed, known.turn),
-                Quantity("P_d", sizing.power, "W"),
+                known.of("power"),
                 note=_("It is negative: the drive brakes.") if sizing.power < 0.0 else "",
             )
         )
     return Section(_("Balance of the cycle"), tuple(parts))
 
 
+def _mesh_losses(sizing: Sizing, count: int) -> list[tuple[str, Quantity]]:
+    """The works (J, negative) that friction and slip of meshes and friction in joints take in a cycle, by what loses them.
+
+    Their symbols go on from those of `count` loads.
+    """
+    flow = sizing.power_flow
+    if flow is None:
+        return []
+    lost = [entry for entry in entries(flow) if entry.stream.kind in _MESH_LOSSES and entry.power]
+    return [(entry.label, Quantity(f"W_{k}", -entry.stream.work, "J")) for k, entry in enumerate(lost, count + 1)]
+
+
 def _by_quadrature() -> str:
     return _("by quadrature over the cycle, piece by piece between the angles where a law switches")
 
 
-def _drive_balance(known: Known, works: list[Quantity]) -> Iterator[Part]:
-    """The constant torque of the drive."""
+def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Iterator[Part]:
+    """The constant torque of the drive; `lossy` where losses among the works follow it."""
     scene, found, drive = known.scene, known.sizing.balance, known.scene.drive
     assert found is not None
     assert drive is not None
@@ -245,10 +265,9 @@ def _drive_balance(known: Known, works: list[Quantity]) -> Iterator[Part]:
     numbers = [*works, *([Quantity("i_d", ratio)] if geared else []), known.turn]
     sum_of = " + ".join(work.symbol for work in works) or "0"
     below = "(i_d*Phi)" if geared else "Phi"
-    done = abs(sum(work.value for work in works) + found.value * ratio * scene.cycle)
     torque = Quantity("M_d", found.value, "N m")
     what = _("The constant torque of the drive, on shaft {shaft}, makes the sum zero", shaft=drive.on)
-    if done > 1e-6 * max(abs(work.value) for work in works) if works else True:
+    if lossy or not works:
         yield Step(
             what,
             "M_d*i_d*Phi = -total(W_k, k)" if geared else "M_d*Phi = -total(W_k, k)",
@@ -267,7 +286,7 @@ def _drive_balance(known: Known, works: list[Quantity]) -> Iterator[Part]:
         )
 
 
-def _parameter_balance(known: Known) -> Iterator[Part]:
+def _parameter_balance(known: Context) -> Iterator[Part]:
     """An unknown parameter, in which the net work is linear."""
     sizing, found, cycle = known.sizing, known.sizing.balance, known.cycle
     assert found is not None
@@ -303,19 +322,18 @@ def _parameter_balance(known: Known) -> Iterator[Part]:
 # -- areas ------------------------------------------------------------------------------------------------------------
 
 
-def areas(known: Known) -> Section | None:
+def areas(known: Context) -> Section | None:
     """Crossings, areas, accumulated areas with the greatest and the least, and the fluctuation of energy."""
     sizing, constant = known.sizing, known.constant
     if not sizing.areas:
         return None
     parts: list[Part] = []
     if sizing.cyclic is not None:
-        speed = Quantity("omega_c", sizing.cyclic.constant_speed, "rad/s")
         if known.scene.unknown is not None:
             told = _("Areas take the torques at a constant speed, the one asked for, with the balance found anew there")
         else:
             told = _("Areas take the torques at the constant speed at which the net work of a cycle is zero")
-        parts.append(Step(told, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), speed))
+        parts.append(Step(told, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), known.area_speed))
     if constant is not None and known.scene.areas is None:
         parts += [
             Step(
@@ -329,8 +347,7 @@ def areas(known: Known) -> Section | None:
     parts += _area_table(known)
     parts.append(panel(sizing, "work"))
     marks = _extreme_sums(sizing)
-    greatest = Quantity("W_max", sizing.accumulated_max, "J")
-    least = Quantity("W_min", sizing.accumulated_min, "J")
+    greatest, least, fluctuation = (known.of(key) for key in ("accumulated_max", "accumulated_min", "energy_fluctuation"))
     table = (
         (_("greatest accumulated work, {name}", name=marks[0]), Formula("W_max"), greatest),
         (_("least accumulated work, {name}", name=marks[1]), Formula("W_min"), least),
@@ -341,7 +358,7 @@ def areas(known: Known) -> Section | None:
             _("The fluctuation of energy"),
             "DeltaW = W_max - W_min",
             (greatest, least),
-            Quantity("DeltaW", sizing.energy_fluctuation, "J"),
+            fluctuation,
         )
     )
     if sizing.coefficient_of_energy is not None and sizing.drive_work and sizing.cyclic is None:
@@ -349,10 +366,13 @@ def areas(known: Known) -> Section | None:
             Step(
                 _("The same as a share of the drive's work, the coefficient of energy"),
                 "k_e = DeltaW/W_d",
-                (Quantity("DeltaW", sizing.energy_fluctuation, "J"), Quantity("W_d", sizing.drive_work, "J")),
-                Quantity("k_e", sizing.coefficient_of_energy),
+                (fluctuation, Quantity("W_d", sizing.drive_work, "J")),
+                known.of("coefficient_of_energy"),
             )
         )
+    rest = tuple((one.name, Formula(one.symbol), known.of(one.key)) for one, _value in shown(REPORT, sizing))
+    if rest:
+        parts.append(Table(_("Further figures"), (_("quantity"), _("symbol"), _("value")), rest))
     return Section(_("Crossings, areas and accumulated areas"), tuple(parts))
 
 
@@ -366,7 +386,7 @@ def _extreme_sums(sizing: Sizing) -> tuple[str, str]:
     return nearest(sizing.accumulated_max), nearest(sizing.accumulated_min)
 
 
-def _crossings(known: Known, cycle: Cycle) -> Part:
+def _crossings(known: Context, cycle: Cycle) -> Part:
     """Where the moment changes its sign: through zero, or in a jump where a load switches."""
     rows: list[tuple[Cell, ...]] = []
     for k, area in enumerate(known.sizing.areas[:-1][:_MOST_AREAS], 1):
@@ -401,7 +421,7 @@ def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
     return float(before[0]), float(after[0])
 
 
-def _area_table(known: Known) -> list[Part]:
+def _area_table(known: Context) -> list[Part]:
     """Areas and their accumulated sums, with as many digits as make the sums come out."""
     sizing = known.sizing
     found = sizing.areas
@@ -466,7 +486,7 @@ def _adds_up(sizing: Sizing, digits: int) -> bool:
 # -- approximate flywheels --------------------------------------------------------------------------------------------
 
 
-def approximate(known: Known) -> Section | None:
+def approximate(known: Context) -> Section | None:
     """The flywheel by the accumulated areas."""
     sizing, wheel, eps = known.sizing, known.sizing.flywheel, known.eps
     if eps is None or wheel.approximate_total is None or wheel.approximate is None:
@@ -480,7 +500,7 @@ def approximate(known: Known) -> Section | None:
                 "the total inertia on the crank is"
             ),
             f"J_total = DeltaW/(epsilon*{known.area_speed.symbol}**2)",
-            (Quantity("DeltaW", sizing.energy_fluctuation, "J"), known.epsilon, known.area_speed),
+            (known.of("energy_fluctuation"), known.epsilon, known.area_speed),
             Quantity("J_total", total, "kg m²"),
         )
     ]
@@ -494,10 +514,10 @@ def approximate(known: Known) -> Section | None:
     return Section(_("Approximate flywheel, by the accumulated areas"), tuple(parts))
 
 
-def _less_least(known: Known, of: str, total: float, symbol: str, left: float) -> Iterator[Part]:
+def _less_least(known: Context, of: str, total: float, symbol: str, left: float) -> Iterator[Part]:
     """The flywheel's share of a total: less the least I*, or none."""
     assert known.sizing.reduced_inertia is not None
-    least = Quantity("I_min", known.sizing.reduced_inertia.least, "kg m²")
+    least = known.of("reduced_inertia.min")
     whole, found = Quantity(of, total, "kg m²"), Quantity(symbol, left, "kg m²")
     if left > 0.0:
         told = _("Less the machine's own least reduced inertia, which is part of it, the flywheel is")
@@ -507,7 +527,7 @@ def _less_least(known: Known, of: str, total: float, symbol: str, left: float) -
         yield Step(told, f"{symbol} = max({of} - I_min, 0)", (whole, least), found)
 
 
-def on_own_shaft(known: Known, symbol: str, on_crank: float, own: float) -> Iterator[Part]:
+def on_own_shaft(known: Context, symbol: str, on_crank: float, own: float) -> Iterator[Part]:
     """A flywheel on a shaft of another speed, with the same energy."""
     if known.ratio != 1.0:
         yield Step(
@@ -518,23 +538,21 @@ def on_own_shaft(known: Known, symbol: str, on_crank: float, own: float) -> Iter
         )
 
 
-def inertia_extremes(known: Known) -> Iterator[Part]:
+def inertia_extremes(known: Context) -> Iterator[Part]:
     """The least, mean and greatest I*, and what every body adds, drawn."""
     found = known.sizing.reduced_inertia
     if found is None:
         return
-    rows = (
-        (_("least"), Formula("I_min"), Quantity("I_min", found.least, "kg m²")),
-        (_("mean over the angle"), Formula("I_mean"), Quantity("I_mean", found.mean, "kg m²")),
-        (_("greatest"), Formula("I_max"), Quantity("I_max", found.greatest, "kg m²")),
-    )
+    names = {"min": _("least"), "mean": _("mean over the angle"), "max": _("greatest")}
+    figures = {name: known.of(f"reduced_inertia.{key}") for key, name in names.items()}
+    rows = tuple((name, Formula(one.symbol), one) for name, one in figures.items())
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
     yield Table(caption, (_("value"), _("symbol"), _("inertia")), rows)
     if found.greatest > 0.0:
         yield panel(known.sizing, "inertia")
 
 
-def inertia_torque(known: Known) -> Section | None:
+def inertia_torque(known: Context) -> Section | None:
     """The short way of English textbooks: the turning moment less the inertia torque at constant speed."""
     wheel, eps, cycle = known.sizing.flywheel, known.eps, known.constant
     if eps is None or cycle is None or wheel.inertia_torque is None or wheel.inertia_torque_flywheel is None:
@@ -592,7 +610,7 @@ def _point_table(point: Point, work: Quantity, inertia: Quantity, told: str, ang
 # -- Wittenbauer ------------------------------------------------------------------------------------------------------
 
 
-def exact(known: Known) -> Section | None:
+def exact(known: Context) -> Section | None:
     """Wittenbauer's construction with its tangents, and the exact flywheel."""
     sizing, eps, cycle, wheel = known.sizing, known.eps, known.cycle, known.sizing.flywheel
     if eps is None or cycle is None or wheel.exact is None:
@@ -700,7 +718,7 @@ def exact(known: Known) -> Section | None:
     return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
 
 
-def _by_motion(known: Known, on_crank: float) -> Step:
+def _by_motion(known: Context, on_crank: float) -> Step:
     return Step(
         _("The exact flywheel is the one with which the periodic motion itself has the irregularity asked for"),
         "(omega_max - omega_min)/omega = epsilon",
@@ -710,7 +728,7 @@ def _by_motion(known: Known, on_crank: float) -> Step:
     )
 
 
-def _angles_drawn(known: Known) -> Iterator[Part]:
+def _angles_drawn(known: Context) -> Iterator[Part]:
     """The angles of the tangents where energy is drawn as 2 W/omega², in kg m² as I* is."""
     assert known.eps is not None
     yield Note(
@@ -730,7 +748,7 @@ def _angles_drawn(known: Known) -> Iterator[Part]:
 # -- speeds -----------------------------------------------------------------------------------------------------------
 
 
-def speeds(known: Known) -> Section | None:
+def speeds(known: Context) -> Section | None:
     """Greatest and least speed with the exact or the given flywheel, from the energy at their angles."""
     sizing, run, cycle = known.sizing, known.sizing.run, known.cycle
     if run is None or cycle is None:
@@ -811,12 +829,12 @@ def speeds(known: Known) -> Section | None:
 # -- torques that depend on speed -------------------------------------------------------------------------------------
 
 
-def holding(known: Known) -> Section | None:
+def holding(known: Context) -> Section | None:
     """How a motion whose torques depend on speed holds itself: the multiplier of a cycle."""
     cyclic = known.sizing.cyclic
     if cyclic is None:
         return None
-    multiplier = Quantity("lamda", cyclic.multiplier)
+    multiplier = known.of("multiplier")
     parts: list[Part] = [
         Step(
             _("What a cycle leaves of a small change of energy at its start, the cycle multiplier; E is the kinetic energy"),
@@ -846,150 +864,3 @@ def holding(known: Known) -> Section | None:
     else:
         parts.append(Note(_("No torque brings a change of speed back: the regime does not settle by itself."), "remark"))
     return Section(_("How the motion holds itself"), tuple(parts))
-
-
-# -- the check --------------------------------------------------------------------------------------------------------
-
-
-def check(known: Known) -> Section | None:
-    """The motion found on a route of its own, beside what was asked."""
-    sizing = known.sizing
-    found = sizing.simulation
-    if found is None or found.speed_max is None or found.speed_min is None:
-        return None
-    if found.route == "areas":
-        return None
-    told = {
-        "time": _(
-            "One cycle was stepped in time from the equation of motion, by a method that shares only I* and M* with the "
-            "steps above, restarted wherever a law switches; the extremes of its speed are found by root finding."
-        ),
-        "collocation": _("The periodic motion was found again by collocation, on cells of its own."),
-        "quadrature": _("The motion is that of the energy equation, by quadrature; no second route was asked for."),
-    }
-    parts: list[Part] = [
-        Step(
-            _("Equation of motion of the machine with its flywheel"),
-            "(J + I_star)*derivative(omega, t) + omega**2/2*derivative(I_star, phi) = M_star",
-        ),
-        Note(told.get(found.route, told["quadrature"])),
-    ]
-    high = Quantity("omega_max_sim", found.speed_max, "rad/s", 8)
-    low = Quantity("omega_min_sim", found.speed_min, "rad/s", 8)
-    rows = (
-        (_("greatest speed"), Formula(high.symbol), high),
-        (_("least speed"), Formula(low.symbol), low),
-    )
-    parts.append(Table(_("Speeds that came out"), (_("quantity"), _("symbol"), _("value")), rows))
-    parts.append(
-        Step(
-            _("Irregularity that came out"),
-            "epsilon_sim = 2*(omega_max_sim - omega_min_sim)/(omega_max_sim + omega_min_sim)",
-            (high, low),
-            Quantity("epsilon_sim", found.irregularity),
-        )
-    )
-    error = sizing.error.simulation
-    names = limit_names()
-    compared = tuple(
-        (names[name], Quantity("", limit.reached), Quantity("", limit.simulated))
-        for name, limit in sizing.limits.items()
-        if limit.simulated is not None
-    )
-    if compared:
-        parts.append(
-            Table(_("Limits by both routes"), (_("limit"), _("along the motion above"), _("by this route")), compared)
-        )
-    elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
-        off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
-        if off <= _ROUNDING:
-            told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)
-        else:
-            share = number(off, 2)
-            told_off = _("{asked} was asked for; the two routes differ by {share} of it.", asked=allowed, share=share)
-        parts.append(Note(told_off))
-    if error is not None:
-        parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
-    if found.closure is not None and abs(found.closure) <= _ROUNDING:
-        parts.append(Note(_("The speed at the end of the cycle is that at its start, but for rounding.")))
-    elif found.closure is not None:
-        left = number(abs(found.closure), 2)
-        parts.append(
-            Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
-        )
-    return Section(_("Check by a route of its own"), tuple(parts))
-
-
-def accuracy(known: Known, remarks: Iterable[str]) -> Section:
-    """What is approximate and by how much: the approximate flywheels, the estimated errors, what was left out."""
-    sizing, wheel = known.sizing, known.sizing.flywheel
-    parts: list[Part] = []
-    if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
-        names = {
-            "exact": _("exact (Wittenbauer)"),
-            "approximate": _("accumulated areas"),
-            "inertia_torque_flywheel": _("inertia torque"),
-        }
-        rows: list[tuple[Cell, ...]] = []
-        for candidate in candidates(sizing):
-            gives: Cell = _("no steady motion") if candidate.gives is None else Quantity("", candidate.gives[0])
-            off: Cell = "" if candidate.off is None else Quantity("", candidate.off, "%", 4)
-            rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
-        head = (_("figure"), _("inertia, kg m²"), _("off the exact one, %"), _("irregularity that it gives"))
-        parts.append(Table(_("What each figure is off by, and what the machine would do with it"), head, tuple(rows)))
-        parts += _bounds(known)
-    titles = {
-        "exact": _("exact flywheel"),
-        "approximate": _("flywheel by the areas"),
-        "inertia_torque": _("flywheel by the inertia torque"),
-        "work": _("works, as a share of the work exchanged"),
-        "simulation": _("irregularity of the check"),
-    }
-    errors = {title: getattr(sizing.error, key) for key, title in titles.items()}
-    shown = tuple((title, Quantity("", error, "", 2)) for title, error in errors.items() if error is not None)
-    if shown:
-        parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
-    reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
-    asked_for = _("A relative error of {rtol} was asked for.", rtol=number(sizing.rtol, 2))
-    parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
-    parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
-    if sizing.left_out:
-        parts.append(
-            Note(
-                _(
-                    "Left out at this level of accuracy ({level}): {what}.",
-                    level=sizing.accuracy,
-                    what="; ".join(sizing.left_out),
-                ),
-                "left out",
-            )
-        )
-    return Section(_("What is approximate, and by how much"), tuple(parts))
-
-
-def _bounds(known: Known) -> Iterator[Part]:
-    """The proven bounds of the exact flywheel."""
-    wheel = known.sizing.flywheel
-    if wheel.bracket is None or wheel.torque_bracket is None:
-        return
-    rows = tuple(
-        (name, Quantity("", max(pair[0], 0.0), "kg m²"), Quantity("", max(pair[1], 0.0), "kg m²"))
-        for name, pair in ((_("by the areas"), wheel.bracket), (_("by the inertia torque"), wheel.torque_bracket))
-    )
-    head = (_("given"), _("not below, kg m²"), _("not above, kg m²"))
-    yield Table(_("Bounds proven for the exact flywheel, whatever I* does between its extremes"), head, rows)
-
-
-def references(known: Known | None, sources: Iterable[str]) -> Section:
-    """Where the methods, and the scene, come from."""
-    items = [
-        *sources,
-        _("F. Wittenbauer, Graphische Dynamik, Springer, Berlin 1923: the diagram of energy over inertia and its tangents."),
-        _(
-            "H. M. Paynter, Analysis and Design of Engineering Systems, MIT Press 1961; D. C. Karnopp, D. L. Margolis, "
-            "R. C. Rosenberg, System Dynamics: bond graphs."
-        ),
-    ]
-    if known is not None and known.sizing.built is not None:
-        items.append(_("S. Timoshenko, Strength of Materials, part II: rotating discs, and rims on spokes."))
-    return Section(_("References"), (Items(tuple(items)),))

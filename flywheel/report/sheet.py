@@ -11,11 +11,10 @@ from html import escape
 
 from flywheel.language import text as _
 from flywheel.report.document import inline_svg
-from flywheel.sizing.power_flow import PowerFlow
-from flywheel.sizing.results import Sizing
-from flywheel.tables.answers import Block, Row, answers
-from flywheel.tables.power_flow import entries, given, place
-from flywheel.tables.trade_units import SYSTEMS, TradeUnits, few_digits
+from flywheel.sizing.results import PowerFlow, Sizing
+from flywheel.tables.power import entries, given, place
+from flywheel.tables.rows import SYSTEMS, TradeUnits, few_digits
+from flywheel.tables.summary import Block, Row, summary
 
 STYLE = """
 .sheet { margin: 0 0 2em; font-size: .86em; line-height: 1.3; }
@@ -51,7 +50,7 @@ STYLE = """
 def sheet(sizing: Sizing, customary: bool = False) -> str:
     """The sheet of a sizing as HTML, in the language in use."""
     units = SYSTEMS["us" if customary else "si"]
-    blocks = {block.name: block for block in answers(sizing, units.name)}
+    blocks = {block.name: block for block in summary(sizing, units.name)}
     heads = {
         "machine": _("Machine"),
         "limits": _("What binds"),

@@ -10,13 +10,13 @@ from flywheel.components.wheels import DISC, Wheel
 from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.report.regime import Known, quantity
-from flywheel.tables.answers import material_name
+from flywheel.report.regime import Context, quantity
+from flywheel.tables.summary import material_name, stress_place
 
 _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
 
 
-def wheel(known: Known) -> Section | None:
+def wheel(known: Context) -> Section | None:
     """The wheel as built: its dimensions, and from them its mass, inertia and stresses."""
     built = known.sizing.built
     if built is None:
@@ -124,7 +124,7 @@ def _arms_and_hub(found: Wheel, density: Quantity, inner: Quantity) -> Iterator[
     yield Step(_("Its inertia"), "I_3 = m_hub*(r_h**2 + r_b**2)/2", (around, hub, bore), of_hub)
 
 
-def _inertia(known: Known, found: Wheel) -> Iterator[Part]:
+def _inertia(known: Context, found: Wheel) -> Iterator[Part]:
     """The wheel's inertia beside the one that it was made for."""
     body = found.body
     whole = Quantity("I_w", found.inertia, "kg m²")
@@ -149,7 +149,7 @@ def _inertia(known: Known, found: Wheel) -> Iterator[Part]:
     yield Step(_("The same in handbooks' terms, GD²"), "G_D = 4*I_w", (whole,), Quantity("G_D", 4 * found.inertia, "kg m²"))
 
 
-def _stresses(known: Known, found: Wheel, torque: float | None) -> Iterator[Part]:
+def _stresses(known: Context, found: Wheel, torque: float | None) -> Iterator[Part]:
     """Rim speed, and the stresses by place."""
     body, allowable = found.body, found.material.allowable
     speed, density = Quantity("omega_w", found.speed, "rad/s"), Quantity("rho", found.material.density, "kg/m³")
@@ -169,7 +169,7 @@ def _stresses(known: Known, found: Wheel, torque: float | None) -> Iterator[Part
         yield from _on_arms(found, torque, speed, density)
         greatest = Quantity("sigma", found.greatest_stress, "MPa")
         yield Table(
-            _("The greatest of them, {place}", place=_place(found.place)),
+            _("The greatest of them, {place}", place=stress_place(found.place)),
             _head(),
             ((_("stress"), Formula("sigma"), greatest),),
         )
@@ -180,7 +180,7 @@ def _stresses(known: Known, found: Wheel, torque: float | None) -> Iterator[Part
         yield Step(_("Greatest stress, in the centre"), "sigma = (3 + nu)/8*rho*(omega_w*R)**2", numbers, greatest)
     else:
         yield Step(
-            _("Greatest stress, {place}", place=_place(found.place)),
+            _("Greatest stress, {place}", place=stress_place(found.place)),
             "sigma = rho*omega_w**2/4*((3 + nu)*R**2 + (1 - nu)*r**2)",
             (density, speed, poisson, outer, inner),
             greatest,
@@ -196,20 +196,6 @@ def _stresses(known: Known, found: Wheel, torque: float | None) -> Iterator[Part
         )
     if allowable is not None and found.greatest_stress > allowable * (1 + _SAME):
         yield Note(_("The stress is above the allowable one."), "remark")
-
-
-def _place(place: str) -> str:
-    names = {
-        "rim at the arms": _("rim at the arms"),
-        "rim between the arms": _("rim between the arms"),
-        "arms at the rim": _("arms at the rim"),
-        "arms at the hub": _("arms at the hub"),
-        "rim": _("rim"),
-        "inside of the rim": _("inside of the rim"),
-        "centre": _("centre"),
-        "edge of the bore": _("edge of the bore"),
-    }
-    return names.get(place, place)
 
 
 def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quantity) -> Iterator[Part]:
@@ -272,7 +258,7 @@ def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quant
     yield Step(told, formula, more, Quantity("sigma_4", stress["arms at the hub"], "MPa"))
 
 
-def every_shaft(known: Known) -> Section | None:
+def every_shaft(known: Context) -> Section | None:
     """The same flywheel on every shaft, where there are several."""
     sizing = known.sizing
     if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:

@@ -7,9 +7,9 @@ its own tables with them.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from bondgraph.records import NamedTuple
-from flywheel.numerics.units import is_recorded
+from flywheel.numerics.functions import is_recorded
 
 _TINIEST = 1e-50  # what is above 0 is at least this: squares and products of less leave the floating-point range
 

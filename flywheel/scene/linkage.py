@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
-
-from bondgraph.records import NamedTuple
+from typing import Any, NamedTuple
 
 FRAME = "frame"
 

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.records import NamedTuple
+from flywheel.components.load_models import MODELS, Model
 from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
@@ -157,6 +157,16 @@ class Load(NamedTuple):
     piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
     factor: float = 1.0  # by which the law was multiplied
     drag: bool = False  # dry friction of a shaft's own bearings: the law's size turns round with the shaft
+
+    @property
+    def known(self) -> Model | None:
+        """What it is as a load of a known kind; None for another, and for a drive."""
+        return MODELS.get(self.model.partition(":")[0])
+
+    @property
+    def is_loss(self) -> bool:
+        """Whether nothing is gained by it."""
+        return self.known is not None and self.known.loss
 
 
 class Spring(NamedTuple):
@@ -334,9 +344,7 @@ class Scene(Frozen):
         given = f", from {self.given_as}" if self.given_as else ""
         return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
 
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
+    _repr_html_ = notebook.html
 
     def with_document(
         self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]
@@ -388,6 +396,11 @@ class Scene(Frozen):
         return "crank" if self.stroke is None else self.stroke.element
 
     @property
+    def sliding(self) -> bool:
+        """Whether the driver slides, so that its coordinate is a position (m) and not an angle."""
+        return self.stroke is not None and self.stroke.sliding
+
+    @property
     def origin(self) -> float:
         """The coordinate (rad or m) at which the machine's own, from 0 to the cycle, begins: not 0 on a stroke."""
         return 0.0 if self.stroke is None else self.stroke.start
@@ -409,8 +422,12 @@ class Scene(Frozen):
 
     @property
     def has_speed(self) -> bool:
-        """Whether something fixes the speed of steady running: it is given, or torques depend on it."""
-        return self.speed is not None or self.depends_on_speed
+        """Whether something fixes the speed of steady running: it is given, or torques or losses in meshes depend on it.
+
+        Meshes lose of what is accelerated, too, which grows with the speed; that decides where all torques are known.
+        """
+        lossy = self.unknown is None and any(share < 1.0 for share in self.efficiencies.values())
+        return self.speed is not None or self.depends_on_speed or lossy
 
     @property
     def rubs(self) -> bool:

@@ -10,25 +10,31 @@ node and no formula for the flywheel; with torques that depend on speed it repea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import partial
+from itertools import islice, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
-from flywheel.machine.dynamics import Dynamics
-from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import BudgetError, counted, limited
+from bondgraph.motion.runge_kutta import RateField, Rates
+from bondgraph.motion.stepping import TIGHTEST, Events, Step, StepError, Tolerance, residuals, through
+from flywheel.machine.dynamics import Dynamics, PlainInstant
+from flywheel.machine.machine import Anchor, Machine
+from flywheel.numerics.budget import BudgetError, count, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
-from flywheel.regime.periodic_motion import Demand
-from flywheel.regime.stepping import TIGHTEST, SlidingError, Step, one_cycle
+from flywheel.regime.cycle_equations import Demand
+from flywheel.regime.free_motion import stiffness, too_short
+from flywheel.regime.joint_friction import dynamics_of
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.scene.scene import Scene
+from flywheel.sizing.drive import MotorShaft
 from flywheel.sizing.limits import IRREGULARITY, of_motor, shares
-from flywheel.sizing.results import Confirmation, Confirmed, MotorShaft, Regime, motor_heat
+from flywheel.sizing.results import Confirmation, Confirmed, Regime
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
 _MOST = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
@@ -179,7 +185,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     u = start / (scale * (1 + np.sqrt(1 + start)))
     # relative to the least speed; dense output, which finds the ends of pieces, is one order below the steps themselves
     tight = max(3e-5 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)
-    dynamics = Dynamics(machine, run.inertia, cycle.balance or 0.0)
+    dynamics = dynamics_of(machine, run.inertia, cycle.balance or 0.0)
     first = np.array([0.0, u, *run.states])
 
     def stop() -> None:
@@ -217,7 +223,7 @@ def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dic
         return np.asarray(circuit.current(turned, tuple(states))) / (motor.rated_current or 1.0)
 
     def heat(turned: Array, states: Array) -> Array:
-        return motor_heat(motor, turned, () if circuit is None else tuple(states))
+        return motor.heat_share(turned, () if circuit is None else tuple(states))
 
     def along(step: Step, law: Callable[[Array, Array], Array], shares: Array) -> Array:
         states = step.dense(step.start + (step.end - step.start) * shares)
@@ -345,3 +351,168 @@ def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float
         except NoMotionError:
             apart = _HOPELESS
     return run.irregularity, run.error + apart
+
+
+# -- one cycle by steps, in scaled variables that keep their digits however little the speed varies ----------------------
+
+_COUNTED = 12  # evaluations that are counted at once: those of a step
+_MOST_STEPS = 4_000  # steps
+_FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
+_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_MOST_CROSSINGS = 500  # of switches in a cycle
+_TRIES = 8  # changes of side at one place, before they are no longer looked for
+_SLIGHT = 1e-3  # of the size of a motor's states: what is smaller need not be as exact
+
+
+class SlidingError(ValueError):
+    """A motion that does not get on: it slides along a law that drives it back from both sides."""
+
+
+def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
+    """The steps of a cycle from a state at phi = 0: phi (rad), u, and a motor's own states, such as its current.
+
+    tau = w t and omega = w (1 + scale u). Stepping starts afresh at every breakpoint of position, and where a law switches
+    at a speed or a mesh changes the side that drives.
+
+    Args:
+        dynamics: the machine with its flywheel and balance.
+        speed: w, rad/s.
+        scale: of the speed's variation, about the irregularity.
+        first: the state at phi = 0.
+        tight: tolerance of a step.
+
+    Raises:
+        SlidingError: where the motion keeps changing sides, as it does along a torque that jumps at a speed.
+
+    Where it changes sides again and again at one place, the rest of that piece is stepped without looking for switches.
+
+    """
+    equations = _Scaled(dynamics, speed, scale)
+    edges = dynamics.machine.restarts
+    own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
+    tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *own]))
+    state, tau, found = first, 0.0, list[Step]()
+    hint: float | None = None
+    crossings = 0
+    for low, high in pairwise(edges.tolist()):
+        tries = 0
+        while True:
+            anchor, own = equations.anchor(state, (low, high)) if tries <= _TRIES else (None, state[2:])
+            events = None if anchor is None else equations.events(anchor, own, tau, state)
+            rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
+            stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, events, along)
+            most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
+            try:
+                passed = [*islice(stepping, most)]
+            except StepError as error:
+                raise SceneError([too_short(error)]) from None
+            last, crossings = passed[-1], crossings + (passed[-1].crossed is not None)
+            found += [step for step in passed if step.end > step.start]
+            if len(passed) == most or crossings > _MOST_CROSSINGS:
+                raise SlidingError
+            tries = tries + 1 if last.end == tau else 0
+            state, tau = np.array(last.last), last.end
+            if last.crossed is None or high - state[0] <= 2 * _AHEAD * (high - low):
+                break
+        hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
+        state[0] = high
+    return found
+
+
+class _Scaled(NamedTuple):
+    """The equation of motion in tau and u; branches are decided at an anchor, or without one at every instant."""
+
+    dynamics: Dynamics
+    speed: float
+    scale: float
+
+    def rates(self, ends: tuple[float, float], anchor: Anchor | None) -> Rates:
+        """d(phi, u, a motor's states)/dtau within a stretch."""
+        dynamics, speed, scale = self
+        middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
+
+        def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
+            phi, u, *own = state
+            ratio = 1.0 + scale * u
+            at = dynamics.at(phi, middle, speed * ratio, states=own, ends=ends, anchor=anchor)
+            found = ratio, float(at.acceleration) / (speed * speed * scale)
+            return (*found, *(float(rate) / speed for rate in at.rates)) if own else found
+
+        law = dynamics.plainly(anchor or Anchor(middle, None, None))
+        if law is None:
+            return rates
+        return self._recorded(law, rates)
+
+    def _recorded(self, law: PlainInstant, walked: Rates) -> Rates:
+        """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
+        speed, scale = self.speed, self.scale
+        unit, calls = 1.0 / (speed * speed * scale), 0
+
+        def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
+            nonlocal calls
+            calls += 1
+            if calls == _COUNTED:
+                count(calls)
+                calls = 0
+            phi, u, *own = state
+            ratio = 1.0 + scale * u
+            try:
+                acceleration, _, _, changes = law(phi, speed * ratio, 0.0, own)
+            except (ValueError, ArithmeticError):
+                acceleration = math.nan
+            if acceleration - acceleration != 0.0:
+                found: Sequence[float] = walked(tau, state)
+                return found
+            return (ratio, acceleration * unit, *(rate / speed for rate in changes)) if own else (ratio, acceleration * unit)
+
+        return rates
+
+    def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array) -> RateField | None:
+        """The same rates at many instants at once; None where branches are decided at every instant."""
+        dynamics, speed, scale = self
+        if anchor is None and dynamics.branching:
+            return None
+        place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
+        sizes = [1.0, 1.0 / scale]
+        if circuit is not None:
+            sizes += [max(abs(float(value)), size) for value, size in zip(state[2:], circuit.scales, strict=True)]
+
+        def rates(tau: Array, states: Array) -> Array:
+            ratio = 1.0 + scale * states[1]
+            at = dynamics.at_many(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
+            return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
+
+        return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
+
+    def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
+        """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them.
+
+        And a motor's own states there.
+        """
+        if not self.dynamics.branching:
+            return None, state[2:]
+        phi, width = float(state[0]), ends[1] - ends[0]
+        rate = self.rates(ends, None)(0.0, state)
+        ahead = _AHEAD * width / float(rate[0])
+        held = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
+        omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))
+        anchor = Anchor(held, omega, 0.0)
+        own = [float(value + ahead * change) for value, change in zip(state[2:], rate[2:], strict=True)]
+        now = self.dynamics.at(held, held, omega, states=own, ends=ends, anchor=anchor)
+        return anchor._replace(factors=now.factors or None), np.array(own)
+
+    def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
+        """What ends the coming stretch, with the sides that it is on at the anchor, where a motor has states of its own.
+
+        start: tau where the stretch begins, from the state.
+        """
+        dynamics, speed, scale = self
+
+        def values(tau: Array, states: Array) -> Array:
+            omega = np.asarray(speed * (1.0 + scale * states[1]))
+            found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
+            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
+
+        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), own[:, None]
+        sides = np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here, there=True)])
+        return Events(values, sides, residuals=residuals(sides, values(np.array([start]), state[:, None])[:, 0]))

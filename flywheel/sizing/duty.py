@@ -17,31 +17,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, isfinite, log, sqrt
-from typing import Any
+from math import inf, log, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors import Induction
+from flywheel.components.motors import Motor
+from flywheel.machine.machine import circuit_of
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import turning_moment
+from flywheel.regime.branch import Existence
+from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
-from flywheel.sizing.results import Limit, MotorShaft, Sizing, estimates, heat_share
+from flywheel.sizing.drive import MotorShaft, heat_share
+from flywheel.sizing.errors import estimates
+from flywheel.sizing.limits import Point, Share, Span, State
+from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
 
 LONGEST = 600.0
 """Period (s) of a duty that the mean of its heat speaks for, unless another is agreed on: IEC 60034-1 has 10 minutes."""
 _FADED = 0.05  # of a change of speed: what is left of it when it has settled
 _TOO_LONG = 0.05  # of a phase: what settling may take of it
-_MORE = 1e-6  # share by which a phase may exceed a limit
-_SEARCHED = 1e-10  # relative error of a flywheel that a limit over the duty decides
-_STEP, _STEPS = 1.5, 20  # of inertias that are tried
-_FIRST, _BEYOND = 6, 4.0  # steps after which a figure that falls like 1/J is held against what is left of it: 2 of its falls
-_HEAVY = 1e3  # times the last of these: as good as a constant speed
-_HALVES = 12  # of a bracket at whose end a phase has no regime
-_LIGHT = 0.01  # of the machine's own inertia: the lightest of these
+_ROUGHLY = 1e-6  # relative error from which on a start is taken to grow evenly with the flywheel
 
 
 class Stretch(NamedTuple):
@@ -112,31 +112,87 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
 
     """
     running = [phase for phase in scene.duty if phase.scene is not None]
+    if scene.inertia is not None:
+        runs = _all(running, lambda phase: plain(_scene(phase)))
+        hardest = max(running, key=lambda phase: _irregularity(runs[phase.name]))
+        found, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
+        return replace(found, duty=duty, messages=(*found.messages, *_messages(duty, scene, None)))
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
         raise SceneError([Fault("flywheel.limits", alone_there, "an irregularity beside them", "which every phase keeps")])
     if whole:
         running = [phase._replace(scene=_without(_scene(phase), whole)) for phase in running]
-    hardest, runs = _hardest(running, plain)
-    search = _Search(scene, running, plain, whole, {_inertia(runs): runs})
-    lightest = _inertia(runs)
-    needed = {name: search.smallest(name, lightest) for name in whole}
-    inertia = max([lightest, *needed.values()])
-    found = size(_scene(hardest)) if inertia == lightest else None
-    if found is not None and abs((found.inertia or 0.0) - inertia) <= _MORE * inertia:
+    alone = _all(running, lambda phase: plain(_scene(phase)))
+    spans = {_of(phase): ranges(alone[phase.name]) for phase in running}
+    if whole:
+        search = _search(scene, running, alone, whole)
+        spans |= {name: search.spans(name) for name in whole}
+        limits.check_reached(search, {name: spans[name] for name in whole}, 1.0, duty=True)
+    limits.check_together(spans, 1.0)
+    every = limits.together(spans.values())
+    inertia, error = next((span.first, span.error) for span in every if span.state is State.KEPT)
+    runs = _all(running, lambda phase: plain(analysed(_scene(phase), inertia)))
+    hardest = max(running, key=lambda p: (_begins(spans[_of(p)], inertia), *_hardness(alone[p.name], runs[p.name])))
+    decides = next((name for name in whole if inertia > 0.0 and _begins(spans[name], inertia)), None)
+    if decides is None and alone[hardest.name].inertia == inertia:
+        found = size(_scene(hardest))
         runs[hardest.name] = found if found.simulation else runs[hardest.name]
-        duty, binding = over(scene.duty, runs, inertia), found.binding
     else:
-        found = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia)
-        duty = search.duty(inertia)
-        binding = max(needed, key=lambda name: needed[name]) if inertia > lightest else None
-        runs = search.runs(inertia)
-    duty = duty._replace(governing=hardest.name)
-    alone = needed | {name: limit.alone for name, limit in (plain(_scene(hardest)).limits if scene.limits else {}).items()}
-    kept = {name: _reached(name, asked, duty, runs, alone[name]) for name, asked in scene.limits.items()}
-    told = (*found.messages, *_messages(duty, scene, binding if binding in whole else None), *search.unkept(inertia))
-    return replace(found, duty=duty, limits=kept, binding=binding, messages=told)
+        found = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
+    wheel = found.flywheel._replace(broken=limits.broken_beyond(every, inertia))
+    duty = over(scene.duty, runs, inertia)._replace(governing=hardest.name)
+    needed = {name: _smallest(spans[name]) for name in whole}
+    for name in scene.limits.keys() - whole.keys():
+        needed[name] = max(sizing.limits[name].alone for sizing in alone.values())
+    kept = {name: _reached(name, asked, duty, runs, needed[name], error) for name, asked in scene.limits.items()}
+    others = {name: each for name, each in spans.items() if name != _of(hardest) or found.scene.limits != scene.limits}
+    told = (*found.messages, *_messages(duty, scene, decides), *limits.gaps(others, inertia, 1.0))
+    binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
+    return replace(found, flywheel=wheel, duty=duty, limits=kept, binding=binding, messages=tuple(dict.fromkeys(told)))
+
+
+def _all(phases: Iterable[Phase], run: Callable[[Phase], Sizing]) -> dict[str, Sizing]:
+    """The sizings of phases, by name; refused with the faults of all."""
+    found, faults = dict[str, Sizing](), list[Fault]()
+    for phase in phases:
+        try:
+            found[phase.name] = run(phase)
+        except SceneError as error:
+            faults += [fault._replace(path=f"{phase.path} ({phase.name}): {fault.path}") for fault in error.faults]
+    refuse(faults)
+    return found
+
+
+def _of(phase: Phase) -> str:
+    """What a phase keeps, in words."""
+    return f"what is asked of {phase.name}"
+
+
+def ranges(sizing: Sizing) -> list[Span]:
+    """The flywheels (kg m² at their own shaft) with which a sized machine keeps what is asked, and those that break it."""
+    exact, broken = sizing.inertia or 0.0, sizing.flywheel.broken
+    found = [Span(State.BROKEN, 0.0, exact), Span(State.KEPT, exact, inf, sizing.error.exact or 0.0)][exact == 0.0 :]
+    for each in broken:
+        found[-1] = found[-1]._replace(last=each.start)
+        found.append(Span(State.BROKEN, each.start, inf if each.end is None else each.end, each.start_error))
+        if each.end is not None:
+            found.append(Span(State.KEPT, each.end, inf, each.end_error))
+    return found
+
+
+def _begins(spans: Iterable[Span], inertia: float) -> bool:
+    """Whether a limit is kept from a flywheel on, and not by lighter ones beside it."""
+    return any(span.state is State.KEPT and span.first == inertia for span in spans)
+
+
+def _smallest(spans: Iterable[Span]) -> float:
+    return next(span.first for span in spans if span.state is State.KEPT)
+
+
+def _hardness(alone: Sizing, run: Sizing) -> tuple[float, float]:
+    """By what phases are ordered: the flywheel that one needs, and how evenly it runs."""
+    return alone.inertia or 0.0, _irregularity(run)
 
 
 WHOLE = {"motor_heat": "heat_share", "motor_rms": "rms_torque_share"}
@@ -159,157 +215,119 @@ def analysed(scene: Scene, inertia: float) -> Scene:
     return scene if scene.inertia == inertia else scene.with_flywheel(inertia)
 
 
-def _inertia(runs: Mapping[str, Sizing]) -> float:
-    """The flywheel that phases run with."""
-    return next(iter(runs.values())).inertia or 0.0
-
-
-def _with_flywheel(scene: Scene, found: Sizing, inertia: float) -> Sizing:
+def _with_flywheel(scene: Scene, found: Sizing, inertia: float, error: float) -> Sizing:
     """An analysis as the sizing of a scene, whose flywheel it is."""
-    wheel = found.flywheel._replace(inertia=None, exact=inertia, needed=True)
-    return replace(found, scene=scene, flywheel=wheel, error=found.error._replace(exact=_SEARCHED))
+    wheel = found.flywheel._replace(inertia=None, exact=inertia, needed=inertia > 0.0)
+    return replace(found, scene=scene, flywheel=wheel, error=found.error._replace(exact=error))
 
 
-def _hardest(phases: list[Phase], plain: Callable[[Scene], Sizing]) -> tuple[Phase, dict[str, Sizing]]:
-    """The phase that needs the largest flywheel, or runs least evenly with a given one, and all with that flywheel.
-
-    A phase that keeps what is asked with the flywheel of another needs no more than that.
-    """
-    given = _scene(phases[0]).inertia
-    sizings, faults = dict[str, Sizing](), list[Fault]()
-    hardest, inertia = phases[0], given
-    for phase in phases:
-        try:
-            run = None if inertia is None else plain(analysed(_scene(phase), inertia))
-            if run is None or (given is None and any(_beyond(run, _asked(_scene(phase))))):
-                hardest, inertia = phase, max(plain(_scene(phase)).inertia or 0.0, inertia or 0.0)
-                run = plain(analysed(_scene(phase), inertia))
-            sizings[phase.name] = run
-        except SceneError as error:
-            faults += [fault._replace(path=f"{phase.path} ({phase.name}): {fault.path}") for fault in error.faults]
-    refuse(faults)
-    for phase in phases:
-        if inertia is not None and sizings[phase.name].inertia != inertia:
-            sizings[phase.name] = plain(analysed(_scene(phase), inertia))
-    if given is not None:
-        hardest = max(phases, key=lambda phase: _irregularity(sizings[phase.name]))
-    return hardest, sizings
-
-
-def _asked(scene: Scene) -> dict[str, float]:
-    """What a phase shall keep: its limits, or its irregularity."""
-    return dict(scene.limits) or ({} if scene.irregularity is None else {"irregularity": scene.irregularity})
-
-
-def _figures(names: Iterable[str], run: Sizing) -> dict[str, limits.Share]:
+def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
     """The figures of a phase that are limited."""
     if run.cycle is None or run.run is None:
         return {}
     return limits.shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
 
 
-def _beyond(run: Sizing, asked: Mapping[str, float]) -> Iterator[str]:
-    """The limits that a phase does not keep."""
-    for name, share in _figures(asked, run).items():
-        if share.value > asked[name] * (1.0 + _MORE) + share.error:
-            yield name
+class _Branches:
+    """The steady motions of all phases of a duty over its flywheel, and what of the motor's limits they come to."""
 
+    def __init__(self, scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], names: Iterable[str]) -> None:
+        self.scene, self.running, self.alone, self.names = scene, running, alone, tuple(names)
+        self.branches = {phase.name: limits.branch_of(alone[phase.name]) for phase in running}
+        self.lightest = max(sizing.inertia or 0.0 for sizing in alone.values())
+        self.rated = {phase.name: _rated(alone[phase.name]) for phase in running}
+        self.linear = dict[str, tuple[_Start, _Start, float]]()
 
-class _Search:
-    """Duties with flywheels of several inertias (kg m² at their own shaft): the smallest that keeps a limit over a duty."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        running: list[Phase],
-        plain: Callable[[Scene], Sizing],
-        whole: Mapping[str, float],
-        known: dict[float, dict[str, Sizing]],
-    ) -> None:
-        self.scene, self.running, self.plain, self.asked = scene, running, plain, whole
-        self.known, self.duties = known, dict[float, Duty]()
-
-    def runs(self, inertia: float) -> dict[str, Sizing]:
-        """All phases with a flywheel."""
-        if inertia not in self.known:
-            self.known[inertia] = {p.name: self.plain(analysed(_scene(p), inertia)) for p in self.running}
-        return self.known[inertia]
-
-    def duty(self, inertia: float) -> Duty:
-        """The duty with a flywheel."""
-        if inertia not in self.duties:
-            self.duties[inertia] = over(self.scene.duty, self.runs(inertia), inertia)
-        return self.duties[inertia]
-
-    def off(self, name: str, inertia: float) -> float:
-        """By how much a figure of the duty is beyond its limit; without end where a phase has no regime."""
+    def at(self, inertia: float, rtol: float) -> Point:
+        """The limits of the duty with a flywheel (kg m² at its own shaft), and the motions of its phases."""
+        found = [self.branches[p.name].at(inertia * _scene(p).flywheel_ratio ** 2, rtol) for p in self.running]
+        kinds = {finding.existence for finding in found}
+        if kinds != {Existence.MOTION}:
+            return Point(inertia, Existence.NONE if Existence.NONE in kinds else Existence.UNKNOWN)
+        motions = {p.name: finding.motion for p, finding in zip(self.running, found, strict=True) if finding.motion}
         try:
-            return float(getattr(self.duty(inertia), WHOLE[name])) - self.asked[name]
-        except SceneError:
-            return inf
+            rows = [self._row(phase, motions.get(phase.name), inertia, rtol) for phase in self.scene.duty]
+        except SceneError:  # starts that do not come to the regime, or not in time
+            return Point(inertia, Existence.NONE)
+        shares = dict[str, Share]()
+        for name in self.names:
+            value, off = _combined(WHOLE[name], rows)
+            assert value is not None
+            assert off is not None
+            shares[name] = Share(value, off * abs(value))
+        return Point(inertia, Existence.MOTION, tuple(motions.values()), shares)
 
-    def smallest(self, name: str, start: float) -> float:
-        """The smallest flywheel that keeps a limit over the duty, looked for from one with which all phases run."""
-        least = _LIGHT * self._own()
-        after, tried = max(start, least), {start: self.off(name, start)}
-        if tried[start] > 0.0:
-            before = start
-            for k in range(1, _STEPS + 1):
-                after = max(start, least) * _STEP**k
-                tried[after] = self.off(name, after)
-                if tried[after] <= 0.0:
-                    return self._crossing(name, before, after)
-                falls = tried[before] - tried[after]
-                if k >= _FIRST and tried[after] > _BEYOND * falls:
-                    break
-                before = after
-            tried[_HEAVY * after] = self.off(name, _HEAVY * after)
-            raise SceneError([self._unreached(name, min(tried, key=lambda each: tried[each]))])
-        while after > least:
-            before = after / _STEP
-            if self.off(name, before) > 0.0:
-                return self._crossing(name, before, after)
-            after = before
-        return 0.0 if self.off(name, 0.0) <= 0.0 else after
+    def _row(self, phase: Phase, motion: OwnMotion | None, inertia: float, rtol: float) -> PhaseLoad:
+        """What a phase adds to the limits of the duty."""
+        if motion is None:
+            return PhaseLoad(phase.name, True, phase.duration or 0.0, phase.cooling)
+        shaft = MotorShaft(_scene(phase), motion.cycle, motion.run, motion.speed, rtol)
+        values, off = _at_motor(self.rated[phase.name], limits.shares(self.names, shaft))
+        period, of_period = 0.0, 0.0
+        if phase.duration is None:
+            period, of_period = turning_moment.period(motion.cycle, motion.speed, motion.run, rtol)
+        start = self._start(phase, inertia, rtol) if phase.starts else None
+        steady, duration = _times(phase, start, period)
+        if start is not None:
+            values, off = _with_starts(values, off, start, phase.starts, steady / duration, duration)
+        errors = {**off, "duration": steady * of_period}
+        shares = {WHOLE[name]: values[WHOLE[name]] for name in self.names}
+        return PhaseLoad(phase.name, False, duration, errors=errors, **shares)
 
-    def _crossing(self, name: str, low: float, high: float) -> float:
-        """The flywheel between two at which a figure of the duty is at its limit, or the lightest with which all run."""
-        from scipy.optimize import brentq  # only such duties pay for it
+    def _start(self, phase: Phase, inertia: float, rtol: float) -> _Start:
+        """A start with a flywheel; coarsely, from two of them, as one takes time and makes heat in proportion to inertia."""
+        if rtol < _ROUGHLY:
+            return _start(phase, inertia)
+        if phase.name not in self.linear:
+            heavier = self.lightest + max(limits.extent_of(self.alone[phase.name])[0], self.lightest)
+            self.linear[phase.name] = _start(phase, self.lightest), _start(phase, heavier), heavier
+        light, heavy, heavier = self.linear[phase.name]
+        share = (inertia - self.lightest) / (heavier - self.lightest)
 
-        for _ in range(_HALVES):
-            if isfinite(self.off(name, low)):
-                return float(brentq(lambda each: self.off(name, each), low, high, xtol=1e-300, rtol=_SEARCHED))
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self.off(name, middle) <= 0.0 else (middle, high)
-        return high
+        def between(first: float, second: float) -> float:
+            return max(first + share * (second - first), 0.0)
 
-    def _unreached(self, name: str, best: float) -> Fault:
-        reached = 100.0 * (self.off(name, best) + self.asked[name])
-        found = f"{100 * self.asked[name]:.6g} %, which no flywheel reaches over the duty: at best, with {best:.5g} kg m^2"
-        advice = "give a larger motor, or allow it more"
-        return Fault(f"flywheel.limits.{name}", f"{found}, it is {reached:.6g} %", "a limit above that", advice)
-
-    def _own(self) -> float:
-        """The machine's own inertia at the flywheel's shaft."""
-        found = next(iter(self.known.values())).values()
-        own = max(0.0 if run.reduced_inertia is None else run.reduced_inertia.greatest for run in found)
-        return own / self.scene.flywheel_ratio**2
-
-    def unkept(self, inertia: float) -> Iterator[str]:
-        """What phases do not keep with the flywheel of another, where more inertia is not always better."""
-        for phase in self.running if self.scene.inertia is None else ():
-            for name in _beyond(self.runs(inertia)[phase.name], _asked(_scene(phase))):
-                yield f"{phase.name} does not keep {name} with that flywheel"
+        heat = None if light.heat is None or heavy.heat is None else between(light.heat, heavy.heat)
+        time, work = between(light.time, heavy.time), between(light.work, heavy.work)
+        return _Start(time, work, heat, between(light.square, heavy.square), heavy.error)
 
 
-def _reached(name: str, asked: float, duty: Duty, runs: Mapping[str, Sizing], alone: float) -> Limit:
+def _search(scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]) -> limits.Search:
+    """The search over flywheels (kg m² at their own shaft) for the limits that are those of a whole duty."""
+    branches = _Branches(scene, running, alone, whole)
+    extents = [limits.extent_of(alone[phase.name]) for phase in running]
+    lightest, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
+    swings = any(circuit_of(_scene(phase)) is not None for phase in running)
+    return limits.Search(branches.at, whole, lightest, heaviest, next(iter(alone.values())).rtol, swings=swings)
+
+
+def _rated(sizing: Sizing) -> dict[str, float]:
+    """Torque (N m) and heat (W) of a motor at its rated point; 0 where one is not known."""
+    motor, values = sizing.scene.motor, _of_motor(sizing)[0]
+    torque = 0.0 if motor is None or motor.rated is None else motor.rated.torque
+    return {"rms_torque": torque, "heat": values["heat"] / values["heat_share"] if values["heat_share"] else 0.0}
+
+
+def _at_motor(rated: Mapping[str, float], shares: Mapping[str, Share]) -> tuple[dict[str, Any], dict[str, float]]:
+    """The load of a motor by its shares, as `_of_motor` gives it, and errors."""
+    values: dict[str, Any] = dict.fromkeys(_FIGURES)
+    off = {"mean_power": 0.0}
+    for name, share in shares.items():
+        figure = WHOLE[name].removesuffix("_share")
+        scale = rated[figure]
+        values |= {WHOLE[name]: share.value, figure: share.value * scale}
+        off |= {WHOLE[name]: share.error, figure: share.error * scale}
+    return values, dict.fromkeys(_FIGURES, 0.0) | off
+
+
+def _reached(name: str, asked: float, duty: Duty, runs: Mapping[str, Sizing], alone: float, error: float) -> Limit:
     """A limit of the scene, with the figure of the whole duty or of the phase that is nearest to it."""
     if name in WHOLE:
         reached = float(getattr(duty, WHOLE[name]))
-        return Limit(asked, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), _SEARCHED)
+        return Limit(asked, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), error)
     shares = [share[name] for run in runs.values() if (share := _figures((name,), run))]
-    worst = max(shares, key=lambda each: each.value, default=limits.Share(0.0, 0.0))
-    return Limit(asked, worst.value, alone, None, worst.error / max(worst.value, 1e-300), _SEARCHED)
+    worst = max(shares, key=lambda each: each.value, default=Share(0.0, 0.0))
+    return Limit(asked, worst.value, alone, None, worst.error / max(worst.value, 1e-300), error)
 
 
 def _irregularity(sizing: Sizing) -> float:
@@ -320,70 +338,6 @@ def _irregularity(sizing: Sizing) -> float:
 
 _FIGURES = ("mean_power", "rms_torque", "rms_torque_share", "heat", "heat_share", "current_rms")
 _SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # what counts by its square
-
-
-class PhaseLoad(NamedTuple):
-    """A phase of a duty as it runs with the flywheel; all but `duration` is None at rest, or where it does not apply.
-
-    `duration` (s) with its starts and `cycles` without;
-    `speed` (rad/s, mean of extremes, of the crank), `irregularity`; `mean_power` and `peak_power` (W) of the drive,
-    `rms_torque` (N m, on its shaft), `heat` (W) of what heats the motor, `current_rms` (A), those of starts included but
-    for the peak; shares are over the rated point. `start_time` (s) and `start_heat` (J) are those of one start, `settling`
-    (s) the time in which a change of speed fades to 5 %. `errors` are estimated errors of figures, in their units.
-    """
-
-    name: str
-    rest: bool
-    duration: float
-    cooling: float = 1.0
-    loaded: bool = False
-    cycles: float | None = None
-    starts: int = 0
-    speed: float | None = None
-    irregularity: float | None = None
-    mean_power: float | None = None
-    peak_power: float | None = None
-    rms_torque: float | None = None
-    rms_torque_share: float | None = None
-    heat: float | None = None
-    heat_share: float | None = None
-    current_rms: float | None = None
-    start_time: float | None = None
-    start_heat: float | None = None
-    settling: float | None = None
-    errors: Mapping[str, float] = {}
-
-
-class Duty(NamedTuple):
-    """A duty with one flywheel, and its motor's load. `governing` is the phase that decides on the flywheel.
-
-    `type` is that of IEC 60034-1 where it is S1, S3, S4 or S6; `period`, `running` and `cooled` (s): all of it, the part in
-    which the motor is on, and what counts for cooling. `cyclic_duration_factor` is the share of the period in which the
-    machine is loaded. `mean_power` (W) and `work` (J) are over the period; `rms_torque` (N m, at the drive's shaft), `heat`
-    (W) and `current_rms` (A) over the time that cools, shares over the rated point. `errors` are estimated relative errors.
-    """
-
-    type: str | None
-    governing: str
-    period: float
-    running: float
-    cooled: float
-    cyclic_duration_factor: float
-    work: float | None
-    mean_power: float | None
-    rms_torque: float | None
-    rms_torque_share: float | None
-    heat: float | None
-    heat_share: float | None
-    current_rms: float | None
-    phases: tuple[PhaseLoad, ...]
-    errors: Mapping[str, float]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI; errors stand with those of the other figures."""
-        found = {name: value for name, value in self._asdict().items() if name != "errors"}
-        phases = [{name: value for name, value in row._asdict().items() if name != "errors"} for row in self.phases]
-        return found | {"phases": phases}
 
 
 class _Start(NamedTuple):
@@ -416,7 +370,7 @@ def _start(phase: Phase, inertia: float) -> _Start:
     t, torque, omega = (np.asarray(column).reshape(-1, count) for column in columns)
     half, heat = 0.5 * (t[:, -1] - t[:, 0]), run.energy.copper
     square = float(half @ (torque[:, 1:-1] ** 2 @ weights))
-    if isinstance(scene.motor, Induction) and scene.drive is not None:
+    if scene.motor.heated == "rotor_heat" and scene.drive is not None:
         speed, begun = scene.shafts[scene.drive.on] * omega[:, 1:-1], run.start_heat
         if scene.motor.start is None or begun is None:
             heat = float(half @ (_heat(scene.motor, speed) @ weights))
@@ -435,12 +389,8 @@ def _load(phase: Phase, sizing: Sizing, inertia: float) -> PhaseLoad:
         found = f"{phase.cycles:g} cycles of a machine that has no motion"
         raise SceneError([Fault(f"{phase.path}.cycles", found, "a duration")])
     start = _start(phase, inertia) if phase.starts else None
-    starting = 0.0 if start is None else phase.starts * start.time
-    steady = (phase.cycles or 0.0) * (period or 0.0) if phase.duration is None else phase.duration - starting
-    if steady < 0.0:
-        found = f"{phase.starts} starts of {starting / phase.starts:.4g} s in {phase.duration:.4g} s"
-        raise SceneError([Fault(f"{phase.path}.starts", found, "time for all of them", "make the phase longer")])
-    duration, of_period = steady + starting, sizing.error.period or ROUNDING
+    steady, duration = _times(phase, start, period or 0.0)
+    of_period = sizing.error.period or ROUNDING
     errors = {"duration": steady * of_period if phase.duration is None else ROUNDING * duration}
     settling = None
     if cyclic is not None and period is not None and 0.0 < cyclic.multiplier < 1.0:
@@ -458,16 +408,27 @@ def _load(phase: Phase, sizing: Sizing, inertia: float) -> PhaseLoad:
     return row._replace(**values, peak_power=energy.peak_power, errors=errors | off)
 
 
+def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, float]:
+    """How long a phase runs steadily, and how long it lasts with its starts (s); `period` is that of its cycle."""
+    starting = 0.0 if start is None else phase.starts * start.time
+    steady = (phase.cycles or 0.0) * period if phase.duration is None else phase.duration - starting
+    if steady < 0.0:
+        found = f"{phase.starts} starts of {starting / phase.starts:.4g} s in {phase.duration:.4g} s"
+        raise SceneError([Fault(f"{phase.path}.starts", found, "time for all of them", "make the phase longer")])
+    return steady, steady + starting
+
+
 def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     """The drive's load in a steady regime, and the errors of what is known of it, in the same units."""
     energy, scene, cycle = sizing.energy, sizing.scene, sizing.cycle
     assert energy is not None
     rated = None if scene.motor is None else scene.motor.rated
     heat, share, off = energy.copper_heat, energy.copper_heat_share, energy.errors.get("copper_heat_share", 0.0)
-    if isinstance(scene.motor, Induction) and cycle is not None and sizing.run is not None:
-        shaft = MotorShaft(scene, cycle, sizing.run, sizing.speed, sizing.rtol)
-        share, error = heat_share(scene.motor, shaft)
-        heat, off = share * float(_heat(scene.motor, np.array(scene.motor.speed))), error / max(share, ROUNDING)
+    motor, run = scene.motor, sizing.run
+    if motor is not None and rated is not None and motor.heated == "rotor_heat" and cycle is not None and run is not None:
+        shaft = MotorShaft(scene, cycle, run, sizing.speed, sizing.rtol)
+        share, error = heat_share(motor, shaft)
+        heat, off = share * float(_heat(motor, np.array(rated.speed))), error / max(share, ROUNDING)
     values = {
         "mean_power": energy.mean_power,
         "rms_torque": energy.rms_torque,
@@ -488,10 +449,10 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in known.items()}
 
 
-def _heat(motor: Induction, speeds: Array) -> Array:
+def _heat(motor: Motor, speeds: Array) -> Any:
     """Heat (W) of an induction motor at speeds (rad/s): of its rotor, and of its stator's copper where that is known."""
     stator = motor.stator_heat(speeds)
-    return motor.rotor_heat(speeds) if stator is None else motor.rotor_heat(speeds) + stator
+    return motor.heat(speeds) if stator is None else motor.heat(speeds) + stator
 
 
 def _with_starts(

@@ -4,10 +4,12 @@ Each limit's figure is taken along the steady periodic motion with a flywheel, t
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
 not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
 motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
-of about 0.001 down to the machine's own inertia and none, or to where the motion is very uneven and all limits are exceeded
-ever more, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies beyond is told by
-the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the crossing is found
-by inverse interpolation, at the error asked for.
+of about 0.001 down to none, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies
+beyond is given by the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the
+crossing is found by inverse interpolation, at the error asked for.
+
+Each motion is found from that with the nearest flywheel, so that all lie on one branch. Flywheels with which no motion is
+found, nor shown not to exist, count neither as kept nor as broken. One search serves machines and duties (`Search`).
 
 Source: R. P. Brent, Algorithms for Minimization without Derivatives, Prentice-Hall 1973, ch. 4 (inverse interpolation in a
 bracket) and 5 (parabolas and golden sections).
@@ -15,28 +17,30 @@ bracket) and 5 (parabolas and golden sections).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from enum import Enum
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
-from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import BudgetError, limited
+from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics.cells import ROUNDING, Array, Cells
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
-from flywheel.regime import periodic_motion
-from flywheel.regime.periodic_motion import Demand, NoRegimeError, OwnMotion
-from flywheel.regime.wittenbauer import Figures
+from flywheel.regime.branch import Branch, Existence
+from flywheel.regime.cycle_equations import NoRegimeError
+from flywheel.regime.periodic_motion import OwnMotion
+from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
-from flywheel.sizing.results import Limit, MotorShaft, Regime, heat_share
+from flywheel.sizing.drive import MotorShaft, heat_share
+from flywheel.sizing.results import Limit, Regime, Sizing
 
 IRREGULARITY = "irregularity"
 
 _COARSE = 1e-4  # error of motions that are only looked at
-_PER_DECADE = 4
+_PER_DECADE, _PER_DECADE_SWINGING = 4, 12
 _LARGEST = 1e-3  # irregularity that the heaviest flywheel of the grid leaves, about
 _LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
 _HEAVY = 1e3  # times the heaviest of the grid: as good as infinite, up to what falls like 1/J
@@ -44,12 +48,13 @@ _SECOND = 1e-2  # of what falls so: what may fall faster, at those inertias
 _LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where such a machine stalls
 _OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked for
 _BESIDE = 1e-3  # of an inertia: how far off a slope is taken
-_UNEVEN, _IN_TURN = 0.5, 3  # irregularity, and flywheels in turn, at which what is exceeded ever more is given up
+_IN_TURN = 3  # flywheels without a motion, after which lighter ones are looked at from none up
 _FEW = 24  # halvings of a bracket, or widenings of it
 _MOST_STEPS, _THROUGH = 100, 4  # towards a crossing; flywheels that one is interpolated from
 _APART = 1e-6  # of an inertia: flywheels nearer than this tell no slope
 _GOLDEN = 0.381966011250105
 _EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the machine keeps turning
+_NEAR_UNKNOWN = 0.1  # of an inertia: how near one of which nothing is known
 
 
 class Share(NamedTuple):
@@ -59,18 +64,6 @@ class Share(NamedTuple):
     error: float
 
 
-class Kept(NamedTuple):
-    """Inertias (kg m² on the crank) from `first` to `last` with which a limit is kept; `error` of `first`, relative.
-
-    `lightest` tells that all flywheels keep it with which a steady motion was found, `first` being the lightest.
-    """
-
-    first: float
-    last: float
-    error: float
-    lightest: bool = False
-
-
 class Smallest(NamedTuple):
     """The motion with the smallest flywheel that keeps all limits, its relative error, the limits, and which one binds."""
 
@@ -78,6 +71,7 @@ class Smallest(NamedTuple):
     error: float
     limits: Mapping[str, Limit]
     binding: str | None
+    broken: tuple[Broken, ...] = ()
     messages: tuple[str, ...] = ()
 
 
@@ -129,10 +123,15 @@ def _squared(law: Callable[[Cells, Array], tuple[Array, Array]], mesh: Cells, om
     return value * value, 2 * np.abs(value) * slope
 
 
+def asked_of(scene: Scene) -> Mapping[str, float]:
+    """What a flywheel of a scene shall keep: its limits, or its irregularity."""
+    return scene.limits or ({} if scene.irregularity is None else {IRREGULARITY: scene.irregularity})
+
+
 def shares_along(machine: Machine, motion: OwnMotion, rtol: float) -> dict[str, Share]:
     """The figures of all limits of a machine's scene along a motion."""
     shaft = MotorShaft(machine.scene, motion.cycle, motion.run, motion.speed, rtol)
-    return shares(machine.scene.limits, shaft)
+    return shares(asked_of(machine.scene), shaft)
 
 
 def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
@@ -147,10 +146,11 @@ def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
     found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol, omega))
     if any(share.value - share.error > names[name] for name, share in found.items()):
         return None
-    return {name: _limit(names[name], share, Kept(0.0, np.inf, share.error / names[name])) for name, share in found.items()}
+    spans = {name: Span(State.KEPT, 0.0, np.inf, share.error / names[name]) for name, share in found.items()}
+    return {name: _limit(names[name], share, spans[name]) for name, share in found.items()}
 
 
-def _limit(asked: float, share: Share, kept: Kept, square: float = 1.0) -> Limit:
+def _limit(asked: float, share: Share, kept: Span, square: float = 1.0) -> Limit:
     """A limit with the figure that is reached; `square` is that of the speed of the flywheel's shaft over the crank's."""
     return Limit(
         asked=asked,
@@ -164,65 +164,86 @@ def _limit(asked: float, share: Share, kept: Kept, square: float = 1.0) -> Limit
 # -- the search ----------------------------------------------------------------------------------------------------------
 
 
-class _Point(NamedTuple):
-    """A flywheel (kg m² on the crank) with its motion and figures; without, where no steady motion was found with it."""
+class State(Enum):
+    """What is known of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is open."""
+
+    KEPT = "kept"
+    BROKEN = "broken"
+    NONE = "no motion"
+    UNKNOWN = "unknown"
+
+
+_WITHOUT_MOTION = {Existence.NONE: State.NONE, Existence.UNKNOWN: State.UNKNOWN}
+
+
+class Span(NamedTuple):
+    """Inertias (kg m²) from `first` to `last` with one state of a limit; `error` of `first`, relative."""
+
+    state: State
+    first: float
+    last: float
+    error: float = 0.0
+
+
+class Point(NamedTuple):
+    """A flywheel (kg m²) with its motions (of a duty, one for each phase) and the figures along them."""
 
     inertia: float
-    motion: OwnMotion | None = None
+    existence: Existence
+    motions: tuple[OwnMotion, ...] = ()
     shares: Mapping[str, Share] = {}
 
     def beyond(self, name: str, asked: float) -> float:
-        """By how much a figure is beyond its limit: not above 0 where it is kept."""
-        if self.motion is None:
+        """By how much a figure is beyond its limit: not above 0 where it is kept, or where its error leaves that open."""
+        if not self.motions:
             return np.inf
         share = self.shares[name]
         return 0.0 if abs(share.value - asked) <= share.error else share.value - asked
 
+    def state(self, name: str, asked: float) -> State:
+        """What is known of a limit with this flywheel."""
+        if self.motions:
+            return State.KEPT if self.beyond(name, asked) <= 0.0 else State.BROKEN
+        return _WITHOUT_MOTION[self.existence]
 
-class _Search:
-    """The figures of a machine over the inertia of its flywheel.
+
+class Search:
+    """The figures of a machine, or of a duty, over the inertia of a flywheel, and where each keeps its limit.
 
     Args:
-        machine: the machine.
-        figures: those at a constant speed.
-        unknown: a first guess of the scene's unknown.
-        rtol: relative error asked of the inertia.
+        at: a flywheel (kg m²) with its motions and figures, at a relative error.
+        limits: the figures' limits, by their names.
+        lightest: an inertia (kg m²) below which little changes.
+        heaviest: one with which the speed is nearly constant.
+        rtol: relative error asked of an inertia.
+        swings: whether a motor's own states may swing, so that figures vary sharply near resonances.
+
+    Raises:
+        NoRegimeError: where even the heaviest leaves no steady motion.
 
     """
 
-    def __init__(self, machine: Machine, figures: Figures, unknown: float, rtol: float) -> None:
-        self.machine, self.unknown, self.rtol, self.speed = machine, unknown, rtol, figures.speed
-        self.names = of_motor(machine.scene)
-        self.held = figures.speed if machine.scene.unknown is not None else None
-        own, extent = figures.reduced_inertia.greatest, figures.extent
-        even = figures.fluctuation / (_LARGEST * figures.speed**2)
-        self.heaviest = max(even, 10.0 * own) or 1.0
-        self.lightest = max(_LIGHT * own, _LEAST * self.heaviest)
-        self.turns_alone = extent.least > extent.error
-        self.known: dict[float, _Point] = {}  # at the error asked for
-        self.extremes: list[_Point] = []
+    def __init__(
+        self,
+        at: Callable[[float, float], Point],
+        limits: Mapping[str, float],
+        lightest: float,
+        heaviest: float,
+        rtol: float,
+        *,
+        swings: bool = False,
+    ) -> None:
+        self.at, self.limits, self.rtol = at, limits, rtol
+        self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
+        self.known: dict[float, Point] = {}  # at the error asked for
+        self.extremes: list[Point] = []
         self.grid = self._scanned()
 
-    def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> _Point:
-        """The figures with a flywheel, whose motion is found from one with another flywheel, or else from nothing."""
-        try:
-            with limited(periodic_motion.MOST_WORK):
-                if near is None:
-                    wanted = Demand(inertia, None, self.held)
-                    motion = periodic_motion.own_motion(self.machine, self.speed, wanted, 0.0, self.unknown, rtol)
-                else:
-                    motion = periodic_motion.own_motion_near(self.machine, near, inertia, self.held, rtol)
-        except (NoRegimeError, BudgetError):
-            return _Point(inertia)
-        return _Point(inertia, motion, shares_along(self.machine, motion, rtol))
-
-    def closely(self, inertia: float) -> _Point:
-        """The figures with a flywheel at the error asked for."""
+    def closely(self, inertia: float) -> Point:
+        """The figures with a flywheel at the error asked for, or as near to it as they can be had."""
         if inertia not in self.known:
-            others = [point for point in (*self.known.values(), *self.grid) if point.motion is not None]
-            nearest = min(others, key=lambda point: abs(self._scaled(point.inertia) - self._scaled(inertia)))
-            found = self.at(inertia, 0.5 * self.rtol, nearest.motion)
-            self.known[inertia] = found if found.motion is not None else self.at(inertia, 0.5 * self.rtol)
+            found = self.at(inertia, 0.5 * self.rtol)
+            self.known[inertia] = found if found.motions else self.at(inertia, _COARSE)
         return self.known[inertia]
 
     def _scaled(self, inertia: float) -> float:
@@ -231,89 +252,103 @@ class _Search:
     def _inertia(self, scaled: float) -> float:
         return max(float(np.exp(scaled)) - self.lightest, 0.0)
 
-    def _scanned(self) -> list[_Point]:
-        """Flywheels of the grid, the lightest first; those lighter than one that no motion was found with are left out."""
-        points = [self.at(self.heaviest, _COARSE)]
-        if points[0].motion is None:
-            raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
-        count = round(_PER_DECADE * float(np.log10(self.heaviest / self.lightest)))
-        for inertia in np.geomspace(self.heaviest, self.lightest, count + 1).tolist()[1:]:
-            point = self._lighter(points[-1], inertia)
-            points.append(point)
-            if point.motion is None or self._far_gone(points[-_IN_TURN:]):
+    def _add(self, point: Point) -> None:
+        self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
+
+    def _scanned(self) -> list[Point]:
+        """Flywheels from the heaviest down to none, the lightest first.
+
+        Where several in turn have no motion, none at all is tried, and from there those heavier, as far as they have one.
+        What stops one machine stops it with any lighter flywheel, unless its motor swings.
+        """
+        decades = float(np.log10(self.heaviest / self.lightest))
+        count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
+        inertias = [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
+        points, lost = list[Point](), 0
+        while inertias and lost < _IN_TURN:
+            points.append(self.at(inertias.pop(0), _COARSE))
+            lost = 0 if points[-1].motions else lost + 1
+            if not points[0].motions:
+                raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
+            if points[-1].existence is Existence.NONE and not self.swings:
                 break
-        last = points[-1]
-        if last.motion is not None and not self._far_gone(points[-_IN_TURN:]):
-            points.append(self._lighter(last, 0.0) if self.turns_alone else _Point(0.0))
-        return points[::-1]
-
-    def _far_gone(self, points: Sequence[_Point]) -> bool:
-        """Whether a motion is very uneven and every limit exceeded, by ever more from each flywheel to the next lighter."""
-        last, limits = points[-1], self.machine.scene.limits
-        if len(points) < _IN_TURN or last.motion is None or last.motion.run.irregularity < _UNEVEN:
-            return False
-        return all(
-            last.shares[name].value > limits[name]
-            and all(after.shares[name].value > before.shares[name].value for before, after in pairwise(points))
-            for name in self.names
-        )
-
-    def _lighter(self, heavier: _Point, inertia: float) -> _Point:
-        """A lighter flywheel than one whose motion is known, if need be by way of one between."""
-        point = self.at(inertia, _COARSE, heavier.motion)
-        if point.motion is not None:
-            return point
-        between = self.at(
-            self._inertia(0.5 * (self._scaled(heavier.inertia) + self._scaled(inertia))), _COARSE, heavier.motion
-        )
-        return point if between.motion is None else self.at(inertia, _COARSE, between.motion)
+        light = list[Point]()
+        while inertias and (not light or light[-1].motions):
+            light.append(self.at(inertias.pop(), _COARSE))
+        return light + points[::-1]
 
     @cached_property
     def ultimate(self) -> dict[str, Share]:
         """The figures at infinite inertia, from two that are nearly so: they go there like 1/J, or faster."""
         light, heavy = (self.closely(factor * _HEAVY * self.heaviest).shares for factor in (1.0, 2.0))
         found = {}
-        for name in self.names if light and heavy else ():
+        for name in self.limits if light and heavy else ():
             (first, first_error), (second, second_error) = light[name], heavy[name]
             found[name] = Share(2 * second - first, _SECOND * abs(second - first) + first_error + 2 * second_error)
         return found
 
     # -- where a limit is kept
 
-    def kept(self, name: str, asked: float) -> list[Kept]:
-        """The ranges of inertia in which a limit is kept, ascending."""
-        found: list[Kept] = []
-        first: Kept | None = None
+    def spans(self, name: str) -> list[Span]:
+        """The ranges of inertia, from 0 without end, in which a limit is kept, is not, or neither is known."""
+        asked = self.limits[name]
+        self._narrow(name, asked)
         points = self._with_extremes(name, asked)
-        if points[0].beyond(name, asked) <= 0.0:
-            first = Kept(points[0].inertia, np.inf, points[0].shares[name].error / asked)
-        for before, after in pairwise(points):
-            if first is None and after.beyond(name, asked) <= 0.0:
-                first = self._edge(before, after) if before.motion is None else self._from(name, asked, before, after)
-            elif first is not None and after.beyond(name, asked) > 0.0:
-                found.append(first._replace(last=self._crossing(name, asked, before, after)[0]))
-                first = None
+        states = [point.state(name, asked) for point in points]
+        first = points[0].shares[name].error / asked if points[0].motions else 0.0
+        found = [Span(states[0], 0.0, np.inf, first)]
+        for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
+            if was is not state:
+                inertia, error = self._boundary(name, asked, before, after)
+                if was is State.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
+                    error = max(error, 1.0 - found[-1].first / inertia)
+                self._begin(found, state, inertia, error)
         last = points[-1]
-        if first is not None:
-            rises = len(points) > 1 and last.shares[name].value > points[-2].shares[name].value
-            outlasted = rises and self._ultimately(name, asked) > 0.0
-            found.append(first._replace(last=self._beyond(name, asked, last).first) if outlasted else first)
-        elif self._ultimately(name, asked) < 0.0:
-            found.append(self._beyond(name, asked, last))
+        if not last.motions:
+            return found
+        rises = len(points) > 1 and name in points[-2].shares and last.shares[name].value > points[-2].shares[name].value
+        ultimately = self._ultimately(name, asked) if states[-1] is State.BROKEN or rises else 0.0
+        if states[-1] is State.BROKEN and ultimately < 0.0:
+            self._begin(found, State.KEPT, *self._beyond(name, asked, last))
+        elif states[-1] is State.KEPT and ultimately > 0.0:
+            self._begin(found, State.BROKEN, *self._beyond(name, asked, last))
         return found
 
-    def _from(self, name: str, asked: float, before: _Point, after: _Point) -> Kept:
-        """What is kept from the crossing between two flywheels on."""
-        inertia, error = self._crossing(name, asked, before, after)
-        return Kept(inertia, np.inf, error)
+    @staticmethod
+    def _begin(spans: list[Span], state: State, first: float, error: float) -> None:
+        """Let the next range begin where the last one ends."""
+        spans[-1] = spans[-1]._replace(last=first)
+        spans.append(Span(state, first, np.inf, error))
+
+    def _narrow(self, name: str, asked: float) -> None:
+        """Look closer where flywheels that keep a limit stand beside those that have no motion, or are not known to."""
+        for _ in range(_FEW):
+            for before, after in pairwise(self.grid):
+                states, gap = (before.state(name, asked), after.state(name, asked)), after.inertia - before.inertia
+                near = _NEAR_UNKNOWN if State.UNKNOWN in states else _EDGE
+                if State.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
+                    middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
+                    if before.inertia < middle < after.inertia:
+                        self._add(self.at(middle, _COARSE))
+                        break
+            else:
+                return
+
+    def _boundary(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float]:
+        """The inertia (kg m²) at which the state of a limit changes between two flywheels, and its relative error."""
+        if before.motions and after.motions:
+            return self._crossing(name, asked, before, after)
+        states = before.state(name, asked), after.state(name, asked)
+        known = after if states[0] is State.UNKNOWN or (after.motions and State.UNKNOWN not in states) else before
+        return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
     def _ultimately(self, name: str, asked: float) -> float:
         """By how much a figure is beyond its limit at infinite inertia; nothing where its error leaves it open."""
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
-    def _beyond(self, name: str, asked: float, last: _Point) -> Kept:
-        """What would be kept from the crossing beyond the heaviest flywheel of the grid on."""
+    def _beyond(self, name: str, asked: float, last: Point) -> tuple[float, float]:
+        """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
         share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
         heavier = self.closely(max(far, 2.0 * last.inertia))
@@ -321,22 +356,29 @@ class _Search:
             if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
                 break
             heavier = self.closely(4.0 * heavier.inertia)
-        return self._from(name, asked, last, heavier)
+        return self._crossing(name, asked, last, heavier)
 
-    def _crossing(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float]:
+    def _crossing(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float]:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
         By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
         halves where that leaves the bracket, or gains little.
         """
         low, high, rising = self._bracket(name, asked, before, after)
+        for inertia, point in self.known.items():
+            if low < self._scaled(inertia) < high and point.motions and point.beyond(name, asked) == 0.0:
+                return inertia, self._error(name, asked, point)
         known = {point.inertia: point for point in (*self.grid, before, after)}
-        known |= {inertia: point for inertia, point in self.known.items() if point.motion is not None}
+        known |= {inertia: point for inertia, point in self.known.items() if point.motions}
         values = {
             self._scaled(inertia): point.shares[name].value - asked
             for inertia, point in known.items()
-            if point.motion is not None and abs(self._scaled(inertia) - 0.5 * (low + high)) <= 2.0 * (high - low)
+            if point.motions and abs(self._scaled(inertia) - 0.5 * (low + high)) <= 1.5 * (high - low)
         }
+        most = min(
+            abs(values.get(low, np.inf)), abs(values.get(high, np.inf))
+        )  # nearer to the limit outside, a figure comes to another crossing
+        values = {each: off for each, off in values.items() if low <= each <= high or abs(off) > most}
         sizes = [np.inf, np.inf]
         for _ in range(_MOST_STEPS):
             scaled = _interpolated(values)
@@ -344,32 +386,36 @@ class _Search:
                 scaled, sizes = 0.5 * (low + high), [np.inf, np.inf]
             inertia = self._inertia(scaled)
             here = self.closely(inertia)
-            if here.motion is None:
+            if not here.motions:
                 off = np.inf
             else:
                 off = values[scaled] = here.shares[name].value - asked
             if off == 0.0 or high - low <= 4 * ROUNDING * max(abs(low), abs(high)):
                 break
             low, high = (low, scaled) if (off > 0.0) == rising else (scaled, high)
-            within = here.motion is not None and abs(off) <= 0.3 * here.shares[name].error
+            within = here.motions and abs(off) <= 0.3 * here.shares[name].error
             nearest = min(values, key=lambda each: abs(values[each]))  # where it is another, the zero is that of the others
             if within or (nearest == scaled and abs(_interpolated(values) - scaled) <= 0.02 * self.rtol):
                 break
             sizes.append(abs(off))
-        missed = here.shares[name].error + abs(here.shares[name].value - asked)
-        return inertia, missed / max(self._slope(name, here), 1e-300) + 0.02 * self.rtol
+        return inertia, self._error(name, asked, here)
 
-    def _bracket(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float, bool]:
+    def _error(self, name: str, asked: float, here: Point) -> float:
+        """The relative error of an inertia at which a figure is at its limit."""
+        missed = here.shares[name].error + abs(here.shares[name].value - asked)
+        return missed / max(self._slope(name, here), 1e-300) + 0.02 * self.rtol
+
+    def _bracket(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float, bool]:
         """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
 
         What is looked at coarsely may lie on the other side by a little: the bracket is widened then.
         """
         rising = before.beyond(name, asked) <= 0.0
 
-        def lies_beyond(point: _Point) -> bool:
-            if point.motion is not None and point.beyond(name, asked) == 0.0:
+        def lies_beyond(point: Point) -> bool:
+            if point.motions and point.beyond(name, asked) == 0.0:
                 point = self.closely(point.inertia)
-            return point.motion is None or point.shares[name].value > asked
+            return not point.motions or point.shares[name].value > asked
 
         ends, width = [before, after], self._scaled(after.inertia) - self._scaled(before.inertia)
         for k in range(_FEW):
@@ -382,35 +428,25 @@ class _Search:
                     ends[end] = self.closely(further)
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
-    def _slope(self, name: str, here: _Point) -> float:
+    def _slope(self, name: str, here: Point) -> float:
         """|d figure/d ln J| at a flywheel, from the nearest one that is known as closely, or from one beside it."""
         value = here.shares[name].value
         apart = {
             abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
             for point in self.known.values()
-            if point.motion is not None and point.inertia > 0.0
+            if point.motions and point.inertia > 0.0
         }
         near = min((distance for distance in apart if distance > _APART), default=np.inf)
         if near <= 5 * _BESIDE:
             return abs(apart[near] - value) / near
         beside = self.closely(here.inertia * (1.0 + _BESIDE))
-        return np.inf if beside.motion is None else abs(beside.shares[name].value - value) / _BESIDE
+        return np.inf if not beside.motions else abs(beside.shares[name].value - value) / _BESIDE
 
-    def _edge(self, lost: _Point, found: _Point) -> Kept:
-        """What is kept from the lightest flywheel with a steady motion on; its error tells how near the next one is."""
-        light, heavy = lost.inertia, found
-        for _ in range(_FEW):
-            if heavy.inertia - light <= _EDGE * heavy.inertia:
-                break
-            middle = self.at(self._inertia(0.5 * (self._scaled(light) + self._scaled(heavy.inertia))), _COARSE, heavy.motion)
-            light, heavy = (middle.inertia, heavy) if middle.motion is None else (light, middle)
-        return Kept(heavy.inertia, np.inf, (heavy.inertia - light) / heavy.inertia, lightest=True)
-
-    def _with_extremes(self, name: str, asked: float) -> list[_Point]:
+    def _with_extremes(self, name: str, asked: float) -> list[Point]:
         """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
         found = list(self.grid)
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
-            if low.motion is None or middle.motion is None or high.motion is None:
+            if not (low.motions and middle.motions and high.motions):
                 continue
             values = np.array([point.shares[name].value - asked for point in (low, middle, high)])
             sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
@@ -419,7 +455,7 @@ class _Search:
                 found.append(self._extreme(name, asked, sign, (low, middle, high)))
         return sorted(found, key=lambda point: point.inertia)
 
-    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[_Point]) -> _Point:
+    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[Point]) -> Point:
         """The flywheel with which a figure is least (sign +1) or greatest, or one that lies beyond the limit already.
 
         Args:
@@ -438,8 +474,8 @@ class _Search:
             scaled = _vertex([(each, values[each]) for each in (low, best, high)])
             if not low < scaled < high or abs(scaled - best) < 0.5 * _OF_EXTREME:  # into the wider part
                 scaled = best + _GOLDEN * (high - best if high - best > best - low else low - best)
-            here = by_scale[scaled] = self.at(self._inertia(scaled), _COARSE, middle.motion)
-            if here.motion is None:
+            here = by_scale[scaled] = self.at(self._inertia(scaled), _COARSE)
+            if not here.motions:
                 return middle
             values[scaled] = sign * here.shares[name].value
             inside = sorted((low, best, scaled, high))
@@ -450,7 +486,7 @@ class _Search:
 
     def best(self, name: str) -> tuple[float, float, float]:
         """The least figure that any flywheel gives, its error, and that flywheel's inertia (kg m² on the crank)."""
-        found = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motion]
+        found = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motions]
         if name in self.ultimate:
             found.append((*self.ultimate[name], np.inf))
         return min(found)
@@ -475,95 +511,204 @@ def _vertex(points: Sequence[tuple[float, float]]) -> float:
     return b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else np.nan
 
 
+def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) -> Search:
+    """The search over flywheels on the crank (kg m²) of one machine.
+
+    Args:
+        machine: a machine whose torques depend on speed.
+        figures: those at a constant speed.
+        unknown: a first guess of the scene's unknown.
+        rtol: relative error asked of an inertia.
+
+    Raises:
+        NoRegimeError: where even a heavy flywheel leaves no steady motion.
+
+    """
+    branch = Branch(machine, figures.speed, unknown, figures.speed if machine.scene.unknown is not None else None)
+
+    def at(inertia: float, rtol: float) -> Point:
+        finding = branch.at(inertia, rtol)
+        if finding.motion is None:
+            return Point(inertia, finding.existence)
+        return Point(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
+
+    asked = asked_of(machine.scene)
+    own, irregularity = figures.reduced_inertia.greatest, asked.get(IRREGULARITY, 2.0)
+    lightest, heaviest = extent(figures.fluctuation, own, figures.speed, irregularity)
+    return Search(at, asked, lightest, heaviest, rtol, swings=circuit_of(machine.scene) is not None)
+
+
+def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
+    """Inertias (kg m² on the crank) below which a machine hardly changes, and with which its speed is nearly constant.
+
+    Args:
+        fluctuation: of energy at a constant speed, J.
+        own: the machine's own inertia, kg m².
+        speed: rad/s.
+        irregularity: asked for.
+
+    """
+    heaviest = max(fluctuation / (min(_LARGEST, 0.5 * irregularity) * speed**2), 10.0 * own) or 1.0
+    return max(_LIGHT * own, _LEAST * heaviest), heaviest
+
+
+def extent_of(sizing: Sizing) -> tuple[float, float]:
+    """The same of a machine that was sized, at its flywheel's own shaft."""
+    own = 0.0 if sizing.reduced_inertia is None else sizing.reduced_inertia.greatest
+    lightest, heaviest = extent(sizing.energy_fluctuation, own, sizing.constant_speed or sizing.speed)
+    square = sizing.scene.flywheel_ratio**2
+    return lightest / square, heaviest / square
+
+
+def branch_of(sizing: Sizing) -> Branch:
+    """The steady motions, over its flywheel, of a machine that was sized."""
+    assert sizing.machine is not None
+    speed, constant = sizing.constant_speed or sizing.speed, sizing.constant or sizing.cycle
+    unknown = 0.0 if constant is None else constant.balance or 0.0
+    return Branch(sizing.machine, speed, unknown, None if sizing.scene.unknown is None else speed)
+
+
+def together(every: Iterable[Sequence[Span]]) -> list[Span]:
+    """The ranges in which all of several limits are kept, one is not, or neither is known."""
+    listed = list(every)
+    found: list[Span] = []
+    for first, error in sorted({(span.first, span.error) for spans in listed for span in spans}):
+        states = {span.state for spans in listed for span in spans if span.first <= first < span.last}
+        broken, unknown = states & {State.BROKEN, State.NONE}, State.UNKNOWN in states
+        state = State.BROKEN if broken else State.UNKNOWN if unknown else State.KEPT
+        if found and found[-1].state is state:
+            continue
+        if found:
+            found[-1] = found[-1]._replace(last=first)
+        found.append(Span(state, first, np.inf, error))
+    return found
+
+
+def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) -> tuple[Broken, ...]:
+    """Where flywheels heavier than one break a limit; `square` is that of the speed of their shaft over the crank's."""
+    ends = [span.error for span in spans[1:]] + [0.0]
+    return tuple(
+        Broken(span.first / square, None if span.last == np.inf else span.last / square, span.error, end)
+        for span, end in zip(spans, ends, strict=True)
+        if span.state is State.BROKEN and span.first >= inertia
+    )
+
+
 def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by_irregularity: OwnMotion | None) -> Smallest:
-    """The motion with the smallest flywheel that keeps all limits of a scene.
+    """The motion with the smallest flywheel that keeps all that is asked of a scene.
 
     Args:
         machine: a machine whose torques depend on speed.
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
         rtol: relative error asked of the inertia.
-        by_irregularity: the motion with the flywheel that the irregularity alone asks for, where one is limited.
+        by_irregularity: a motion with the irregularity asked for, where one was sized for it.
 
     Raises:
         SceneError: for limits that no flywheel reaches, or that none keeps together.
         NoRegimeError: where even a heavy flywheel leaves no steady motion.
 
     """
-    scene, search = machine.scene, _Search(machine, figures, unknown, rtol)
-    kept = {name: search.kept(name, scene.limits[name]) for name in search.names}
-    if faults := [_unreached(search, name, scene.limits[name]) for name, ranges in kept.items() if not ranges]:
-        raise SceneError(faults)
-    if by_irregularity is not None:
-        off = by_irregularity.inertia_error if by_irregularity.inertia > 0.0 else by_irregularity.run.error
-        kept[IRREGULARITY] = [Kept(max(by_irregularity.inertia, 0.0), np.inf, off)]
-    kept = {name: kept[name] for name in scene.limits}
-    firsts = sorted((span.first, span.error, name) for name, ranges in kept.items() for span in ranges)
-    common = [first for first in firsts if all(_holds(ranges, first[0]) for ranges in kept.values())]
-    if not common:
-        raise SceneError([_apart(scene, kept)])
-    inertia, error, binding = common[0]
-    if by_irregularity is not None and inertia == kept[IRREGULARITY][0].first:
-        motion = by_irregularity
-    else:
-        closely = search.closely(inertia).motion
-        if closely is None:
-            raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
-        motion = closely
+    scene = machine.scene
+    asked = asked_of(scene)
+    search = of_machine(machine, figures, unknown, rtol)
+    if by_irregularity is not None and by_irregularity.inertia > 0.0:
+        found = shares_along(machine, by_irregularity, rtol)
+        search.known[by_irregularity.inertia] = Point(by_irregularity.inertia, Existence.MOTION, (by_irregularity,), found)
+    spans = {name: search.spans(name) for name in asked}
     square = scene.flywheel_ratio**2
-    found = shares_along(machine, motion, rtol)
+    check_reached(search, spans, square)
+    check_together(spans, square)
+    whole = together(spans.values())
+    inertia, error = next((span.first, span.error) for span in whole if span.state is State.KEPT)
+    binding = next((name for name in asked for span in spans[name] if span.first == inertia and inertia > 0.0), None)
+    point = search.closely(inertia)
+    if not point.motions:
+        raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
+    if by_irregularity is not None and inertia == by_irregularity.inertia > 0.0:
+        error = by_irregularity.inertia_error
+    found = dict(point.shares)
     if inertia > 0.0:  # what the error of the inertia makes of each
         beside = search.closely(inertia * (1.0 + _BESIDE)).shares
         moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in found.items() if beside}
         found = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in found.items()}
-    limits = {name: _limit(scene.limits[name], share, kept[name][0], square) for name, share in found.items()}
-    return Smallest(motion, error, limits, binding if inertia > 0.0 else None, tuple(_told(scene, kept, inertia)))
-
-
-def _holds(ranges: Sequence[Kept], inertia: float) -> bool:
-    return any(span.first <= inertia <= span.last for span in ranges)
+    kept = {name: next(span for span in spans[name] if span.state is State.KEPT) for name in asked}
+    limits = {name: _limit(scene.limits[name], found[name], kept[name], square) for name in scene.limits}
+    messages = (*_of_current(scene, asked), *gaps(spans, inertia, square))
+    return Smallest(point.motions[0], error, limits, binding, broken_beyond(whole, inertia, square), messages)
 
 
 def _percent(share: float, error: float = 0.0) -> str:
     return f"{figure(100 * share, 100 * error, 6)} %"
 
 
-def _unreached(search: _Search, name: str, asked: float) -> Fault:
+def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: float, *, duty: bool = False) -> None:
+    """Refuse limits that no flywheel reaches.
+
+    Args:
+        search: the search.
+        spans: where each limit is kept, by their names.
+        square: of the speed of the flywheel's shaft over that of the inertias.
+        duty: whether figures are those of a whole duty.
+
+    """
+    never = [name for name, each in spans.items() if not any(span.state is State.KEPT for span in each)]
+    if never:
+        raise SceneError([_unreached(search, name, spans[name], square, duty=duty) for name in never])
+
+
+def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
+    """Refuse limits that are kept each by some flywheels, but by none together."""
+    if any(span.state is State.KEPT for span in together(spans.values())):
+        return
+    told = "; ".join(
+        f"{name} by {' or '.join(_range(span, square) for span in each if span.state is State.KEPT)}"
+        for name, each in spans.items()
+    )
+    found = f"limits that no flywheel keeps together: {told}"
+    raise SceneError([Fault("flywheel.limits", found, "limits that one keeps", "allow more")])
+
+
+def _unreached(search: Search, name: str, spans: Sequence[Span], square: float, *, duty: bool) -> Fault:
     """The fault of a limit that no flywheel reaches, with the best that there is."""
-    best, error, inertia = search.best(name)
-    square = search.machine.scene.flywheel_ratio**2
+    (least, error, inertia), asked = search.best(name), _percent(search.limits[name])
     where = "at a constant speed" if inertia == np.inf else f"with a flywheel of {figure(inertia / square, most=5)} kg m^2"
-    found = f"{_percent(asked)}, which no flywheel reaches: at best, {where}, it is {_percent(best, error)}"
+    best = _percent(least, error)
+    found = f"{asked}, which no flywheel reaches: at best, {where}, it is {best}"
+    if duty:
+        found = f"{asked}, which no flywheel reaches over the duty: at best, {where}, it is {best}"
+    if unknown := _unknown(spans, square):
+        found = f"{found}; of flywheels of {unknown} it is unknown, as no steady motion was found nor shown not to exist"
     return Fault(f"flywheel.limits.{name}", found, "a limit above that", "give a larger motor, or allow it more")
 
 
-def _apart(scene: Scene, kept: Mapping[str, Sequence[Kept]]) -> Fault:
-    """The fault of limits that are kept each by some flywheels, but by none together."""
-    square = scene.flywheel_ratio**2
-    told = "; ".join(
-        f"{name} by {' or '.join(_range(span.first / square, span.last / square) for span in ranges)}"
-        for name, ranges in kept.items()
-    )
-    return Fault("flywheel.limits", f"limits that no flywheel keeps together: {told}", "limits that one keeps", "allow more")
+def _range(span: Span, square: float) -> str:
+    if span.last == np.inf:
+        return f"{figure(span.first / square, most=5)} kg m^2 and more"
+    return f"{figure(span.first / square, most=5)} to {figure(span.last / square, most=5)} kg m^2"
 
 
-def _range(first: float, last: float) -> str:
-    if last == np.inf:
-        return f"{figure(first, most=5)} kg m^2 and more"
-    return f"{figure(first, most=5)} to {figure(last, most=5)} kg m^2"
+def _unknown(spans: Iterable[Span], square: float) -> str:
+    """The flywheels of which nothing is known, in words; empty where there are none."""
+    return " and ".join(_range(span, square) for span in spans if span.state is State.UNKNOWN)
 
 
-def _told(scene: Scene, kept: Mapping[str, Sequence[Kept]], inertia: float) -> Iterable[str]:
-    """What is to be said of a current that is not known whole, of flywheels that stall, of heavier ones that fail."""
-    square, plate = scene.flywheel_ratio**2, getattr(scene.motor, "line_current", None)  # of an induction motor
-    if "current_pulsation" in kept and plate is not None and not plate.complete:
+def _of_current(scene: Scene, asked: Mapping[str, float]) -> Iterator[str]:
+    """What is to be said of a current that is not known whole."""
+    plate = getattr(scene.motor, "line_current", None)  # of an induction motor
+    if "current_pulsation" in asked and plate is not None and not plate.complete:
         yield "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
-    for name, ranges in kept.items():
-        if ranges[0].lightest:
-            least = figure(ranges[0].first / square, most=5)
-            yield f"{name} is kept by all flywheels with which a steady motion was found, from {least} kg m^2 on"
-        rest = [span for span in ranges if span.last >= inertia]
-        ends = [*(span.first for span in rest[1:]), np.inf]
-        for span, further in zip(rest, ends, strict=True):
-            if span.last < np.inf:
-                yield f"{name} is not kept by heavier flywheels of {_range(span.last / square, further / square)}"
+
+
+def gaps(spans: Mapping[str, Sequence[Span]], inertia: float, square: float) -> Iterator[str]:
+    """What is to be said of lighter flywheels that stop, of heavier ones that fail, and of those that are unknown."""
+    for name, each in spans.items():
+        for before, span in pairwise(each):
+            if before.state is State.NONE and span.state is State.KEPT and span.first == inertia:
+                least = figure(inertia / square, most=5)
+                yield f"{name} is kept by all flywheels with which the machine keeps turning, from {least} kg m^2 on"
+        for span in each:
+            if span.state in (State.BROKEN, State.NONE) and span.first >= inertia:
+                yield f"{name} is not kept by heavier flywheels of {_range(span, square)}"
+    if unknown := _unknown(together(spans.values()), square):
+        yield f"whether flywheels of {unknown} keep it is unknown: no steady motion was found, nor shown not to exist"

@@ -19,166 +19,27 @@ flow management, Journal of Industrial Ecology 12 (2008), for its picture.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.records import NamedTuple
 from bondgraph.reduction import Reduction
 from flywheel.machine.machine import FRICTION, Machine
-from flywheel.numerics import cells, notebook
+from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
-from flywheel.sizing.electrical_transients import states_on
-from flywheel.sizing.results import Sizing, speed_error_over_cycle
+from flywheel.sizing.drive import SPEED_STEP, states_on
+from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.results import HEATS, PowerFlow, ShaftFlow, Sizing, Stream
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
-__all__ = ["HEATS", "PowerFlow", "ShaftFlow", "Stream", "power_flow"]
+__all__ = ["power_flow"]
 
-HEATS = ("copper", "stator", "rotor", "iron", "windage")  # kinds of what a motor itself loses
-LOSSES = (*HEATS, "mesh", "slip", "drag", "damper", "friction", "resistance")  # kinds of all that is lost
 _MOST_CELLS = 2_000  # that powers are worth, beside those of the cycle itself
-_APART = 1e-6  # share by which the speed is changed to see what depends on it
-_RESISTANCES = "losses"  # how the model of a load begins that nothing is gained by
 _TIE = 1e-12  # of what is exchanged: less than that is none
-
-
-class Stream(NamedTuple):
-    """Power from one place to another over a steady cycle, positive from `source` to `target`.
-
-    kind: "input" (of the mains), "drive" (of the motor's shaft), "shaft" (what arrives through a mesh), "load", "stored" (by
-    inertias, springs, weights: 0 on the mean), or one of `LOSSES`, whose target is "heat". Places are "mains", "drive",
-    "shafts.NAME", "heat", and else where the scene has them ("load[0]", "spring", "flywheel", "gravity"); `name` is what it
-    is the power of, as such a path, and `on` the place in the machine where it is taken or given. `mean` (W) is over time,
-    `work` (J) of a cycle, `greatest` and `least` (W) the extremes within it.
-    """
-
-    source: str
-    target: str
-    kind: str
-    name: str
-    on: str
-    mean: float
-    work: float
-    greatest: float
-    least: float
-
-    @property
-    def lost(self) -> bool:
-        """Whether it is a loss."""
-        return self.kind in LOSSES
-
-
-class ShaftFlow(NamedTuple):
-    """A shaft in the steady cycle, and what its mesh with the shaft `on` carries; None for the crank, which has none.
-
-    `speed` is the mean of extremes, `speed_time_mean` that over time (rad/s). Torque (N m, on this shaft's side of the mesh)
-    and power (W) are positive towards `to`, the one of the two shafts that takes power on the mean.
-    """
-
-    shaft: str
-    on: str | None
-    to: str | None
-    ratio: float
-    speed: float
-    speed_time_mean: float
-    irregularity: float
-    torque_mean: float | None = None
-    torque_greatest: float | None = None
-    torque_rms: float | None = None
-    power_mean: float | None = None
-    power_greatest: float | None = None
-    power_rms: float | None = None
-
-
-@dataclass(frozen=True, repr=False)
-class PowerFlow:
-    """The power flow of a steady cycle: its streams, its shafts, and the balance of all that (W on the mean over time).
-
-    `input` is what comes from outside, of the mains where the motor's kind tells it, else of its shaft, and of loads that
-    drive; `output` what loads take, and a drive that brakes; `left` is input - output - losses. `error` is relative: of a
-    stream to the larger of its greatest power in size and `scale`, the work exchanged over the period.
-    """
-
-    scene: Scene
-    streams: tuple[Stream, ...]
-    shafts: tuple[ShaftFlow, ...]
-    period: float
-    input: float
-    output: float
-    losses: float
-    left: float
-    scale: float
-    error: float
-    mesh: Cells
-    series: Array
-
-    def __repr__(self) -> str:
-        """The balance, instead of every stream."""
-        title = notebook.quoted(self.scene.title)
-        return f"PowerFlow({title}{self.input:.6g} W in, {self.output:.6g} W out, {self.losses:.6g} W lost)"
-
-    @property
-    def efficiency(self) -> float | None:
-        """Share of the input that is put out; None without an input."""
-        return self.output / self.input if self.input > self.error * self.scale else None
-
-    def at(self, phi: float) -> tuple[float, ...]:
-        """The power (W) of every stream, in their order, at a crank angle (rad); a cycle repeats.
-
-        Just after the angle, where powers jump there.
-        """
-        end = float(self.mesh.edges[-1])
-        cell, t = cells.located(self.mesh, np.array([phi - end * np.floor(phi / end)]))
-        return tuple(cells.value(self.series[:, cell[0]], np.full(len(self.streams), t[0])).tolist())
-
-    def along(self, phi: Array) -> Array:
-        """The powers (streams, n) at crank angles (n,) within the cycle, rad."""
-        cell, t = cells.located(self.mesh, np.asarray(phi, dtype=float))
-        return np.asarray((self.series[:, cell] * cells.basis(t, cells.ORDER)).sum(axis=-1))
-
-    def as_dict(self, at: float | None = None) -> dict[str, Any]:
-        """For JSON, SI; with a crank angle (rad) also the `power` of every stream there."""
-        powers = (None,) * len(self.streams) if at is None else self.at(at)
-        found: dict[str, Any] = {
-            "period": self.period,
-            "input": self.input,
-            "output": self.output,
-            "losses": self.losses,
-            "efficiency": self.efficiency,
-            "left": self.left,
-            "scale": self.scale,
-        }
-        if at is not None:
-            found["at"] = at
-        found["streams"] = [
-            {
-                "from": stream.source,
-                "to": stream.target,
-                **{key: value for key, value in stream._asdict().items() if key not in ("source", "target")},
-                **({} if power is None else {"power": power}),
-            }
-            for stream, power in zip(self.streams, powers, strict=True)
-        ]
-        found["shafts"] = [row._asdict() for row in self.shafts]
-        return found
-
-    def plot(self, path: str | Path | None = None, *, at: float | None = None) -> Figure | None:
-        """The Sankey diagram, over the mean or at a crank angle (rad): into a file (PNG, SVG or PDF), or as a figure.
-
-        Raises ValueError for another ending, OSError where the file cannot be written.
-        """
-        import flywheel
-
-        if path is None:
-            return flywheel.notebooks.power_picture(self, at)
-        flywheel.notebooks.save_picture(self, path, at)
-        return None
 
 
 class _Part(NamedTuple):
@@ -347,7 +208,7 @@ class _Train:
             yield from self._drive(place, wide(moment, omega.shape), mesh, omega)
         elif load.path == f"{place}.drag":
             yield _Part(place, "heat", "drag", load.path, load.on, -moment)
-        elif load.model.startswith(_RESISTANCES):
+        elif load.is_loss:
             yield _Part(place, "heat", "resistance", load.path, load.on, -moment)
         else:
             yield _Part(place, load.path, "load", load.path, load.on, -moment)
@@ -362,7 +223,7 @@ class _Train:
             moment = cells.value(cells.fit(run.drive)[cell], t).reshape(omega.shape)
         yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
         own = () if run is None else states_on(run, mesh)
-        found = motor_powers(scene, ratio * omega, moment / ratio, own)
+        found = {} if scene.motor is None else scene.motor.powers(ratio * omega, moment / ratio, own)
         taken = moment
         for kind, power in found.items():
             heat = power / omega
@@ -398,49 +259,11 @@ class _Train:
 
 def can_lose(scene: Scene) -> bool:
     """Whether anything in a scene may lose power: meshes, dampers, joints, models of losses, a motor that tells its heat."""
-    drags = any(load.model.startswith(_RESISTANCES) or load.path.endswith(".drag") for load in scene.loads)
+    drags = any(load.is_loss or load.path.endswith(".drag") for load in scene.loads)
     meshes = any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
     if drags or meshes or scene.rubs or scene.dampers or scene.motor is None:
         return drags or meshes or scene.rubs or bool(scene.dampers)
-    from flywheel.components.motors import DC, Induction, Synchronous  # only machines with a motor pay for it
-
-    return isinstance(scene.motor, DC | Induction | Synchronous)
-
-
-def motor_powers(scene: Scene, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
-    """What a motor takes beside its shaft's power (W), by kind, at its speeds (rad/s), torques (N m) and own states.
-
-    Of a DC motor R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"); of an induction motor
-    T (omega_s - omega) ("rotor"), and with an efficiency on its plate the copper of its stator ("stator") and its constant
-    losses ("iron"); of a synchronous one the heat of its damper winding ("rotor"), and what is left of T (omega_s - omega),
-    which its field stores as the load angle grows ("field"); of an induction motor with two axes what its fluxes store
-    ("field"). Empty for motors whose kind tells nothing of that.
-    """
-    if scene.motor is None:
-        return {}
-    from flywheel.components.motors import DC, Induction, Synchronous, TwoAxisInduction  # only with a motor
-
-    motor, found = scene.motor, dict[str, Array]()
-    if isinstance(motor, DC):
-        current = motor.current_of_torque(omega, torque)
-        found["copper"] = motor.copper_heat(current)
-        if motor.friction:
-            found["windage"] = motor.friction * omega * omega
-        if motor.inductance:
-            found["inductance"] = motor.inductance * current * motor.current_rate(omega, current)
-    elif isinstance(motor, TwoAxisInduction) and motor.circuit is not None:
-        circuit = motor.circuit
-        found |= {"stator": circuit.stator_heat(states), "rotor": circuit.rotor_heat(states)}
-        found["field"] = circuit.power(states) - torque * omega - found["stator"] - found["rotor"]
-    elif isinstance(motor, Induction):
-        stator, constant = motor.stator_heat(omega), motor.constant_losses
-        if stator is not None and constant is not None:
-            found |= {"stator": stator, "iron": np.full_like(omega, constant)}
-        found["rotor"] = torque * (motor.synchronous_speed - omega)
-    elif isinstance(motor, Synchronous):
-        found["rotor"] = motor.damper_heat(omega)
-        found["field"] = torque * (motor.synchronous_speed - omega) - found["rotor"]
-    return found
+    return scene.motor.takes_power
 
 
 # -- the result --------------------------------------------------------------------------------------------------------
@@ -463,7 +286,7 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
         source, target = (part.target, part.source) if turn else (part.source, part.target)
         high, low = _extremes(one, error, exchanged / period)
         streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, high, low))
-    order = sorted(range(len(streams)), key=lambda k: _rank(streams[k]))
+    order = sorted(range(len(streams)), key=lambda k: _ORDER.index(streams[k].kind))
     streams = [streams[k] for k in order]
     shafts = {f"shafts.{name}" for name in train.scene.shafts}
     electric = any(stream.kind == "input" for stream in streams)
@@ -497,10 +320,6 @@ def _extremes(series: Array, error: float, scale: float) -> tuple[float, float]:
 
 
 _ORDER = ("input", *HEATS, "drive", "shaft", "slip", "mesh", "drag", "damper", "friction", "resistance", "load", "stored")
-
-
-def _rank(stream: Stream) -> int:
-    return _ORDER.index(stream.kind)
 
 
 def _period(sizing: Sizing) -> tuple[float, float]:
@@ -564,7 +383,7 @@ def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, misse
     of_speed = speed_error_over_cycle(sizing)
     error = missed + off / exchanged + between + 24 * ROUNDING + 3 * of_speed
     if machine.depends_on_speed:
-        beside = train.flows(found.mesh, 1.0 + _APART)
-        moved = np.abs(beside.moments - found.moments) / _APART
+        beside = train.flows(found.mesh, 1.0 + SPEED_STEP)
+        moved = np.abs(beside.moments - found.moments) / SPEED_STEP
         error += float(((moved * found.omega).max(axis=(1, 2)) / np.maximum(sizes, 1e-300)).max(initial=0.0)) * of_speed
     return error

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,18 +21,24 @@ from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
+from flywheel.sizing.drive import drive_work, energy, engine, synchronism
+from flywheel.sizing.errors import estimates
+from flywheel.sizing.findings import as_dict
+from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.results import (
     Balance,
-    Built,
+    Beside,
     Confirmation,
     Confirmed,
     ConstantSpeed,
+    Derivations,
+    ElectricalTransients,
     Errors,
     JointFriction,
     Limit,
     Regime,
+    SelectedWheel,
     Sizing,
-    drive_work,
 )
 
 if TYPE_CHECKING:
@@ -39,6 +46,10 @@ if TYPE_CHECKING:
 
 _MOST_ROUNDS = 12  # of motion and friction in turn
 _LEFT = 0.05  # of the error asked for: what these may leave
+_MIXED = 4  # rounds, the motions of which are mixed
+_COMPARED = 181  # angles at which their speeds are compared
+_DEPENDENT = 1e-6  # of the largest change: what is less says nothing of the others
+_SLOWER = 0.25  # of the least square of a speed: what a mixture may fall to
 _SLOWEST = 0.95  # of a round's change: what the next may change and be trusted to settle
 _TITLES = {
     "exact": "exact inertia",
@@ -89,7 +100,7 @@ def size(
     """
     level = levels.level(accuracy, simulate)
     scene = scene_of(machine)
-    check_asked(scene)
+    check_complete(scene)
     rtol = float(scene.rtol if rtol is None else rtol)
     if faults := levels.rtol_faults(rtol):
         raise SceneError(faults)
@@ -107,16 +118,16 @@ def size(
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
 
 
-def check_asked(scene: Scene) -> None:
+def check_complete(scene: Scene) -> None:
     """Refuse a scene that lacks what a sizing, or an analysis, is of: a cycle, a flywheel, a speed.
 
-    Without a speed the machine needs torques that depend on it, and nothing else that is unknown.
+    Without a speed the machine needs torques or losses that depend on it, and nothing else that is unknown.
     """
     turning_moment.check_cycle(scene)
     faults, expected = [], 'a speed such as "210 rpm" or a bare number in rad/s'
     if not scene.has_flywheel:
         faults.append(Fault("flywheel", "nothing", "a table with irregularity or inertia"))
-    if scene.speed is None and (scene.areas is not None or not scene.depends_on_speed):
+    if (scene.areas is not None and scene.speed is None) or not scene.has_speed:
         advice = "" if scene.areas is not None else "or torques that depend on speed, which fix it"
         faults.append(Fault("regime.speed", "nothing", expected, advice))
     elif scene.speed is None and scene.unknown is not None:
@@ -130,7 +141,9 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     scene = machine.scene
 
     # cycle, figures and motion, with friction in joints as it is along that motion
-    regime, of_motion, friction = _with_friction(machine, rtol) if machine.resists else (*_regime(machine, rtol), None)
+    regime, of_motion, friction = (
+        _with_friction(machine, rtol) if machine.has_joint_friction else (*_regime(machine, rtol), None)
+    )
     machine = regime.machine
     figures, cycle, speed = regime.figures, regime.cycle, regime.speed
     reduced_inertia = figures.reduced_inertia
@@ -187,6 +200,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         error=errors,
         closure=left,
         rtol=rtol,
+        derived=DERIVED,
         messages=messages,
         machine=machine,
         cycle=cycle,
@@ -225,15 +239,25 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
 
     Friction follows the motion, flywheel and balance, and these follow friction: from that of a constant speed on, one is
     found from the other until what the rounds to come may change is next to nothing beside the error asked for. Each
-    changes a share of what the one before did, from which that follows; it is part of the friction's error.
+    changes a share of what the one before did, from which that follows; it is part of the friction's error. Rounds alone
+    settle slowly, or swing ever wider, where the irregularity is large: friction is taken along a mixture of the last few
+    motions (see `_mixture`).
     """
     regime, costs = _regime(machine_of(machine), rtol)
     at_constant, left, rounds, before = _at_constant_speed(regime), 0.0, 0, None
+    angles = np.linspace(0.0, machine.scene.cycle, _COMPARED)
+    along = np.full(angles.size, at_constant.speed**2)  # squares of the speeds (rad²/s²) that friction is taken at
+    last: list[_Round] = []
     while regime.run is not None and regime.confirmed is None and rounds < _MOST_ROUNDS:
         known = regime.machine.friction
         assert known is not None
-        balance = regime.cycle.balance or 0.0
-        curve = friction_along(machine, partial(_motion_of, regime), balance, known.breakpoints)
+        last = [*last[1 - _MIXED :], _Round(regime, along, _motion_of(regime, angles).omega ** 2)]
+        weights = _mixture(last)
+        along = np.asarray(sum(weight * one.found for weight, one in zip(weights, last, strict=True)))
+        balance = sum(weight * (one.regime.cycle.balance or 0.0) for weight, one in zip(weights, last, strict=True))
+        meshes = [one.regime.cycle.mesh for one in last]
+        edges = sorted({at for mesh in meshes for at in (mesh.middle + mesh.half)[:-1, 0].tolist()})
+        curve = friction_along(machine, partial(_mixed, weights, last), balance, edges)
         enough = max(_LEFT * rtol * regime.figures.fluctuation, curve.error)
         changed = curve.apart(known)
         share = _SLOWEST if before is None else min(changed / before, _SLOWEST)
@@ -244,6 +268,40 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
         if left <= enough:
             break
     return regime, costs, JointFriction(rounds, left, at_constant)
+
+
+class _Round(NamedTuple):
+    """A motion with the friction of another: squares of their speeds at some angles, `found` and `taken`, rad²/s²."""
+
+    regime: Regime
+    taken: Array
+    found: Array
+
+
+def _mixture(last: Sequence[_Round]) -> list[float]:
+    """Weights of the last rounds' motions in the one along which friction is taken next (Anderson's mixing).
+
+    Equation: with the change r_i of the squares of speeds in round i, the sum of w_i r_i is least where w_i sum to 1.
+    A mixture that stops, or nearly so, is none of motions: then it is the middle of the last two.
+    Source: D. G. Anderson, Iterative Procedures for Nonlinear Integral Equations, J. ACM 12 (1965).
+    """
+    if len(last) == 1:
+        return [1.0]
+    changes = np.array([one.found - one.taken for one in last])
+    shares = np.linalg.lstsq((changes[:-1] - changes[-1]).T, -changes[-1], rcond=_DEPENDENT)[0]
+    weights = [*shares.tolist(), 1.0 - float(shares.sum())]
+    mixed = sum(weight * one.found for weight, one in zip(weights, last, strict=True))
+    if np.min(mixed) >= _SLOWER * min(float(one.found.min()) for one in last):
+        return weights
+    return [*[0.0] * (len(last) - 2), 0.5, 0.5]
+
+
+def _mixed(weights: Sequence[float], last: Sequence[_Round], phi: Array) -> MachineMotion:
+    """The motion whose squares of speeds, and so accelerations, are a mixture of those of some rounds, at angles (rad)."""
+    motions = [_motion_of(one.regime, phi) for one in last]
+    square = sum(weight * motion.omega**2 for weight, motion in zip(weights, motions, strict=True))
+    alpha = sum(weight * motion.alpha for weight, motion in zip(weights, motions, strict=True))
+    return motions[-1]._replace(omega=np.sqrt(square), alpha=np.asarray(alpha))
 
 
 def _motion_of(regime: Regime, phi: Array) -> MachineMotion:
@@ -318,7 +376,7 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
     if regime.exact is None or not (scene.irregularity is not None or scene.limits):
         return found
     exact = regime.exact[0] / scene.flywheel_ratio**2
-    return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
+    return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None, broken=regime.broken)
 
 
 def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirmed:
@@ -434,7 +492,7 @@ def _wheel(
     regime: Regime | None,
     fluctuation: float = 0.0,
     error: float = 0.0,
-) -> tuple[Built | None, tuple[str, ...]]:
+) -> tuple[SelectedWheel | None, tuple[str, ...]]:
     """The wheel that the scene asks for, with the irregularity that it gives as it is built, and what is to be said of it.
 
     The wheel carries the exact inertia (or the given one), at the greatest speed of its shaft unless the scene says the
@@ -464,7 +522,7 @@ def _wheel(
     wheel = choose(inertia, ratio * (speed if wanted.at == MEAN else greatest), wanted)
     torque, on_crank = None if wheel.body.arms is None else wanted.torque, wheel.inertia * ratio**2
     if regime is None:
-        return Built(wheel, fluctuation / (on_crank * speed**2), error, torque), wheel.warnings
+        return SelectedWheel(wheel, fluctuation / (on_crank * speed**2), error, torque), wheel.warnings
     try:
         if regime.constant is None:
             motion = turning_moment.run(regime.cycle, speed, on_crank)
@@ -473,8 +531,8 @@ def _wheel(
 
             motion = with_flywheel(regime.machine, regime.constant, speed, on_crank, regime.rtol).run
     except NoMotionError:
-        return Built(wheel, None, 0.0, torque), wheel.warnings
-    return Built(wheel, motion.irregularity, motion.error, torque), wheel.warnings
+        return SelectedWheel(wheel, None, 0.0, torque), wheel.warnings
+    return SelectedWheel(wheel, motion.irregularity, motion.error, torque), wheel.warnings
 
 
 def _greatest_acceleration(regime: Regime, run: Run) -> float:
@@ -547,6 +605,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         error=errors,
         closure=closure,
         rtol=rtol,
+        derived=DERIVED,
         messages=(*_missed(errors, rtol, remainder), *of_wheel),
         built=built,
         limits=limits,
@@ -554,3 +613,31 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         accuracy=level,
         cost=meter.cost,
     )
+
+
+# -- what follows from a sizing ------------------------------------------------------------------------------------------
+
+
+def electrical_transients(sizing: Sizing) -> ElectricalTransients | None:
+    """The same machine and flywheel with the static curve, side by side; None for other motors, and without a motion."""
+    scene, run, motor = sizing.scene, sizing.run, sizing.scene.motor
+    static = None if motor is None else motor.static
+    if static is None or run is None or scene.drive is None:
+        return None
+    given = run.inertia / scene.flywheel_ratio**2
+    try:
+        other = size(replace(scene, motor=static, irregularity=None, inertia=given, limits={}), simulate=False)
+    except SceneError:
+        return None
+    if other.run is None or other.energy is None or sizing.energy is None:
+        return None
+    ratio = scene.shafts[scene.drive.on]
+    torques = [cells.greatest(cells.fit(one.drive)) / ratio if one.drive is not None else 0.0 for one in (run, other.run)]
+    return ElectricalTransients(
+        Beside(run.irregularity, other.run.irregularity),
+        Beside(*torques),
+        Beside(sizing.energy.rotor_heat or 0.0, other.energy.rotor_heat or 0.0),
+    )
+
+
+DERIVED = Derivations(as_dict, estimates, energy, engine, power_flow, electrical_transients, synchronism)

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from flywheel.machine.dynamics import Moments, moments_on
-from flywheel.machine.machine import Machine
+from flywheel.machine.equation import Moments, moments_on
+from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, Cost, limited, metered
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
-from flywheel.regime.periodic_motion import Demand, LostError, NoRegimeError, OwnMotion, UntoldError
+from flywheel.regime.branch import Branch, Finding, Outcome, UnstableError, outcome_of
+from flywheel.regime.cycle_equations import Demand, LostError, NoRegimeError, UnresolvedError
+from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing import limits
@@ -58,13 +60,18 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     if idle and not limits.of_motor(scene):
         return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
     with metered() as meter:
-        if limits.of_motor(scene):
-            motion, off, reached, binding, gaps = _smallest(machine, figures, start, rtol)
+        swings = scene.irregularity is not None and circuit_of(scene) is not None
+        motion = None if limits.of_motor(scene) or swings else _motion(machine, figures, start, rtol)
+        if motion is None or (scene.irregularity is not None and _unstable(motion)):
+            motion, off, reached, binding, broken, gaps = _smallest(machine, figures, start, rtol)
         else:
-            motion = _motion(machine, figures, start, rtol)
             off = motion.inertia_error if motion.inertia > 0.0 else motion.run.error
-            reached, binding, gaps = {}, None, ()
+            reached, binding, broken, gaps = {}, None, (), ()
     run, solved, messages = motion.run, motion.solved, (*messages, *gaps)
+    if motion.vanishing:
+        least = turning_moment.combined(figures.cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]
+        where = machine.where(float(least))
+        messages = (*messages, f"without a flywheel nothing weighs at {where}: the motion is the limit of ever lighter ones")
     growth = f"what a cycle changes grows {solved.multiplier:.6g} fold"
     if solved.damping < -_LEAST_DAMPING:
         if scene.unknown is None:
@@ -88,6 +95,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         speed=run.speed or figures.speed,
         cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
         exact=(max(motion.inertia, 0.0), off),
+        broken=broken,
         extremes_error=periodic_motion.error_of_cuts(motion),
         limits=reached,
         binding=binding,
@@ -202,15 +210,14 @@ def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tupl
 
 def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
     """The greatest value of a function by its series on cells, and the angle (rad) where it is."""
-    most = cells.extents(series)[1]
-    same = float(most.max()) - 64 * ROUNDING * abs(float(most.max()))  # on a level stretch, its beginning
-    cell = int((most >= same).argmax())
+    most, rounding = cells.extents(series)[1], 64 * ROUNDING * float(np.abs(series).sum(axis=-1).max())
+    cell = int((most >= float(most.max()) - rounding).argmax())  # on a level stretch, its beginning
     row = series[cell]
     roots = np.polynomial.chebyshev.chebroots(np.polynomial.chebyshev.chebder(row))
     inside = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) < 1.0)]
     t = np.concatenate(([-1.0], np.sort(inside), [1.0]))
     values = np.polynomial.chebyshev.chebval(t, row)
-    best = int((values >= same).argmax())
+    best = int((values >= float(values.max()) - rounding).argmax())
     return float(values[best]), float(mesh.middle[cell, 0] + mesh.half[cell, 0] * t[best])
 
 
@@ -267,15 +274,17 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
             return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol)
 
     def refused(inertia: float | None, guess: float, error: NoRegimeError | BudgetError) -> SceneError:
-        return SceneError([_fault(machine, speed, inertia, guess, unknown, error)])
+        return SceneError([_fault(machine, speed, inertia, guess, unknown, Finding(guess, error=error))])
 
     if scene.inertia is not None:
         given = scene.inertia * scene.flywheel_ratio**2
         turning_moment.check_weighs(machine, figures.cycle, figures.extent, given)
-        try:
-            return solved(given, 0.0)
-        except (NoRegimeError, BudgetError) as error:
-            raise refused(given, 0.0, error) from None
+        finding = Branch(machine, speed, unknown, held).at(given, rtol)
+        if finding.motion is not None:
+            return finding.motion
+        if isinstance(finding.error, UnstableError) and finding.stop is None:
+            return finding.error.motion
+        raise SceneError([_fault(machine, speed, given, 0.0, unknown, finding)])
     least = _LIGHT * max(figures.reduced_inertia.greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     try:
@@ -296,45 +305,55 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         raise refused(0.0, 0.0, error) from None
 
 
+def _unstable(motion: OwnMotion) -> bool:
+    """Whether what a cycle changes of a motion that sets its own speed grows."""
+    return motion.solved.moments.machine.scene.unknown is None and motion.solved.damping < -_LEAST_DAMPING
+
+
 def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> limits.Smallest:
-    """The motion with the smallest flywheel that keeps the limits of a scene."""
-    sized = None if machine.scene.irregularity is None else _motion(machine, figures, unknown, rtol)
+    """The motion with the smallest flywheel that keeps what is asked of a scene, where heavier ones need not keep it."""
+    sized, refused = None, None
+    try:
+        sized = None if machine.scene.irregularity is None else _motion(machine, figures, unknown, rtol)
+    except SceneError as error:
+        refused = error
+    sized = None if sized is None or _unstable(sized) else sized
     try:
         return limits.smallest(machine, figures, unknown, rtol, sized)
-    except (NoRegimeError, BudgetError) as error:
-        fault = _fault(machine, figures.speed, None, figures.scale, unknown, error)
-        raise SceneError([fault._replace(path="flywheel.limits")]) from None
+    except NoRegimeError as error:
+        fault = _fault(machine, figures.speed, None, figures.scale, unknown, Finding(figures.scale, error=error))
+        raise refused or SceneError([fault._replace(path="flywheel.limits")]) from None
 
 
-def _fault(
-    machine: Machine, speed: float, given: float | None, guess: float, unknown: float, error: NoRegimeError | BudgetError
-) -> Fault:
+def _fault(machine: Machine, speed: float, given: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
     """What to say of a machine for which no motion was found, or none whose figures mean anything.
 
     Simulated in time the machine may stall or run away; else the iteration did not settle. `given` is the flywheel on the
     crank (kg m²), None where one is sought from a guess.
     """
-    scene = machine.scene
+    scene, error = machine.scene, finding.error
     path = "flywheel.irregularity" if given is None else "flywheel.inertia"
     if scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
         found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
         advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
         return Fault("drive" if scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
-    if isinstance(error, UntoldError):
+    if isinstance(error, UnresolvedError):
         expected = "an irregularity that the flywheel changes by more than rounding"
         advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
         return Fault("flywheel.irregularity", str(error), expected, advice)
     if isinstance(error, LostError):
         advice = "less of what resists and drives alike, or a larger irregularity"
         return Fault(path, str(error), "a motion that varies by more than rounding", advice)
-    from flywheel.regime.free_motion import Outcome, outcome_of  # scipy arrives with time stepping
-
     inertia = guess if given is None else given
     wheel = f" with {'about ' if given is None else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
+    what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
+    if (stop := finding.stop) is not None:
+        where = f"stalls at {machine.where(stop.phi)} for want of {stop.shortfall:.6g} N m on the crank"
+        found = f"a {what} that {where}, let go at {stop.speed:.6g} rad/s{wheel}"
+        return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     if ending.outcome is Outcome.STALLS:
-        what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
         found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     if ending.outcome is Outcome.RUNS_AWAY:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from flywheel.mechanisms import KINDS
 
+__all__ = ["kinds", "starter", "write_starter"]
+
 _MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "press-drive", "shaper", "pump", "compressor", "engine")
 
 
@@ -15,7 +17,7 @@ def kinds() -> list[str]:
     >>> kinds()[-4:]
     ['shaper', 'pump', 'compressor', 'engine']
     """
-    return [*(kind for kind in KINDS if _file(kind).exists()), *_MACHINES]
+    return [*(kind for kind in KINDS if _file(kind).exists() or KINDS[kind].starter), *_MACHINES]
 
 
 def _file(kind: str) -> Path:
@@ -32,7 +34,8 @@ def starter(kind: str) -> str:
     """
     if kind not in kinds():
         raise KeyError(kind)
-    return _file(kind).read_text(encoding="utf-8")
+    file = _file(kind)
+    return file.read_text(encoding="utf-8") if file.exists() else KINDS[kind].starter
 
 
 def write_starter(kind: str, path: str | Path) -> None:

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.numerics import roots_between
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
@@ -34,7 +35,6 @@ _ORDER = 24  # of Gauss' rule on a panel
 _SAME = 1e-15  # relative change by a halving that is none; two of them in turn, as one may be chance
 _FIRST, _MOST_HALVINGS, _MOST_PANELS = 2, 9, 20_000
 _SAMPLES = 12  # in a panel, between which extremes are looked for
-_SECANTS = 60
 _LONG = np.finfo(np.longdouble).eps
 _LEVELS = 80
 _NO_FLUCTUATION = 1e-13  # of the work exchanged: a fluctuation that is none
@@ -154,32 +154,15 @@ class _Curve:
         return np.asarray(self.work[owner] + half * (self.at(owner, nodes)[0] @ _WEIGHTS)).reshape(phi.shape)
 
     def candidates(self, force: Force) -> tuple[Panel, Long]:
-        """Panels and angles of all edges, and of all places where force(M*, I*', I*, phi, panel) changes its sign.
-
-        Roots are found by regula falsi in its Illinois form, all at once.
-        """
+        """Panels and angles of all edges, and of all places where force(M*, I*', I*, phi, panel) changes its sign."""
         panels = np.arange(self.edges.size - 1)
         shares = np.linspace(0, 1, _SAMPLES + 1, dtype=np.longdouble)
         phi = self.edges[:-1, None] + np.diff(self.edges)[:, None] * shares
         values = force(*self.at(panels, phi), phi, panels)
         panel, place = np.nonzero(values[:, :-1] * values[:, 1:] < 0)
         low, high = phi[panel, place], phi[panel, place + 1]
-        at_low, at_high = values[panel, place], values[panel, place + 1]
-        side, middle = np.zeros(panel.size, dtype=int), low
-        for _ in range(_SECANTS if panel.size else 0):
-            before = middle
-            step = np.where(at_high != at_low, at_high - at_low, 1)
-            middle = np.where(at_high != at_low, (low * at_high - high * at_low) / step, (low + high) / 2)
-            value = np.asarray(force(*self.at(panel, middle), middle, panel))
-            left = value * at_high > 0  # the root lies between low and middle
-            at_low = np.where(left & (side == 1), at_low / 2, at_low)
-            at_high = np.where(~left & (side == -1), at_high / 2, at_high)
-            side = np.where(left, 1, -1)
-            low, at_low = np.where(left, low, middle), np.where(left, at_low, value)
-            high, at_high = np.where(left, middle, high), np.where(left, value, at_high)
-            if ((value == 0) | (np.abs(middle - before) <= 4 * _LONG * np.abs(high))).all():
-                break
-        return np.concatenate((panels, panels, panel)), np.concatenate((self.edges[:-1], self.edges[1:], middle))
+        places = roots_between(lambda phi: np.asarray(force(*self.at(panel, phi), phi, panel)), low, high)
+        return np.concatenate((panels, panels, panel)), np.concatenate((self.edges[:-1], self.edges[1:], places))
 
     def greatest(self, factor: Any, sign: int) -> Any:
         """The greatest (sign 1) or least (-1) of W - factor I*."""

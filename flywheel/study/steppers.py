@@ -17,19 +17,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate
-from scipy.optimize import root
+from scipy import integrate, optimize
 
-from bondgraph.motion.stepping import FIXED, hermite, instant, runge_kutta_step
-from flywheel.machine.dynamics import Dynamics, circuit_of
-from flywheel.machine.machine import Anchor, Machine
+from bondgraph.motion.stepping import FIXED, Step, hermite, runge_kutta_step
+from bondgraph.numerics import root, summits
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Anchor, Machine, circuit_of
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
 from flywheel.motions.simulation import graph_motion, states_of_graph
 from flywheel.regime import constant_speed
-from flywheel.regime.free_motion import Start
-from flywheel.regime.stepping import Step
+from flywheel.regime.joint_friction import dynamics_of
+from flywheel.regime.trail import Start
 from flywheel.sizing.confirmation import extreme
 from flywheel.study.reference import Question
 
@@ -61,10 +61,10 @@ def sampled(machine: Machine, count: int) -> Samples:
     if machine.sets_its_speed:
         own, balance = constant_speed.operating_point(machine)
         speed = own or 0.0
-        dynamics = Dynamics(machine, 0.0, balance)
+        dynamics = dynamics_of(machine, 0.0, balance)
         dynamics.circuit = None  # at a constant speed a motor's current is steady
         anchor = Anchor(machine.anchors(phi), speed + 0.0 * phi, 0.0 * phi)
-        moment = dynamics.along(phi, anchor, anchor.omega, anchor.time).moment
+        moment = dynamics.at_many(phi, anchor, anchor.omega, anchor.time).moment
     elif net := float(np.trapezoid(share, phi)):
         balance, unit = -float(np.trapezoid(moment, phi)) / net, 1.0 / net
         moment = moment + balance * share
@@ -102,7 +102,7 @@ def _speeds(samples: Samples, inertia: float) -> Array:
         return float(0.5 * (omega.max() + omega.min()) / samples.speed - 1)
 
     top = float(0.5 * total.max() * samples.speed**2 + np.abs(samples.work).max())
-    return at(instant(excess, -float(samples.work.min()), 4 * top))
+    return at(root(excess, -float(samples.work.min()), 4 * top))
 
 
 def _irregularity(greatest: float, least: float) -> float:
@@ -199,7 +199,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
         return lacks + [(a - b) / size for a, b, size in zip(end.states, start.states, sizes, strict=True)]
 
     options: Any = {"xtol": max(tolerance, 1e-14), "eps": _DIFFERENCE**2, "maxfev": _MOST_RUNS}
-    solution: Any = root(lacking, np.ones(len(scales) + len(sizes)), method="hybr", options=options)
+    solution: Any = optimize.root(lacking, np.ones(len(scales) + len(sizes)), method="hybr", options=options)
     if not np.isfinite(solution.fun).all() or np.abs(solution.fun).max() > _OFF:
         raise NoAnswerError("its cycles come to no steady motion")
     last = trial(solution.x)
@@ -230,15 +230,10 @@ _BETWEEN, _CLOSER = 8, 7  # samples between two times, and rounds of looking clo
 def _summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float:
     """The greatest (sign 1) or least (-1) of a speed over time, between given times and ever closer about the best ones."""
     fine = np.append((times[:-1, None] + np.diff(times)[:, None] * np.arange(_BETWEEN) / _BETWEEN).ravel(), times[-1])
-    best = -np.inf
-    for k in standing_out(sign * speed(fine)):
-        near = fine
-        for _ in range(_CLOSER):
-            near = np.linspace(near[max(k - 1, 0)], near[min(k + 1, near.size - 1)], 2 * _BETWEEN + 1)
-            values = sign * speed(near)
-            k = int(values.argmax())
-            best = max(best, float(values[k]))
-    return sign * best
+    tops = np.array(standing_out(sign * speed(fine)))
+    low, high = fine[np.maximum(tops - 1, 0)], fine[np.minimum(tops + 1, fine.size - 1)]
+    found = summits(lambda grid: sign * speed(grid.ravel()).reshape(grid.shape), low, high, 2 * _BETWEEN + 1, _CLOSER)
+    return sign * float(found.value.max())
 
 
 def standing_out(values: Array) -> list[int]:
@@ -276,7 +271,7 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
             step = partial(runge_kutta_step, tableau, rates, t, state, rate=rates(t, state))
             after = step(h)
             if after[0] >= stretch.high:
-                h = instant(lambda length: float(step(length)[0]) - stretch.high, 0.0, h)  # noqa: B023 - called at once
+                h = root(lambda length: float(step(length)[0]) - stretch.high, 0.0, h)  # noqa: B023 - called at once
                 after = step(h)
                 after[0] = stretch.high
             yield Step(_between(rates, t, state, h, after), t, t + h)
@@ -317,7 +312,7 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
             solver.step()
             dense, before = solver.dense_output(), float(solver.t_old)
             if solver.y[0] >= stretch.high:
-                end = instant(lambda t: float(dense(t)[0]) - stretch.high, before, float(solver.t))  # noqa: B023
+                end = root(lambda t: float(dense(t)[0]) - stretch.high, before, float(solver.t))  # noqa: B023
                 yield Step(dense, before, end)
                 return
             yield Step(dense, before, float(solver.t))
@@ -342,7 +337,7 @@ def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Re
         return np.array([omega, float(now.acceleration), *map(float, now.rates)])
 
     def revolve(trial: Trial) -> Revolution:
-        dynamics = Dynamics(machine, trial.inertia, trial.balance)
+        dynamics = dynamics_of(machine, trial.inertia, trial.balance)
         state = np.array([0.0, trial.speed, *trial.states])
         t, steps = 0.0, list[Step]()
         for stretch in stretches:
@@ -413,7 +408,7 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
         more = trial.inertia + added
         links = (link._replace(inertia=link.inertia + more) if link.name == driven else link for link in linkage.links)
         heavier = replace(linkage, links=tuple(links))
-        dynamics = Dynamics(machine, trial.inertia, trial.balance)
+        dynamics = dynamics_of(machine, trial.inertia, trial.balance)
         omega, extremes = trial.speed, list[float]()
         for stretch in stretches:
 
@@ -453,7 +448,7 @@ def _end_and_extremes(
     missing: Callable[[float], float], omega: Callable[[Array], Array], times: Array
 ) -> tuple[float, float, float]:
     """When (s) a motion is over, as nothing is missing to its end; the greatest and the least speed until then."""
-    end = instant(missing, 0.0, float(times[-1]))
+    end = root(missing, 0.0, float(times[-1]))
     until = np.append(times[times < end], end)
     return end, _summit(omega, until, 1.0), _summit(omega, until, -1.0)
 

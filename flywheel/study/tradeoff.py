@@ -20,17 +20,17 @@ from flywheel.numerics import notebook
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
-from flywheel.regime.periodic_motion import Demand
+from flywheel.regime.cycle_equations import Demand
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
-from flywheel.sizing.sizing import check_asked, size
+from flywheel.sizing.sizing import check_complete, size
 from flywheel.study import steppers
 from flywheel.study.reference import Question, Reference, answer, verified
 from flywheel.study.steppers import NoAnswerError, Revolve
 
 
-class Row(NamedTuple):
+class MethodRow(NamedTuple):
     """One method on one scene.
 
     `error` is the true relative error of its `value`, None without an answer; `meets` whether that is within rtol, None
@@ -73,7 +73,7 @@ class Tradeoff:
     rtol: float
     reference: Reference
     scale: float
-    rows: tuple[Row, ...]
+    rows: tuple[MethodRow, ...]
     cheapest: str | None
     level: tuple[str, ...]
     cheapest_promised: str | None
@@ -88,11 +88,9 @@ class Tradeoff:
         best = f"cheapest {self.cheapest!r} at rtol {self.rtol:g}"
         return f"Tradeoff({notebook.quoted(self.title)}{len(self.rows)} methods, {best})"
 
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
-        return notebook.html(self)
+    _repr_html_ = notebook.html
 
-    def row(self, name: str) -> Row:
+    def row(self, name: str) -> MethodRow:
         """The row of that name."""
         return next(row for row in self.rows if row.name == name)
 
@@ -121,7 +119,7 @@ class Tradeoff:
         sure = self._priced(self.row(self.cheapest_promised))
         return told + f" It does not know that it does: the cheapest that promises it is {sure}."
 
-    def _priced(self, row: Row) -> str:
+    def _priced(self, row: MethodRow) -> str:
         known = row.error is not None and row.error > self.reference.doubt
         error = f"{row.error:.1e}" if known else f"below {self.reference.doubt:.1e}"
         return f"{row.name} ({duration(row.seconds or 0.0)}, error {error})"
@@ -205,7 +203,7 @@ class Method(NamedTuple):
         return self.family, self.setting.endswith(RESTARTED)
 
 
-def ordered(rows: Iterable[Row]) -> list[Row]:
+def ordered(rows: Iterable[MethodRow]) -> list[MethodRow]:
     """Rows by family, in each those with a restart before those without."""
     places = {name: k for k, name in enumerate(FAMILIES)}
     return sorted(rows, key=lambda row: (places.get(row.family, len(places)), row.family, not row.name.endswith(RESTARTED)))
@@ -291,7 +289,7 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
 
 
 def _sized(question: Question, rtol: float) -> float:
-    question.machine.on_meshes.clear()  # what another method evaluated is no help to this one
+    question.machine.kept.pop("moments", None)  # what another method evaluated is no help to this one
     return answer(size(question.machine, rtol, accuracy="normal"))
 
 
@@ -299,7 +297,7 @@ def _collocated(question: Question, rtol: float) -> float:
     """The periodic motion by Newton's method, as if its torques depended on speed."""
     scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
     wanted = Demand(None if question.sized else start, scene.irregularity, speed)
-    question.machine.on_meshes.clear()
+    question.machine.kept.pop("moments", None)
     motion = periodic_motion.own_motion(question.machine, speed, wanted, start, 0.0, rtol)
     return max(motion.inertia, 0.0) / question.crank if question.sized else motion.run.irregularity
 
@@ -469,7 +467,7 @@ def tradeoff(
 
     """
     scene = scene_of(machine)
-    check_asked(scene)
+    check_complete(scene)
     kept = scene.rtol if rtol is None else rtol
     faults = rtol_faults(kept)
     if scene.areas is not None:
@@ -483,7 +481,7 @@ def tradeoff(
     if faults:
         raise SceneError(faults)
     machine = machine if isinstance(machine, Machine) else Machine(machine)
-    if machine.resists:  # with friction in joints as it is in the steady regime
+    if machine.has_joint_friction:  # with friction in joints as it is in the steady regime
         machine = size(machine, accuracy="normal").machine or machine
     begun = time.perf_counter()
     question, reference = verified(machine)
@@ -538,9 +536,9 @@ def _chosen(level: list[Run], rtol: float) -> str | None:
     return best and best.method.name
 
 
-def _row(question: Question, reference: Reference, run: Run, meets: bool | None) -> Row:
+def _row(question: Question, reference: Reference, run: Run, meets: bool | None) -> MethodRow:
     method = run.method
-    return Row(
+    return MethodRow(
         name=method.name,
         family=method.family,
         label=method.label,

@@ -1,23 +1,219 @@
-"""Sensitivities, tolerances, optima and the choice of a motor, told on a terminal of 80 columns."""
+"""Designs on a terminal of 80 columns: sweeps, sensitivities, tolerances, optima, choice of a motor; methods compared."""
 
 from __future__ import annotations
 
+import math
+import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from math import degrees, isnan, pi
 from textwrap import wrap
 
+import numpy as np
+
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
-from flywheel.designs.figures import FIGURES
-from flywheel.designs.optimum import Limit, Optimum
-from flywheel.designs.sensitivities import Derivative, Sensitivities
-from flywheel.designs.tolerance import QUANTILES, Share, Tolerance
-from flywheel.numerics.units import columns, figure
-from flywheel.tables.rows import page, printable
-from flywheel.tables.sweeps import WIDTH, short_names
+from flywheel.designs.figures import ALONE, FIGURES, REFINED, REFUSED, TRACED
+from flywheel.designs.optimum import KeptLimit, Optimum
+from flywheel.designs.sweep_results import Sweep
+from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
+from flywheel.designs.variation import Derivative, Sensitivities
+from flywheel.numerics.units import aligned, columns, figure
+from flywheel.study.tradeoff import RESTARTED, MethodRow, Tradeoff, ordered
+from flywheel.tables.power import warnings
+from flywheel.tables.rows import Row, encoded, page, plain, printable, sentences, wrapped
+from flywheel.tables.sizing import remarks
+
+WIDTH = 80
+_DIGITS = 6
+_REASONS = 4
+_IN_TABLE = ("exact", "approximate", "irregularity", "power", "balance")
+_OF_BEST = ("exact", "approximate", "inertia_torque", "irregularity", "speed", "balance", "power", "energy_fluctuation",
+            "mass", "wheel.stress", "wheel.safety")  # fmt: skip
+_NEAR = 1e-9  # share by which the approximate flywheel may be below the exact one
+
+
+def sweep_text(found: Sweep, rows: int = 20) -> str:
+    """All of it: `rows` of the designs, evenly chosen where there are more."""
+    return page((_question(found), _best(found), _table(found, rows), _sentences("", notes(found))))
+
+
+def notes(found: Sweep) -> list[str]:
+    """What is to be said of a sweep, most of it for the one who relies on it, in sentences."""
+    said = list(found.messages)
+    kinds = {
+        re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in found.reasons.values()
+    }  # numbers make none of their own
+    refused = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in found.reasons.values())
+    if refused:
+        said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused, with nan in their place:")
+        said += [
+            f"{count} x{'' if count == 1 else ', such as'} {kinds[kind]}" for kind, count in refused.most_common(_REASONS)
+        ]
+        if len(refused) > _REASONS:
+            said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
+    said += [f"{path} changes no figure of this scene" for path in _without_effect(found)]
+    exact, approximate = found.values["exact"], found.values["approximate"]
+    below = np.flatnonzero(exact - approximate > _NEAR * np.abs(exact))
+    if below.size:
+        share = (exact[below] - approximate[below]) / exact[below]
+        k = int(share.argmax())
+        said.append(
+            f"DANGER: the approximate flywheel is below the exact one in {_designs(below.size)}, "
+            f"by up to {figure(100 * float(share[k]), most=3)} % (design {below[k]})"
+        )
+    check = found.check
+    if check is not None and not check.failed:
+        were = "was" if len(check.designs) == 1 else "were"
+        said.append(
+            f"{_designs(len(check.designs))} {were} sized by size as well, at random and where estimates are largest: "
+            f"figures differ by {figure(check.ratio, most=2)} of the sum of both estimates at most"
+        )
+    return said
+
+
+def _without_effect(found: Sweep) -> list[str]:
+    """The numbers that vary, in a grid, while every figure stays as it is."""
+    if len(found.shape) != len(found.columns) or not np.isfinite(found.worst).any():
+        return []
+    idle = []
+    for axis, (path, column) in enumerate(found.columns.items()):
+        rows = [found.values[name].astype(float).reshape(found.shape) for name in found.names]
+        apart = [np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) for row in rows]
+        size = [np.fmax.reduce(np.abs(row), axis=None) for row in rows]
+        moved = any((each > _NEAR * most).any() for each, most in zip(apart, size, strict=True))
+        if np.ptp(column) > 0.0 and not moved:
+            idle.append(path)
+    return idle
+
+
+def _designs(count: int) -> str:
+    return f"{count} design{'' if count == 1 else 's'}"
+
+
+def _question(found: Sweep) -> list[str]:
+    grid = f", on a grid of {' x '.join(map(str, found.shape))}" if len(found.shape) > 1 else ""
+    lines = wrap(printable(found.scene.title), WIDTH) if found.scene.title else []
+    lines.append(f"A sweep of {_designs(len(found))}{grid}, to a relative error of {found.rtol:g}")
+    units = found.units
+    ranges = []
+    for path, column in found.columns.items():
+        low, high = float(np.min(column)), float(np.max(column))
+        words = figure(low, most=_DIGITS) + (f" to {figure(high, most=_DIGITS)}" if high > low else "")
+        ranges.append(Row(path, words, units[path]))
+    lines += [line[:WIDTH].rstrip() for line in columns(ranges)]
+    counts = {"many at once": (TRACED,), "refined": (REFINED,), "one by one": (ALONE,), "refused": (REFUSED,)}
+    ways = {words: int(np.isin(found.ways, ways).sum()) for words, ways in counts.items()}
+    told = [f"{count} {words}" for words, count in ways.items() if count]
+    if found.missing:
+        told.append(f"{found.missing} missing")
+    worst = found.worst[np.isfinite(found.worst)]
+    error = f"; errors at most {worst.max():.1e}" if worst.size else ""
+    return [*lines, *_hung(f"sized: {', '.join(told)}{error}", "  ")]
+
+
+def objective(found: Sweep) -> str:
+    """The figure by which designs are compared: the exact flywheel, or in an analysis the irregularity."""
+    return "exact" if "exact" in found.names else "irregularity"
+
+
+def _best(found: Sweep) -> list[str]:
+    name = objective(found)
+    if not np.isfinite(found.values[name]).any():
+        return []
+    k, units = found.argmin(name), found.units
+    rows = [Row(path, figure(float(column[k]), most=_DIGITS), units[path]) for path, column in found.columns.items()]
+    shown = [each for each in _OF_BEST if each in found.names]
+    rows += [Row(FIGURES[each].about.partition(",")[0], _figure(found, each, k), units[each]) for each in shown]
+    what = "flywheel" if name == "exact" else name
+    among = f", of the {_designs(len(found) - found.missing)} that are not missing" if found.missing else ""
+    return [f"The least {what}: design {k}{among}", *(line[:WIDTH].rstrip() for line in columns(rows))]
+
+
+def _figure(found: Sweep, name: str, k: int) -> str:
+    value, error = float(found.values[name][k]), float(found.error[name][k])
+    if math.isnan(value):
+        return ""
+    return figure(value, 0.0 if math.isnan(error) else error * abs(value), _DIGITS)
+
+
+def _table(found: Sweep, rows: int) -> list[str]:
+    count = len(found)
+    chosen = list(range(count)) if count <= rows else sorted({k * (count - 1) // (rows - 1) for k in range(rows)})
+    if not chosen or rows < 2:
+        return []
+    units, short = found.units, short_names(found.columns)
+    names = [name for name in _IN_TABLE if name in found.names]
+    cells = {"": [str(k) for k in chosen]}
+    heads = {"": ("", "")}
+    for path, column in found.columns.items():
+        cells[path] = [figure(float(column[k]), most=_DIGITS) for k in chosen]
+        heads[path] = short[path], units[path]
+    for name in names:
+        cells[name] = [_figure(found, name, k) for k in chosen]
+        heads[name] = name, units[name]
+    if np.isfinite(found.worst[chosen]).any():
+        heads["error"] = "error", ""
+        cells["error"] = ["" if math.isnan(found.worst[k]) else f"{found.worst[k]:.0e}" for k in chosen]
+    blocks: list[list[str]] = []
+    width = -2
+    order = [*names[:1], *found.columns, *names[1:2], *(["error"] if "error" in cells else []), *names[2:]]
+    with_units = any(unit for _, unit in heads.values())
+    for key in _fitting(order, cells, heads):
+        lines = [*heads[key][: 2 if with_units else 1], *aligned(cells[key])]
+        wide = max(map(len, lines))
+        width += wide + 2
+        blocks.append([line.rjust(wide) for line in lines])
+    left_out = len(cells) - len(blocks)
+    title = "Designs" if len(chosen) == count else f"{len(chosen)} of the designs, evenly chosen"
+    title += f" ({left_out} more column{'s'[: left_out - 1]} in --csv)" if left_out else ""
+    return [title, *("  ".join(parts).rstrip() for parts in zip(*blocks, strict=True))]
+
+
+def _fitting(order: Iterable[str], cells: dict[str, list[str]], heads: dict[str, tuple[str, str]]) -> list[str]:
+    """The columns that a line has room for, those that matter most first, in the order of the table."""
+    room, chosen = WIDTH, {""}
+    room -= max(len(cell) for cell in cells[""])
+    for key in order:
+        wide = 2 + max(map(len, [*heads[key], *aligned(cells[key])]))
+        if wide <= room:
+            room -= wide
+            chosen.add(key)
+    return [key for key in cells if key in chosen]
+
+
+def short_names(paths: Iterable[str]) -> dict[str, str]:
+    """Paths by their last parts, as many as tell them apart.
+
+    >>> short_names(["mechanism.crank.length", "mechanism.rod.length"])
+    {'mechanism.crank.length': 'crank.length', 'mechanism.rod.length': 'rod.length'}
+    """
+    found = {}
+    every = list(paths)
+    for path in every:
+        parts = path.split(".")
+        for count in range(min(2, len(parts)), len(parts) + 1):
+            name = ".".join(parts[-count:])
+            same = [other for other in every if other == name or other.endswith(f".{name}")]
+            if len(same) == 1 and not name[0].isdigit():
+                break
+        found[path] = name
+    return found
+
+
+def _sentences(title: str, said: Iterable[str]) -> list[str]:
+    return [*([title] if title else []), *(line for sentence in said for line in _hung(sentence, ""))]
+
+
+def _hung(sentence: str, indent: str) -> Iterator[str]:
+    yield from wrap(printable(sentence), WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ")
+
+
+# -- sensitivities, tolerances, optima, motors ----------------------------------------------------------------------------
+
 
 MAIN = ("mass", "exact", "irregularity", "power")
 """The figures that are shown unless others are named."""
-_DIGITS = 6
 _DEGREE = pi / 180
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
@@ -190,7 +386,7 @@ def _shares(found: Tolerance, name: str) -> list[str]:
     return [title, *_cut(columns(rows, ("", "by itself", "", "with others", "")))]
 
 
-def _percent(share: Share) -> tuple[str, str, str, str]:
+def _percent(share: Sobol) -> tuple[str, str, str, str]:
     parts = []
     for value, error in ((share.first, share.first_error), (share.total, share.total_error)):
         small = value < max(_LEAST_SHARE, error)
@@ -222,7 +418,7 @@ def optimum_text(found: Optimum) -> str:
         for (path, value), (low, high) in zip(found.numbers.items(), found.bounds.values(), strict=True)
     ]
     limits = [(limit.name, *_limit(limit), "binds" if limit.binds else "kept") for limit in found.limits]
-    names = shown(found.figures, (*MAIN, "energy_fluctuation"))
+    names = shown(found.figures, (*MAIN, "energy_fluctuation", "wheel.stress", "wheel.safety"))
     figures = [
         (
             FIGURES[name].about.partition(",")[0],
@@ -231,8 +427,14 @@ def optimum_text(found: Optimum) -> str:
         )
         for name in names
     ]
-    confirmed = f"Confirmed: sized by itself it is the same, and none of {found.around} designs around it is better."
+    confirmed = (
+        f"Confirmed: sized by itself it is the same, none of {found.around} designs around it is better, and slopes around "
+        "it, with bounds and limits, leave no way on."
+    )
+    motor = found.sizing.scene.motor
     said = [_sentence(message) for message in found.messages]
+    said += [f"Remark: {remark}" for remark in remarks(found.sizing)]
+    said += [] if motor is None or found.sizing.energy is None else warnings(found.sizing, motor)
     said += [confirmed] if found.confirmed else []
     said.append(f"{found.designs} designs, {len(found.starts)} search{'es' if len(found.starts) > 1 else ''}.")
     return page(
@@ -245,7 +447,7 @@ def optimum_text(found: Optimum) -> str:
     )
 
 
-def _limit(limit: Limit) -> tuple[str, str, str]:
+def _limit(limit: KeptLimit) -> tuple[str, str, str]:
     """What a limited figure comes to, its unit, and the limits."""
     ends = [f">= {figure(limit.low, most=_DIGITS)}"] if limit.low is not None else []
     ends += [f"<= {figure(limit.high, most=_DIGITS)}"] if limit.high is not None else []
@@ -286,23 +488,27 @@ _WIDE = 20  # characters of a motor's name
 
 
 def motors_text(found: SuitableMotors, rows: int = 20) -> str:
-    """The motors that do, the cheapest first, in at most so many rows; then the others with their reasons."""
+    """The motors that do, by what is paid in all, in at most so many rows; then the others with their reasons."""
     count = len(found.suitable) + len(found.refused)
     title = f"Motors that do: {len(found.suitable)} of {count}"
     if found.missing:
         title += f"; INTERRUPTED, {found.missing} more were not looked at"
     lines = [title]
     if found.suitable:
-        head = ("", "kW", "rpm", "ratio", "flywheel", "crank", "eps", "heat", "torque", *_currency(found))
-        units = ("", "", "rated", "", "kg m²", "rpm", "", "%", "rms, %", *("" for _ in _currency(found)))
-        table = [units, *(_motor_cells(choice, bool(_currency(found))) for choice in found.suitable[:rows])]
+        paid = _currency(found)
+        head = ("", "kW", "rpm", "ratio", "wheel", "crank", "eps", "heat", "torque", "start", "I²t", *paid)
+        units = ("", "", "rated", "", "kg m²", "rpm", "", "%", "rms, %", "s", "%", *["", "in all"][: len(paid)])
+        table = [units, *(_motor_cells(choice, len(paid)) for choice in found.suitable[:rows])]
         kept = [k for k in range(len(head)) if k == 0 or any(row[k] for row in table[1:])]
         lines += columns([[row[k] for k in kept] for row in table], [head[k] for k in kept], gap=" ")
         if len(found.suitable) > rows:
             lines.append(f"  and {len(found.suitable) - rows} more (--rows)")
         lines += wrap(f"The flywheel is on {found.on}; {_bound(found)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
     refused = _reasons("Motors that do not", [choice for choice in found.refused if choice.suits is False])
-    left = _reasons("Left open: no steady motion was found", [choice for choice in found.refused if choice.suits is None])
+    left = _reasons(
+        "Left open: no steady motion, or start, was found to its end",
+        [choice for choice in found.refused if choice.suits is None],
+    )
     notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
     return page([lines, refused, left, notes])
 
@@ -316,10 +522,11 @@ def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
 
 def _bound(found: SuitableMotors) -> str:
     bound = {choice.binding for choice in found.suitable if choice.binding not in (None, "irregularity")}
+    told = "heat and torque are shares of the rated point, I²t of a start that of what the locked-rotor time bears."
     if not bound:
-        return "heat and torque are shares of the rated point."
+        return told
     names = ", ".join(f"{_short(c.motor.name)} by {c.binding}" for c in found.suitable if c.binding in bound)
-    return f"heat and torque are shares of the rated point. Larger than for the irregularity alone: {names}."
+    return f"{told} Larger than for the irregularity alone: {names}."
 
 
 def _short(name: str) -> str:
@@ -328,14 +535,17 @@ def _short(name: str) -> str:
 
 
 def _currency(found: SuitableMotors) -> list[str]:
-    """The heading of the prices, if there are any."""
-    priced = [choice.motor.currency for choice in found.suitable if choice.motor.price is not None]
-    return [priced[0] or "price"] if priced else []
+    """The headings of the prices, if there are any: of the motor, and with its flywheel where that has one."""
+    priced = [choice for choice in found.suitable if choice.motor.price is not None]
+    if not priced:
+        return []
+    return [priced[0].motor.currency or "price", *([""] if priced[0].wheel_price is not None else [])]
 
 
-def _motor_cells(choice: MotorChoice, priced: bool) -> list[str]:
-    """A motor's row."""
-    rated = choice.motor.motor.rated
+def _motor_cells(choice: MotorChoice, prices: int) -> list[str]:
+    """A motor's row, with so many prices."""
+    rated, start = choice.motor.motor.rated, choice.start
+    share = None if start is None else start.share
 
     def cell(value: float | None, digits: int = 4) -> str:
         return "" if value is None else figure(value, 0.0, digits)
@@ -348,9 +558,11 @@ def _motor_cells(choice: MotorChoice, priced: bool) -> list[str]:
         cell(choice.flywheel, 5),
         cell(None if choice.speed is None else choice.speed * 30 / pi),
         cell(choice.irregularity, 3),
-        *(cell(None if share is None else 100 * share, 3) for share in (choice.heat_share, choice.rms_torque_share)),
+        *(cell(None if part is None else 100 * part, 3) for part in (choice.heat_share, choice.rms_torque_share)),
+        cell(None if start is None else start.time, 3),
+        cell(None if share is None else 100 * share, 3),
     ]
-    return [*cells, cell(choice.motor.price, 7)] if priced else cells
+    return [*cells, *[cell(price, 7) for price in (choice.motor.price, choice.total_price)][:prices]]
 
 
 def motors_csv(found: SuitableMotors) -> str:
@@ -368,4 +580,154 @@ def motors_csv(found: SuitableMotors) -> str:
     return stream.getvalue()
 
 
-_MOTOR_UNITS = {"power": "W", "rated_speed": "rad/s", "inertia": "kg m^2", "flywheel": "kg m^2", "speed": "rad/s"}
+_MOTOR_UNITS = {
+    "power": "W",
+    "rated_speed": "rad/s",
+    "inertia": "kg m^2",
+    "flywheel": "kg m^2",
+    "speed": "rad/s",
+    "starting_torque": "N m",
+    "load_at_start": "N m",
+    "hardest_start": "rad",
+    "hardest_load": "N m",
+    "wheel_inertia": "kg m^2",
+    "wheel_mass": "kg",
+    "wheel_diameter": "m",
+    "start_time": "s",
+    "start_current_squared": "s",
+    "start_allowed": "s",
+}
+
+# -- methods beside each other -----------------------------------------------------------------------------------------
+
+
+_HEADER = ("", "error", "keeps", "time, ms", "ratio", "positions", "runs", "")
+_RATIO = 4  # the column that is left out where nothing keeps rtol
+
+
+def tradeoff_text(found: Tradeoff) -> str:
+    """All of it, at most 100 columns wide.
+
+    >>> from flywheel.study.reference import Reference
+    >>> reference = Reference(2.0, 1e-15, "Gauss' rule", "the closed form is 1e-16 apart")
+    >>> found = Tradeoff("Rotor", "exact flywheel", "kg m²", 1e-6, reference, 2.0, (), None, (), None, {}, 60.0, 0.1, False)
+    >>> print(tradeoff_text(found).splitlines()[1])
+    Accuracy against time: the exact flywheel, to a relative error of 1e-06
+    """
+    reference, unit = found.reference, found.unit and f" {found.unit}"
+    value = figure(reference.value, reference.doubt * max(abs(reference.value), found.scale), 17)
+    question = wrapped(found.title, "") if found.title else []
+    question.append(f"Accuracy against time: the {found.figure}, to a relative error of {found.rtol:g}")
+    question.append(f"  reference  {value}{unit}, itself in doubt by {reference.doubt:.1e} (relative)")
+    question += sentences([f"It comes from {reference.route}.", f"Second route: {reference.verified}."])
+    if found.scale > abs(reference.value):
+        scale = f"{figure(found.scale, most=6)}{unit}"
+        question += sentences([f"Errors are relative to {scale}, which the work exchanged makes."])
+    question += sentences(found.messages)
+
+    reasons: dict[str, list[MethodRow]] = {}
+    missing: dict[str, list[MethodRow]] = {}
+    for row in ordered(found.rows):
+        if row.error is None:
+            reasons.setdefault(f"{row.outcome} ({row.reason})" if row.reason else row.outcome, []).append(row)
+        if row.leaves_out:
+            missing.setdefault(row.leaves_out, []).append(row)
+    without = [f"{reason}: {_names(rows, found)}" for reason, rows in reasons.items()]
+    without += [f"not for this scene: {name}: {reason}" for name, reason in found.cannot.items()]
+    left_out = [f"{_names(rows, found)}: {what}" for what, rows in missing.items()]
+    return page(
+        (
+            question,
+            _methods(found),
+            ["Without an answer", *sentences(without)] if without else [],
+            ["What methods leave out", *sentences(left_out)] if left_out else [],
+            sentences([found.sentence, *unfinished(found)], ""),
+        )
+    )
+
+
+def tradeoff_json(found: Tradeoff) -> str:
+    """What `flywheel tradeoff --json` prints, SI throughout."""
+    return encoded(found.as_dict(), indent=2)
+
+
+def _methods(found: Tradeoff) -> list[str]:
+    """A line for each answer, under its family's name."""
+    done = ordered(row for row in found.rows if row.error is not None)
+    if not done:
+        return []
+    least = 1.0 if found.cheapest is None else found.row(found.cheapest).seconds or 1.0
+    marks = dict.fromkeys(found.level, "level") | {found.cheapest_promised: "promised", found.cheapest: "cheapest"}
+    cells: list[tuple[str, ...]] = []
+    for family, group in groupby(done, lambda row: row.family):
+        rows = list(group)
+        if _setting(rows[0]):
+            cells.append((family, *[""] * (len(_HEADER) - 1)))
+        for row in rows:
+            seconds = row.seconds or 0.0
+            cells.append(
+                (
+                    f"  {_setting(row)}" if _setting(row) else row.name,
+                    error(found, row).rjust(len("< 1.0e-15")),
+                    "?" if row.meets is None else "yes" if row.meets else "no",
+                    plain(1e3 * seconds, 3),
+                    plain(seconds / least, 2),
+                    "" if row.evaluations is None else str(row.evaluations),
+                    str(row.repeats),
+                    marks.get(row.name, ""),
+                )
+            )
+    kept = [k for k in range(len(_HEADER)) if k != _RATIO or found.cheapest is not None]
+    lines = columns([[line[k] for k in kept] for line in cells], [_HEADER[k] for k in kept])
+    return ["Methods: true relative error, whether it keeps what is asked, median time on this machine", *lines]
+
+
+def error(found: Tradeoff, row: MethodRow) -> str:
+    """A row's true error; where it is below the reference's own error bound, that much is known only."""
+    bound, value = found.reference.doubt, row.error or 0.0
+    return f"< {bound:.1e}" if value < bound else f"{value:.1e}"
+
+
+def _setting(row: MethodRow) -> str:
+    """What a row has beside its family; nothing where that says all."""
+    return row.name.removeprefix(row.family).removeprefix(", ")
+
+
+def _names(rows: list[MethodRow], found: Tradeoff) -> str:
+    """Rows by family, with what tells them apart where they are not the whole of it; families of one kind together."""
+    named = []
+    for family, group in groupby(rows, lambda row: row.family):
+        kind, _, which = family.partition(", ")
+        own, everyone = list(group), ordered(row for row in found.rows if row.family == family)
+        restarted = [row for row in everyone if row.name.endswith(RESTARTED)]
+        if own == everyone:
+            mark = ""
+        elif own == restarted:
+            mark = ", restarted"
+        elif own == everyone[len(restarted) :]:
+            mark = ", without restart"
+        else:
+            mark = f" ({'; '.join(map(_setting, own))})"
+        named.append((kind, which, mark))
+    told = []
+    for (kind, mark), alike in groupby(named, lambda name: (name[0], name[2])):
+        every = ", ".join(which for _, which, _ in alike if which)
+        told.append(", ".join(part for part in (kind, every) if part) + mark)
+    return "; ".join(told)
+
+
+def unfinished(found: Tradeoff) -> list[str]:
+    """Why a table is not whole, in a sentence; nothing where it is.
+
+    >>> from flywheel.study.reference import Reference
+    >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)
+    >>> unfinished(Tradeoff(None, *nothing, True))
+    ['NOT WHOLE: interrupted; 0 of 0 methods were run to their end.']
+    """
+    if found.complete:
+        return []
+    ended = sum(row.outcome in ("done", "no answer") for row in found.rows)
+    count = f"{ended} of {len(found.rows)} methods were run to their end"
+    if found.interrupted:
+        return [f"NOT WHOLE: interrupted; {count}."]
+    return [f"NOT WHOLE: {count} within {found.budget:g} s; --budget {2 * found.budget:g} runs more."]

@@ -1,27 +1,30 @@
-"""Torque, power and energy of a sizing: what the drive gives with the flywheel and without it, beside its motor's rating."""
+"""Torque, power and energy of a sizing: what the drive gives beside its motor's rating, and where the power goes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from bondgraph.records import NamedTuple
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.units import columns, figure, short
+from flywheel.sizing.findings import work_error
 from flywheel.sizing.results import EngineCycle, Sizing
-from flywheel.tables.flywheels import work_error
-from flywheel.tables.rows import RPM, Row, block, sentences
-from flywheel.tables.trade_units import TradeUnits, few_digits
+from flywheel.tables.rows import RPM, Row, TradeUnits, block, few_digits, figures, sentences
 
 if TYPE_CHECKING:
-    from flywheel.components.motors import Induction, Motor
-    from flywheel.sizing.duty import Duty
-    from flywheel.sizing.electrical_transients import ElectricalTransients
-    from flywheel.sizing.synchronism import Synchronism
+    from flywheel.components.motors import Motor
+    from flywheel.sizing.results import Duty, ElectricalTransients, Synchronism
+
+
+from collections.abc import Sequence
+
+from flywheel.language import message
+from flywheel.sizing.results import PowerFlow, Stream
+from flywheel.tables.rows import DEGREES, SI, encoded, page
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -53,12 +56,11 @@ def torque_and_work(sizing: Sizing) -> list[str]:
             rows.append(Row(f"{balance.name} (balance)", value, sizing.balance_unit or "in the units of its expression"))
     if sizing.power is not None and sizing.drive_work is not None:
         error = work * sizing.speed / scene.cycle
-        rows.append(_power(f"power of the drive{'' if sizing.power >= -error else ' (it brakes)'}", sizing.power, error))
+        rows.append(
+            _power(f"power, mean of extreme speeds{'' if sizing.power >= -error else ' (it brakes)'}", sizing.power, error)
+        )
         rows.append(Row("work of the drive in a cycle", figure(sizing.drive_work, work), "J"))
-    rows.append(Row("energy fluctuation", figure(sizing.energy_fluctuation, 2 * work), "J"))
-    if sizing.coefficient_of_energy is not None:
-        error = 2 * work / abs(sizing.drive_work or 1.0)
-        rows.append(Row("coefficient of energy", figure(sizing.coefficient_of_energy, error), "of the drive's work"))
+    rows += figures(sizing)
     if sizing.engine is not None:
         rows += _engine(sizing.engine)
     elif scene.drive is None and scene.areas is None:
@@ -142,8 +144,6 @@ def _ratio(sizing: Sizing) -> float:
 
 def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """Power and torque that the machine asks of its motor, beside what the motor is rated for."""
-    from flywheel.components.motors import Engine, Induction  # only machines with a motor pay for it
-
     rated, run, ratio = motor.rated, sizing.run, _ratio(sizing)
     if run is None or run.drive is None:
         torque = float(motor.torque(ratio * sizing.speed))
@@ -158,12 +158,12 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         return
     point = f"{_number(rated.power / 1e3)} kW ({_number(rated.torque)} N m at {_number(rated.speed * RPM)} rpm)"
     shares = f"mean {_share(energy.mean_power, rated.power)}, greatest {_share(energy.peak_power, rated.power)} of it"
-    if isinstance(motor, Engine):
+    if motor.governed:
         yield f"{motor.title}, full load {point}: {shares};"
         yield f"{greatest}, {_share(abs(torque), rated.torque)} of the full-load one there."
         return
     breakdown = ""
-    if isinstance(motor, Induction):  # whose greatest torque is the same while it generates
+    if motor.breakdown_torque is not None:  # the same while it generates
         breakdown = f", {_share(abs(torque), motor.breakdown_torque)} of the breakdown torque"
     yield f"{motor.title}, rated power {point}: {shares};"
     yield f"{greatest}, {_share(abs(torque), rated.torque)} of the rated one{breakdown};"
@@ -190,31 +190,26 @@ class Heat(NamedTuple):
 
 def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
     """The heat of a rotor (induction) or an armature (DC); None where a motor's kind does not tell it."""
-    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
-
     even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
-    if isinstance(motor, Induction) and energy.rotor_heat is not None:
-        rated, at_even = (float(motor.rotor_heat(speed)) for speed in (motor.speed, even))
-        return Heat(energy.rotor_heat, energy.rotor_heat_share, energy.errors["rotor_heat_share"], rated, at_even)
-    if not isinstance(motor, DC) or energy.copper_heat is None:
+    heat = None if motor.heated is None else getattr(energy, motor.heated)
+    if heat is None:
         return None
-    if motor.rated_current is None:
-        return Heat(energy.copper_heat, None, energy.errors["copper_heat"], None, None)
-    rated, at_even = (float(motor.copper_heat(current)) for current in (motor.rated_current, motor.current(even)))
-    return Heat(energy.copper_heat, energy.copper_heat_share, energy.errors["copper_heat_share"], rated, at_even)
+    if motor.rated is None:
+        return Heat(heat, None, energy.errors[str(motor.heated)], None, None)
+    share = f"{motor.heated}_share"
+    rated, at_even = (float(motor.heat(speed)) for speed in (motor.rated.speed, even))
+    return Heat(heat, getattr(energy, share), energy.errors[share], rated, at_even)
 
 
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """What heats the motor, where its kind tells; of others, that it is not known."""
-    from flywheel.components.motors import DC, Engine, Induction  # only machines with a motor pay for it
-
     found = heat_of(sizing, motor, energy)
-    if isinstance(motor, Induction) and found is not None:
+    if energy.rotor_heat is not None and found is not None:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
         yield f"{heat}, {_verdict(energy, found)}"
         if energy.stator_heat_share is not None:
             yield from _stator(motor, energy, energy.stator_heat_share)
-    elif isinstance(motor, DC) and found is not None:
+    elif found is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
         means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
@@ -226,13 +221,13 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
             yield f"{heat}, {_verdict(energy, found)}"
     elif sizing.synchronism is not None:
         yield from _in_step(sizing.synchronism)
-    elif not isinstance(motor, Engine):
+    elif not motor.governed:
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
             yield "The mean power is more than the rated one."
 
 
-def _stator(motor: Induction, energy: Energy, share: float) -> Iterator[str]:
+def _stator(motor: Motor, energy: Energy, share: float) -> Iterator[str]:
     """Line current and heat of an induction motor's stator, by its name plate."""
     told = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
     of_rated = f"{figure(100 * share, 0.0, 5)} % of that at the rated point"
@@ -282,15 +277,13 @@ def is_long(energy: Energy) -> bool:
 
 def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> Iterator[str]:
     """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
-    from flywheel.components.motors import Engine, Induction  # only machines with a motor pay for it
-
     run, ratio = sizing.run, _ratio(sizing)
     slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
     least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown
     falls = _("Its speed falls to {speed}", speed=_rpm(least))
-    if isinstance(motor, Engine):
-        if least < motor.speed * (1 - _TIE):
-            governed = _("below the {speed} up to which it is at full load", speed=_rpm(motor.speed))
+    if motor.governed and motor.rated is not None:
+        if least < motor.rated.speed * (1 - _TIE):
+            governed = _("below the {speed} up to which it is at full load", speed=_rpm(motor.rated.speed))
             yield _(
                 "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
                 falls=falls,
@@ -301,8 +294,8 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
     elif (fluxes := sizing.electrical_transients) is not None:
         yield _fluxes(fluxes)
     elif breakdown is not None:
-        induction = isinstance(motor, Induction)
-        name = _("the breakdown torque") if induction else _("the greatest torque of its running branch")
+        kloss = motor.breakdown_torque is not None
+        name = _("the breakdown torque") if kloss else _("the greatest torque of its running branch")
         there = _("{torque} at {speed}", torque=_torque(breakdown.torque, units), speed=_rpm(breakdown.speed))
         torque = float(motor.torque(least))
         flat = float(motor.torque(0.5 * breakdown.speed)) >= breakdown.torque * (1 - _TIE)  # as with a relief valve
@@ -316,7 +309,7 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
         elif least < breakdown.speed * (1 - _TIE):
             past = {"falls": falls, "name": name, "there": there}
             yield _("{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on.", **past)
-            if induction:
+            if kloss:
                 yield _("Kloss's formula, and the heat by it, is rough there.")
         elif torque > _NEAR * breakdown.torque and not flat:
             near = {"share": _share(torque, breakdown.torque), "name": name, "there": there}
@@ -445,3 +438,225 @@ def _rpm(speed: float) -> str:
 def _torque(torque: float, units: TradeUnits | None) -> str:
     """A torque in units of the trade to five digits, or to all of this table's in N m."""
     return f"{number(_number(torque))} N m" if units is None else str(units.shown(torque, "torque"))
+
+
+# -- where the power goes ----------------------------------------------------------------------------------------------
+
+
+_MOST_TOLD, _LONGEST = 3, 90  # losses in a sentence, and their letters
+_TINY = 5e-5  # of the input: a loss that no sentence names
+
+
+class Entry(NamedTuple):
+    """A stream with its name and its power (W): on the mean, or at the angle that was asked for."""
+
+    stream: Stream
+    label: str
+    power: float
+
+
+def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
+    """Every stream with its name in the language in use, and its power (W) on the mean or at a crank angle (rad)."""
+    found = []
+    for stream, power in zip(flow.streams, [s.mean for s in flow.streams] if at is None else flow.at(at), strict=True):
+        tiny = flow.error * max(abs(stream.greatest), abs(stream.least), flow.scale)
+        found.append(Entry(stream, stream_name(stream, flow), power if abs(power) > tiny else 0.0))
+    return tuple(found)
+
+
+def places(flow: PowerFlow) -> dict[str, str]:
+    """The names of the shafts, the drive and the mains of a power flow, by their places.
+
+    >>> import flywheel
+    >>> scene = {"load": [{"on": "crank", "torque": "-9 N m", "from": 0, "to": 3}], "drive": {"torque": "balance"},
+    ...          "regime": {"speed": 10}, "flywheel": {"irregularity": 0.02}}
+    >>> flow = flywheel.power_flow(flywheel.size(flywheel.load(scene), simulate=False))
+    >>> places(flow), [stream_name(stream, flow) for stream in flow.streams]
+    ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load on crank', 'flywheel'])
+    """
+    drive = _("drive") if flow.scene.motor is None else _("motor")
+    known = any(stream.kind in ("stator", "copper") for stream in flow.streams)
+    mains = _("mains") if known or flow.scene.motor is None else _("air gap of the motor")
+    return {"mains": mains, "drive": drive} | {f"shafts.{name}": shaft_name(name) for name in flow.scene.shafts}
+
+
+def shaft_name(name: str) -> str:
+    """A shaft by its name; the crank is the crank."""
+    return place(name) if name == "crank" else _("shaft {name}", name=name)
+
+
+def place(name: str) -> str:
+    """A shaft or port in the fewest words."""
+    return _("crank") if name == "crank" else name
+
+
+def stream_name(stream: Stream, flow: PowerFlow) -> str:
+    """What a stream of power is, in a few words: "belt motor–wheel", "load on slider (2)" where there are more of them."""
+    name = _name(stream, flow)
+    alike = [other for other in flow.streams if _name(other, flow) == name]
+    return name if len(alike) == 1 else f"{name} ({alike.index(stream) + 1})"
+
+
+def _name(stream: Stream, flow: PowerFlow) -> str:
+    """The same without a number."""
+    scene, on = flow.scene, place(stream.on)
+    if len(scene.mechanisms) == 1 and stream.on not in scene.shafts:
+        on = stream.on.removeprefix(f"{scene.mechanisms[0].name}.")
+    if stream.kind in ("input", "drive"):
+        return places(flow)["mains" if stream.kind == "input" else "drive"]
+    if stream.kind in ("mesh", "slip", "shaft"):
+        row = next(row for row in flow.shafts if row.shaft == stream.on)
+        pair = "–".join(map(place, (row.shaft, row.on or "crank")))
+        belt = any(other.kind == "slip" and other.on == stream.on for other in flow.streams)
+        words = {"slip": _("slip of belt {shafts}"), "shaft": _("through {shafts}")}
+        return words.get(stream.kind, _("belt {shafts}") if belt else _("mesh {shafts}")).format(shafts=pair)
+    if stream.kind == "load":
+        known = next((load.known for load in scene.loads if load.path == stream.name), None)
+        return _("{what} on {place}", what=_("load") if known is None else message(known.words), place=on)
+    if stream.kind == "stored":
+        return _stored(stream, on)
+    words = {
+        "copper": _("windings of the motor"),
+        "stator": _("stator of the motor"),
+        "rotor": _("rotor of the motor"),
+        "iron": _("iron and friction of the motor"),
+        "windage": _("friction and fan of the motor"),
+        "drag": _("drag on {place}", place=on),
+        "damper": _("damper on {place}", place=on),
+        "friction": _("friction in joints"),
+        "resistance": _("losses on {place}", place=on),
+    }
+    return words.get(stream.kind, stream.kind)
+
+
+def _stored(stream: Stream, on: str) -> str:
+    """What takes power up and gives it back."""
+    known = {
+        "flywheel": _("flywheel"),
+        "gravity": _("weights on {place}", place=on),
+        "inductance": _("inductance of the motor"),
+        "field": _("field of the motor"),
+        "inertia": _("inertia on {shaft}", shaft=on),
+        "masses": _("masses on {shaft}", shaft=on),
+    }
+    return known.get(stream.name.rsplit(".", 1)[-1], _("spring on {place}", place=on))
+
+
+def given(flow: PowerFlow, found: Sequence[Entry]) -> float:
+    """What comes in from outside, and is given back by stores (W): the whole that shares are taken of."""
+    return sum(abs(entry.power) for entry in found if gives(flow, entry))
+
+
+def gives(flow: PowerFlow, entry: Entry) -> bool:
+    """Whether a stream gives at that time what others take: from outside, or out of a store."""
+    kind, power = entry.stream.kind, entry.power
+    if kind == "stored":
+        return power < 0.0
+    if kind == "drive" and any(stream.kind == "input" for stream in flow.streams):
+        return False
+    outside = entry.stream.source in ("mains", "drive") or (kind == "load" and entry.stream.source == entry.stream.name)
+    return kind in ("input", "drive", "load") and (power > 0.0 if outside else power < 0.0)
+
+
+# -- the table -----------------------------------------------------------------------------------------------------------
+
+
+def text(flow: PowerFlow, at: float | None = None) -> str:
+    """What `flywheel power` prints: the balance, every stream, every shaft."""
+    title = [flow.scene.title] if flow.scene.title else []
+    return page((sentences(title, ""), balance(flow, at), shafts(flow)))
+
+
+def json(flow: PowerFlow, at: float | None = None) -> str:
+    """What `flywheel power --json` prints, SI throughout."""
+    return encoded({"title": flow.scene.title, **flow.as_dict(at), "error": flow.error}, indent=2)
+
+
+def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
+    """The balance of the mean, stream by stream: what comes in, what is lost, what arrives; then what is only stored."""
+    now = None if at is None else {entry.stream.name + entry.stream.kind: entry.power for entry in entries(flow, at)}
+    mean = entries(flow)
+    whole = given(flow, mean)
+    header = [_("power, W"), _("mean"), _("share, %"), _("least"), _("greatest")]
+    if at is not None:
+        header.append(_("at {angle}°", angle=number(figure(at * DEGREES, most=_DIGITS))))
+
+    def row(entry: Entry, name: str) -> tuple[str, ...]:
+        stream = entry.stream
+        cells = [_watts(flow, stream.mean), _share_of_input(stream.mean, whole)]
+        cells += [_watts(flow, stream.least), _watts(flow, stream.greatest)]
+        return (name, *cells, *([] if now is None else [_watts(flow, now[stream.name + stream.kind])]))
+
+    electric = any(stream.kind == "input" for stream in flow.streams)
+    ends: dict[str, list[Entry]] = {"input": [], "lost": [], "output": []}
+    for entry in mean:
+        if entry.stream.lost:
+            ends["lost"].append(entry)
+        elif entry.stream.kind in ("input", "load") or (entry.stream.kind == "drive" and not electric):
+            ends["input" if gives(flow, entry) else "output"].append(entry)
+    rows: list[tuple[str, ...]] = []
+    sums = {"input": flow.input, "lost": flow.losses, "output": flow.output}
+    titles = {"input": _("comes in"), "lost": _("is lost"), "output": _("arrives")}
+    blank = ("",) * (len(header) - 3)
+    for key, found in ends.items():
+        if found:
+            rows.append((titles[key], _watts(flow, sums[key]), _share_of_input(sums[key], whole), *blank))
+            rows += [row(entry, f"  {entry.label}") for entry in found]
+    rows.append((_("lost and arrived"), _watts(flow, flow.losses + flow.output),
+                 _share_of_input(flow.losses + flow.output, whole), *blank))  # fmt: skip
+    stored = [entry for entry in mean if entry.stream.kind == "stored"]
+    if stored:
+        rows.append((_("stored and given back"), *("",) * (len(header) - 1)))
+        rows += [row(entry, f"  {entry.label}") for entry in stored]
+    period = number(figure(flow.period, flow.error * flow.period, _DIGITS))
+    return [_("Power flow over a cycle of {period} s", period=period), *columns(rows, header)]
+
+
+def shafts(flow: PowerFlow) -> list[str]:
+    """Every shaft: its speed, and what its mesh carries on its own side."""
+    header = [_("shaft"), "rpm", _("power to"), _("mean, W"), _("greatest, W"), _("rms, W")]
+    header += [_("mean, N m"), _("greatest, N m"), _("rms, N m")]
+    rows = []
+    for one in flow.shafts:
+        powers = one.power_mean, one.power_greatest, one.power_rms
+        torques = one.torque_mean, one.torque_greatest, one.torque_rms
+        figures = ["" if value is None else _watts(flow, value) for value in (*powers, *torques)]
+        to = "" if one.to is None else place(one.to)
+        rows.append((place(one.shaft), number(figure(one.speed * RPM, 0.0, _DIGITS)), to, *figures))
+    if len(rows) < 2:
+        return []
+    told = _("Shafts: mean speed, and power and torque through the mesh, on its own side")
+    return [told, *columns(rows, header)]
+
+
+def _watts(flow: PowerFlow, value: float) -> str:
+    return number(figure(value, flow.error * max(abs(value), 1e-9 * flow.scale), _DIGITS))
+
+
+def _share_of_input(value: float, whole: float) -> str:
+    return number(figure(100 * value / whole, 0.0, 4)) if whole > 0.0 else ""
+
+
+# -- the sentence ----------------------------------------------------------------------------------------------------
+
+
+def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) -> str | None:
+    """How much arrives, and the greatest losses: "92.4 % of 7.31 kW arrive at the loads; lost: belt motor–wheel 290 W."."""
+    if not flow.losses > _TINY * flow.input:
+        return None
+    lost = sorted((entry for entry in entries(flow) if entry.stream.lost), key=lambda entry: -entry.power)
+    lost = [entry for entry in lost if entry.power > _TINY * flow.input]
+    parts = [f"{entry.label} {units.read(entry.power, 'power', 3)}" for entry in lost]
+    kept = len(parts)
+    while kept > 1 and (kept > _MOST_TOLD or len(", ".join(parts[:kept])) > _LONGEST):
+        kept -= 1
+    if kept < len(parts):
+        rest = units.read(sum(entry.power for entry in lost[kept:]), "power", 3)
+        parts[kept:] = [_("{n} more {power}", n=len(parts) - kept, power=rest)]
+    whole = units.read(flow.input, "power", 3)
+    if flow.output <= _TINY * flow.input:
+        return _("All of {power} is lost: {losses}.", power=whole, losses=", ".join(parts))
+    told = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
+    if not losses:
+        return _("{share} % of {power} arrive at the loads.", **told)
+    return _("{share} % of {power} arrive at the loads; lost: {losses}.", **told)

@@ -1,41 +1,415 @@
-"""A sizing as a page of plain text, in the order in which a lecturer or designer reads it, and as JSON.
+"""A sizing as a table of every figure, in the order in which a lecturer or designer reads it, and as JSON.
 
-To add a line, find its block in `BLOCKS`: each is a function of the sizing that returns its lines, title first. A figure is
-written with `figure(value, error)`, which gives it the digits that its error leaves.
+To add a block, find its place in `BLOCKS`: each is a function of the sizing that returns its lines, title first. A figure is
+written with `figure(value, error)`, which gives it the digits that its error leaves. The flywheels (`candidates`, absolute
+errors) are shared by the page and the pictures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from math import log, log1p
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from math import log, log1p, nan, pi
+from typing import TYPE_CHECKING, NamedTuple
 
-from bondgraph.records import NamedTuple
+from flywheel.components.gear_trains import OnShaft, gd2
+from flywheel.components.wheels import ROUNDING, Wheel
+from flywheel.language import text as _
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
+from flywheel.sizing.findings import work_error
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Cyclic, Sizing
-from flywheel.tables import flywheels, power, power_flow
-from flywheel.tables.flywheels import inertia_errors, limit_names, work_error
+from flywheel.tables import power
 from flywheel.tables.rows import (
     DEGREES,
+    NOTHING,
     RPM,
     WIDTH,
     Row,
     block,
     encoded,
     irregularity,
+    irregularity_in_words,
+    or_unknown,
     page,
+    percent_and_steadiness,
     printable,
+    rpm,
     sentences,
     wrapped,
 )
 from flywheel.tables.scene import scene_rows
 
 if TYPE_CHECKING:
-    from flywheel.tables.explanation import Explanation
+    from flywheel.tables.scene import Explanation
+
+
+_FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
+_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
+_DIGITS = 6
+
+
+# -- figures and their absolute errors -------------------------------------------------------------------------------
+
+
+class InertiaErrors(NamedTuple):
+    """Absolute errors (kg m²) of the flywheel figures, at the flywheel's own shaft."""
+
+    exact: float
+    approximate: float
+    inertia_torque: float
+    inertia_torque_flywheel: float
+
+
+def inertia_errors(sizing: Sizing) -> InertiaErrors:
+    """Absolute errors of the flywheel figures: the estimates are relative to the larger of the figure and its scale."""
+    wheel, error = sizing.flywheel, sizing.error
+    scale = max(wheel.exact or 0.0, wheel.approximate_total or 0.0)
+    own = [(getattr(error, name) or 0.0, getattr(wheel, name) or 0.0) for name in InertiaErrors._fields]
+    return InertiaErrors(*(part * max(scale, figure) for part, figure in own))
+
+
+class Candidate(NamedTuple):
+    """One flywheel (kg m² at its own shaft): how far it is off the exact one (a share), and the irregularity it gives.
+
+    `gives` is (irregularity, its absolute error), (0, 0) where nothing acts, or None where the machine would stop in
+    the cycle; `motion` is the run behind it, None for a diagram of areas.
+    """
+
+    key: str
+    name: str
+    inertia: float
+    error: float
+    off: float | None
+    off_error: float
+    gives: tuple[float, float] | None
+    motion: Run | None
+
+
+_CANDIDATES = {
+    "exact": ("exact (Wittenbauer)", "exact"),
+    "approximate": ("accumulated areas", "by the areas"),
+    "inertia_torque_flywheel": ("inertia torque", "by the torque"),
+}
+"""The keys of the figures, each with its name in tables and in sentences."""
+
+
+def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
+    """The exact flywheel and the approximate ones; for a diagram of areas, where they are one, that one alone.
+
+    Without `motions` it is not looked for what irregularity the approximate ones give, which is then NaN.
+    """
+    wheel = sizing.flywheel
+    exact, errors = wheel.exact or 0.0, inertia_errors(sizing)
+    if sizing.scene.areas is not None:
+        wanted = (sizing.scene.irregularity or 0.0, 0.0)
+        return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, wanted, None)]
+    found = []
+    for key, (name, _label) in _CANDIDATES.items() if sizing.approximated else (("exact", _CANDIDATES["exact"]),):
+        inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
+        off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
+        off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
+        looked = motions or key == "exact"
+        motion = _motion_with(sizing, inertia) if looked else None
+        confirmed, simulated = sizing.simulation, None
+        if confirmed is not None:
+            own = {"exact": confirmed.irregularity, "approximate": confirmed.irregularity_approximate}
+            simulated = own.get(key)
+        gives: tuple[float, float] | None = None if looked else (nan, 0.0)
+        if simulated is not None:
+            gives = simulated, (sizing.error.simulation or 0.0) * simulated
+        elif motion is not None:
+            gives = motion.irregularity, motion.error * motion.irregularity
+        elif looked and sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
+            gives = 0.0, 0.0  # nothing acts; else the machine would stop
+        found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion))
+    return found
+
+
+def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
+    """Steady motion with a flywheel (kg m² at its own shaft); None where the machine would stop within the cycle."""
+    if sizing.cycle is None:
+        return None
+    on_crank = inertia * sizing.scene.flywheel_ratio**2
+    if sizing.run is not None and on_crank == sizing.run.inertia:
+        return sizing.run
+    try:
+        if sizing.machine is None or not sizing.machine.sets_its_speed:
+            return turning_moment.run(sizing.cycle, sizing.speed, on_crank)
+        from flywheel.sizing.speed_dependent import run_with
+
+        constant, stored = sizing.constant or sizing.cycle, sizing.run is not None
+        return run_with(sizing.machine, constant, sizing.speed, on_crank, sizing.rtol, stored=stored)
+    except NoMotionError:
+        return None
+
+
+# -- the first block -------------------------------------------------------------------------------------------------
+
+
+def flywheel(sizing: Sizing) -> list[str]:
+    """The candidates of a sizing with proven bounds and verdicts; the figures of a given flywheel."""
+    scene, at = sizing.scene, f"crank at {rpm(sizing.speed)}"
+    on, ratio = sizing.flywheel.on, scene.flywheel_ratio
+    shaft = "the crank" if on == "crank" else f"shaft {on} ({figure(ratio)} turns to one of the crank)"
+    if scene.inertia is not None:
+        lines = wrapped(f"Given flywheel of {figure(scene.inertia)} kg m² on {shaft}, {at}", "")
+        motion = sizing.simulation
+        if motion is None:
+            return lines
+        error = (sizing.error.simulation or 0.0) * motion.irregularity
+        deviation, steadiness = percent_and_steadiness(motion.irregularity, error, 10)
+        rows = [
+            Row("irregularity", irregularity(motion.irregularity, error)),
+            Row("as ± %", deviation),
+            Row("steadiness", steadiness),
+            Row("GD² of the flywheel", figure(gd2(scene.inertia)), "kg m²"),
+        ]
+        return lines + columns(rows)
+    if scene.limits:
+        head = wrapped(f"Flywheel on {shaft} for the limits below, {at}", "")
+    else:
+        head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
+    header = ("", "inertia, kg m²", "off by", "irregularity it gives", "as ± %", "steadiness")
+    found = candidates(sizing)
+    cells = [_cells(candidate) for candidate in found]
+    table = columns(cells, header)
+    if max(map(len, table)) > WIDTH:
+        table = columns(cells, header, gap=" ", indent=" ")
+    return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, found), *_verdicts(sizing)])
+
+
+def limits(sizing: Sizing) -> list[str]:
+    """The limits that the flywheel was sized for: how much of each is used, and which one decides."""
+    if not sizing.limits:
+        return []
+    header, names = ("", "asked", "with it", "of the limit", "alone it needs, kg m²", ""), limit_names()
+    rows = []
+    for name, limit in sizing.limits.items():
+        error = 100 * limit.reached_error * limit.reached
+        used = figure(100 * limit.reached / limit.asked, error / limit.asked, 5)
+        shares = (figure(100 * limit.asked, most=6), figure(100 * limit.reached, error, _DIGITS), used)
+        alone = figure(limit.alone, limit.alone_error * limit.alone, _DIGITS) if limit.alone > 0.0 else "none"
+        binds = "binds" if name == sizing.binding else ""
+        rows.append((names[name], *(f"{share} %" for share in shares), alone, binds))
+    told = []
+    if sizing.binding is None:
+        told.append("The machine's own inertia keeps all of them: none binds.")
+    if sizing.scene.irregularity is not None and not sizing.approximated:
+        told.append("Approximate flywheels know of the irregularity alone, and are left out.")
+    return ["Limits", *columns(rows, header), *sentences(told)]
+
+
+def _cells(candidate: Candidate) -> tuple[str, ...]:
+    inertia = or_unknown(candidate.inertia, candidate.error)
+    off = "" if candidate.off is None else f"{figure(100 * candidate.off, 100 * candidate.off_error, 4)} %"
+    if candidate.off is not None and candidate.off > 0 and off != "0 %":
+        off = "+" + off
+    if candidate.gives is None:
+        return candidate.name, inertia, off, "no steady motion", "", ""
+    eps, error = candidate.gives
+    gives = or_unknown(eps, error) if eps > NOTHING else "0"
+    return candidate.name, inertia, off, gives, *percent_and_steadiness(eps, error, 6)
+
+
+def _proven(sizing: Sizing) -> Iterator[str]:
+    """Proven bounds of the exact flywheel."""
+    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    if wheel.bracket is None or wheel.torque_bracket is None or not wheel.needed:
+        return
+    areas, torque = (
+        " and ".join(figure(max(bound, 0.0), error, 7) for bound in pair)
+        for pair, error in ((wheel.bracket, errors.approximate), (wheel.torque_bracket, errors.inertia_torque))
+    )
+    yield f"Proven: exact between {areas} by the areas, {torque} by the torque."
+
+
+def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
+    """The inertias as GD², and the totals of the approximate ones."""
+    if any(candidate.inertia > 0.0 for candidate in found):
+        each = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_CANDIDATES[c.key][1]}" for c in found]
+        yield f"GD² = 4 J: {', '.join(each)}, kg m²."
+    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    if len(found) > 1 and wheel.approximate_total and wheel.inertia_torque:
+        areas = or_unknown(wheel.approximate_total, errors.approximate, _DIGITS)
+        torque = or_unknown(wheel.inertia_torque, errors.inertia_torque, _DIGITS)
+        yield f"With the machine's own least inertia, as totals: {areas} by the areas, {torque} by the torque."
+
+
+def _verdicts(sizing: Sizing) -> Iterator[str]:
+    """In words, what the figures above mean."""
+    wheel, run = sizing.flywheel, sizing.run
+    if sizing.scene.areas is not None:
+        yield "A diagram of areas tells nothing of the machine's own inertia: the figure is the total inertia needed."
+        return
+    if wheel.needed is False:
+        none = "No flywheel is needed"
+        if run is not None:
+            eps = irregularity_in_words(run.irregularity, run.error * run.irregularity)
+            yield f"{none}: the machine's own inertia suffices and gives an irregularity of {eps}."
+        elif sizing.energy_fluctuation > 0.0:
+            yield f"{none}: the machine has no inertia, and its torques alone hold its speed as evenly as asked."
+        else:
+            yield f"{none}: nothing acts on the machine that could change its speed."
+        return
+    if not sizing.approximated:
+        return
+    exact, approximate = wheel.exact or 0.0, wheel.approximate or 0.0
+    if sizing.cyclic is not None:
+        why = "it leaves out the machine's own varying inertia, and takes torques at a constant speed."
+    else:
+        why = "at this speed the varying inertia of the machine itself dominates."
+    if approximate == 0.0:
+        yield f"The accumulated areas ask for no flywheel at all, and are wrong: {why}"
+    elif exact > _FAR_OFF * approximate:
+        yield f"The approximate flywheel is {_times(exact / approximate)} times too small: {why}"
+    elif approximate > _FAR_OFF * exact:
+        yield f"The approximate flywheel is {_times(approximate / exact)} times larger than needed: {why}"
+
+
+def _times(factor: float) -> str:
+    return f"{factor:.0f}" if factor >= 100 else figure(factor, 0.0, 2)
+
+
+# -- the wheel as built ----------------------------------------------------------------------------------------------
+
+_COMPARED = {
+    "disc": "the lightest disc instead",
+    "rim": "the lightest rim instead",
+    "arms": "the lightest rim on arms instead",
+}
+
+
+def wheel(sizing: Sizing) -> list[str]:
+    """The wheel to be built, and what the machine does with it."""
+    built, scene = sizing.built, sizing.scene
+    if built is None:
+        return []
+    rows = wheel_rows(built.wheel)
+    if built.irregularity is not None:
+        rows.append(Row("irregularity with it", irregularity(built.irregularity, built.error * built.irregularity)))
+    if built.torque is not None:
+        asked = scene.wheel is None or scene.wheel.torque is not None
+        whence = "" if asked else ", inertia times the greatest acceleration"
+        rows.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{whence}"))
+    lines = block("The wheel", rows)
+    made_for, which = (sizing.flywheel.exact, "exact") if scene.inertia is None else (scene.inertia, "given")
+    if made_for and built.wheel.inertia > made_for * (1 + _SAME):
+        lines += wrapped(
+            f"Rounded up: it has {figure(built.wheel.inertia, most=7)} kg m² for {figure(made_for, most=7)}. This block and "
+            f"the flywheels on every shaft are as built; all other figures are those of the {which} inertia."
+        )
+    return lines
+
+
+def wheel_rows(wheel: Wheel) -> list[Row]:
+    """Everything about a wheel: dimensions in mm, stresses in MPa.
+
+    >>> from flywheel.wheel import WheelAsked, choose
+    >>> from flywheel.components.wheel_stresses import material
+    >>> wheel = choose(10.0, 100.0, WheelAsked("disc", material("carbon steel"), outer_radius=0.3))
+    >>> [tuple(row) for row in wheel_rows(wheel)[:3]]
+    [('shape', 'disc', ''), ('material', 'carbon steel', ''), ('outer radius', '300', 'mm')]
+    """
+    body, allowable = wheel.body, wheel.material.allowable
+    found = [
+        Row("shape", f"{wheel.shape}, taken as thin" if body.thin else wheel.shape),
+        Row("material", wheel.material.name),
+        _size("outer radius", body.outer),
+    ]
+    if wheel.shape != "disc":
+        found += [_size("mean radius", body.mean), _size("thickness", body.thickness)]
+    found.append(_size("width", body.width))
+    if wheel.shape == "disc" and body.inner > 0.0:
+        found.append(_size("bore", 2 * body.inner))
+    if body.arms is not None:
+        arms = body.arms
+        found += [Row("arms", str(arms.number)), _size("arm width", arms.width), _size("arm thickness", arms.thickness)]
+    if body.hub is not None:
+        hub = body.hub
+        found += [_size("bore", hub.bore), _size("hub diameter", hub.diameter), _size("hub length", hub.length)]
+    found += [
+        _quantity("mass", wheel.mass, "kg"),
+        Row("inertia", figure(wheel.inertia), "kg m²"),
+        Row("GD²", figure(gd2(wheel.inertia)), "kg m²"),
+    ]
+    if len(wheel.parts) > 1:
+        found += [_quantity(f"mass, {part.name}", part.mass, "kg") for part in wheel.parts if part.mass is not None]
+        found += [_quantity(f"inertia, {part.name}", part.inertia, "kg m²") for part in wheel.parts]
+    found.append(_quantity("rim speed", wheel.rim_speed, "m/s"))
+    for place, stress in wheel.stresses.items():
+        fits = allowable is None or stress <= allowable * (1 + ROUNDING)
+        found.append(_quantity(f"stress, {place}", stress / 1e6, "MPa" if fits else "MPa, above the allowable"))
+    if allowable is not None:
+        found.append(_quantity("allowable stress", allowable / 1e6, "MPa"))
+    if wheel.safety is not None:
+        against = "strength" if wheel.material.strength is not None else "allowable stress"
+        found.append(_quantity(f"safety factor, by {against}", wheel.safety, ""))
+    others = {shape: mass for shape, mass in wheel.compared.items() if shape != wheel.shape}
+    return [*found, *(_quantity(_COMPARED[shape], mass, "kg") for shape, mass in others.items())]
+
+
+def _quantity(name: str, value: float, unit: str) -> Row:
+    return Row(name, figure(value, most=_DIGITS), unit)
+
+
+def _size(name: str, length: float) -> Row:
+    return _quantity(name, length * 1e3, "mm")
+
+
+# -- every shaft -----------------------------------------------------------------------------------------------------
+
+
+def every_shaft(sizing: Sizing) -> list[str]:
+    """The same flywheel on every shaft, where there are several."""
+    if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
+        return []
+    lines = ["The same flywheel on every shaft", *shafts_table(sizing.shafts, _DIGITS)]
+    if sizing.built is not None:
+        lines += wrapped("Inertias and masses are those of the wheel above as built, made wider or narrower at its radii.")
+    if sizing.scene.efficiencies:
+        lines += wrapped("Each stores the same energy; losses in meshes may make the speed vary a little more or less.")
+    return lines
+
+
+def shafts_table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
+    """One line a shaft under a header; radius, mass and rim speed where they are known.
+
+    >>> from flywheel.components.gear_trains import on_every_shaft
+    >>> shafts = on_every_shaft(8.0, {"crank": 1.0, "motor": 2.0}, pi, radius=0.5)
+    >>> for line in shafts_table(shafts):
+    ...     print(line)
+      shaft  speed, rpm  inertia, kg m²  GD², kg m²  radius, m  mass, kg  rim speed, m/s
+      crank          30               8          32        0.5        32         1.5708
+      motor          60               2           8        0.5         8         3.14159
+
+    """
+    rims = any(row.radius is not None for row in rows)
+    cells = []
+    for row in rows:
+        values = [row.speed * 30 / pi, row.inertia, row.gd2, *([row.radius, row.mass, row.rim_speed] if rims else [])]
+        cells.append([row.shaft, *("" if value is None else figure(value, 0.0, digits) for value in values)])
+    header = ("shaft", "speed, rpm", "inertia, kg m²", "GD², kg m²")
+    return columns(cells, (*header, "radius, m", "mass, kg", "rim speed, m/s") if rims else header)
+
+
+def limit_names() -> dict[str, str]:
+    """What a flywheel may be sized for together, by its names in `[flywheel.limits]`."""
+    return {
+        "irregularity": _("irregularity"),
+        "motor_torque": _("greatest torque of the motor"),
+        "motor_rms": _("rms torque of the motor"),
+        "motor_heat": _("heat of the motor"),
+        "current_pulsation": _("pulsation of the motor's current"),
+    }
+
+
+# -- the whole table ------------------------------------------------------------------------------------------------------
+
 
 CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 
@@ -95,13 +469,13 @@ def remarks(sizing: Sizing) -> tuple[Remark, ...]:
 def _power_flow(sizing: Sizing) -> list[str]:
     """Where the power goes, in a machine that can lose some of it: a table that sums to the input."""
     flow = sizing.power_flow if can_lose(sizing.scene) else None
-    return [] if flow is None else power_flow.balance(flow)
+    return [] if flow is None else power.balance(flow)
 
 
 def _shafts(sizing: Sizing) -> list[str]:
     """What the mesh of every shaft carries, in the same machines."""
     flow = sizing.power_flow if can_lose(sizing.scene) else None
-    return [] if flow is None else power_flow.shafts(flow)
+    return [] if flow is None else power.shafts(flow)
 
 
 def _title(sizing: Sizing) -> list[str]:
@@ -327,10 +701,10 @@ def _left_out(sizing: Sizing) -> list[str]:
 BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _title,
     _scene,
-    flywheels.flywheel,
-    flywheels.limits,
-    flywheels.wheel,
-    flywheels.every_shaft,
+    flywheel,
+    limits,
+    wheel,
+    every_shaft,
     power.torque_and_work,
     power.with_and_without,
     power.duty,

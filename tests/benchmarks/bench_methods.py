@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import flywheel
-from flywheel.study.tradeoff import Tradeoff, tradeoff
+from flywheel import Tradeoff, tradeoff
 from tests import regimes
 from tests.benchmarks import by_hand
 

@@ -24,7 +24,6 @@ from scipy.integrate import solve_ivp
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from flywheel.multibody import ENERGY, MULTIPLIERS, NEWTON, REDUCED, simulate
-
 from tests.linkages.machines import EXACT, GRAVITY, motor, published
 
 LIMIT = 3.0

@@ -1,11 +1,43 @@
-"""A graph's elements, bonds and laws, what hangs together, the relations of its junctions and their order."""
+"""Graphs as they are built, and what is refused."""
+
+import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bondgraph import DOMAINS, GY, TF, Bond, Builder, C, GraphError, I, Law, Modulus, Motion, One, R, Se
+from bondgraph import (
+    DOMAINS,
+    GY,
+    TF,
+    Bond,
+    BondGraph,
+    Builder,
+    C,
+    Displacement,
+    Dynamics,
+    Element,
+    GraphError,
+    I,
+    Law,
+    Modulus,
+    Motion,
+    One,
+    Part,
+    R,
+    Reduction,
+    Se,
+    Sf,
+    Zero,
+    as_data,
+    causality,
+    draw,
+    reduce,
+    simplify,
+    simulate,
+    table,
+)
 from bondgraph.graph import (
     Relation,
     Scale,
@@ -20,6 +52,8 @@ from bondgraph.graph import (
     reached_from,
     representatives,
 )
+
+# A graph's elements, bonds and laws, what hangs together, the relations of its junctions and their order.
 
 
 def two_shafts(ratio: float = 3.0) -> Builder:
@@ -185,3 +219,461 @@ def test_plain_numbers_leave_an_element_unmodulated():
         "GY",
         "1",
     ]
+
+
+def flywheel() -> Part:
+    """A shaft with an inertia, a spring and a moment of its angle, open at its shaft."""
+    b = Builder().one("shaft", "rotation", displacement="angle", initial=0.5).parameter(k=2.0).signal("load")
+    b.on("shaft", I("J", lambda k: 3.0 * k), Se("M", lambda angle, k, load, t: k * np.sin(angle) + load * t))
+    return b.part("shaft")
+
+
+# Steps
+
+
+def test_add_returns_the_name():
+    assert Builder().add(GY("motor", 2.0)) == "motor"
+
+
+def test_nothing_that_was_built_changes_with_later_steps():
+    b = Builder().one("a").on("a", I("m", 1.0), Se("F", 1.0))
+    before = b.build()
+    b.on("a", R("r", 1.0)).parameter(k=1.0).signal("u").displacement("x", "a")
+    assert len(before.elements) == 3
+    assert (len(before.bonds), dict(before.parameters), before.signals, dict(before.displacements)) == (2, {}, (), {})
+
+
+def test_power_flows_out_of_sources_and_into_everything_else():
+    graph = Builder().one("a").on("a", Se("F", 1.0), I("m", 1.0), C("c", 1.0), R("r", 1.0)).build()
+    assert [b[1:] for b in graph.bonds] == [("F", "a"), ("a", "m"), ("a", "c"), ("a", "r")]
+    assert Builder().zero("n").on("n", Sf("v", 1.0), C("c", 1.0)).build().bonds[0][1:] == ("v", "n")
+
+
+def test_one_element_between_two_flows_hangs_on_the_0_junction():
+    b = Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", I("m", 1.0)).between("a", "b", C("c", 1.0))
+    graph = b.build()
+    assert graph.elements["a-b"].kind == "0"
+    assert [bond[1:] for bond in graph.at("a-b")] == [("a", "a-b"), ("a-b", "b"), ("a-b", "c")]
+
+
+def test_several_elements_between_two_flows_share_their_difference():
+    b = Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", I("m", 1.0))
+    graph = b.between("a", "b", C("c", 1.0), R("r", 1.0), name="joint").build()
+    assert graph.elements["joint"].kind == "0"
+    assert graph.elements["joint.rate"].kind == "1"
+    assert [bond[1:] for bond in graph.at("joint.rate")] == [
+        ("joint", "joint.rate"),
+        ("joint.rate", "c"),
+        ("joint.rate", "r"),
+    ]
+
+
+def test_two_ports_are_named_after_their_junctions_unless_told():
+    b = Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", I("m", 1.0)).transform("a", "b", 2.0)
+    assert b.build().elements["a->b"].law == 2.0
+    other = (
+        Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", I("m", 1.0)).gyrate("a", "b", 2.0, name="motor").build()
+    )
+    assert other.elements["motor"].kind == "GY"
+    assert [bond[1:] for bond in other.ends("motor")] == [("a", "motor"), ("motor", "b")]
+
+
+def test_a_sum_adds_ratios_times_flows():
+    b = Builder().one("a", displacement="x").sum("b", [("a", 2.0)], "").sum("c", [("a", 3.0), ("b", -1.0)], "")
+    assert reduce(b.on("c", I("m", 1.0)).build(), 0.0, "a").inertia == pytest.approx((3.0 - 2.0) ** 2)
+
+
+def test_signals_are_declared_once_and_parameters_by_their_last_value():
+    b = Builder().one("a").on("a", I("m", 1.0), Se("F", 1.0)).signal("u", "v").signal("u").parameter(k=1.0).parameter(k=2.0)
+    assert b.build().signals == ("u", "v")
+    assert b.build().parameters == {"k": 2.0}
+
+
+def test_names_are_given_once():
+    with pytest.raises(GraphError, match="two elements are named 'a'"):
+        Builder().one("a").zero("a")
+    with pytest.raises(GraphError, match="two displacements are named 'x'"):
+        Builder().one("a", displacement="x").one("b", displacement="x")
+
+
+def test_a_spring_is_given_by_one_of_compliance_and_stiffness():
+    assert C("c", stiffness=4.0).law == 0.25
+    with pytest.raises(GraphError, match="C:c: found a compliance and a stiffness, expected one of them"):
+        C("c", 1.0, stiffness=2.0)
+    with pytest.raises(GraphError, match="C:c: found stiffness 0, expected another number"):
+        C("c", stiffness=0.0)
+
+
+# Parts
+
+
+def pair():
+    b = Builder().include("left", flywheel()).include("right", flywheel())
+    return b.transform("left.shaft", "right.shaft", 0.5, name="gear").build()
+
+
+def test_two_copies_of_a_part_keep_their_names_apart():
+    graph = pair()
+    assert list(graph.elements) == ["left.shaft", "left.J", "left.M", "right.shaft", "right.J", "right.M", "gear"]
+    assert [b.number for b in graph.bonds] == [1, 2, 3, 4, 5, 6]
+    assert graph.bonds[2][1:] == ("right.shaft", "right.J")
+
+
+def test_displacements_are_each_parts_own_and_laws_follow_them():
+    graph = pair()
+    assert {d.name: (d.of, d.initial) for d in graph.displacements.values()} == {
+        "left.angle": ("left.shaft", 0.5),
+        "right.angle": ("right.shaft", 0.5),
+    }
+    assert graph.elements["left.M"].law.of == ("left.angle", "k", "load", "t")
+    assert graph.depends_on("right.M") == ("right.angle", "load", "t")
+    assert graph.elements["right.M"].law(0.5, 2.0, 3.0, 4.0) == 2.0 * np.sin(0.5) + 12.0
+
+
+def test_parameters_and_signals_are_shared():
+    graph = pair()
+    assert graph.parameters == {"k": 2.0}
+    assert graph.signals == ("load",)
+    doubled = graph.with_parameters(k=4.0)
+    assert (doubled.constant("left.J"), doubled.constant("right.J")) == (12.0, 12.0)
+
+
+def test_a_parameter_that_a_part_leaves_open_takes_the_graphs_value():
+    part = Builder().one("a").parameter(k=None).on("a", I("m", lambda k: k), Se("F", 1.0)).part("a")
+    assert Builder().parameter(k=5.0).include("p", part).build().parameters == {"k": 5.0}
+    assert Builder().include("p", part).parameter(k=5.0).build().parameters == {"k": 5.0}
+    assert Builder().include("p", part).build().parameters == {"k": None}
+
+
+def test_parts_that_differ_in_a_shared_parameter_are_refused():
+    with pytest.raises(GraphError, match=r"parameter 'k': found 2.0 in part 'p', but 5.0 before; leave one open"):
+        Builder().parameter(k=5.0).include("p", flywheel())
+
+
+def test_elements_may_be_named_like_parameters_and_signals():
+    part = Builder().one("a").parameter(J=3.0).signal("M").on("a", I("J", lambda J: J), Se("M", lambda M: M)).part("a")
+    graph = Builder().include("p", part).build()
+    assert graph.constant("p.J") == 3.0
+    assert graph.depends_on("p.M") == ("M",)
+
+
+def test_a_laws_own_flow_and_displacement_stay_its_own():
+    b = Builder().one("a", displacement="q").displacement("f", "a")
+    part = b.on("a", C("c", lambda q: q**3), R("r", lambda f, q: f * q), Se("F", lambda q: q)).part("a")
+    graph = Builder().include("p", part).build()
+    assert graph.elements["p.c"].law.of == ("q",)
+    assert graph.elements["p.r"].law.of == ("f", "p.q")
+    assert graph.elements["p.F"].law.of == ("p.q",)
+
+
+def test_ports_may_have_other_names():
+    part = Builder().one("inner").one("end").bond("inner", "end").on("end", I("m", 1.0)).part("end", port="inner")
+    graph = Builder().include("p", part).one("a").on("a", Se("F", 1.0)).bond("a", "p.port").build()
+    assert "p.inner" not in graph.elements
+    assert graph.bonds[0][1:] == ("p.port", "p.end")
+    assert graph.bonds[-1][1:] == ("a", "p.port")
+
+
+def test_displacements_of_a_port_follow_its_other_name():
+    part = Builder().one("inner", displacement="x").on("inner", I("m", 1.0), Se("F", lambda x: x)).part(out="inner")
+    graph = Builder().include("p", part).build()
+    assert graph.displacements["p.x"].of == "p.out"
+    assert graph.elements["p.F"].law.of == ("p.x",)
+
+
+def test_motions_follow_their_junction():
+    motion = Motion("a")
+    b = Builder().one("a").zero("n").on("a", Se("F", Law(lambda here, anchor: here.q, motion))).port("n", C("c", 1.0))
+    b.transform("a", "n", Modulus(lambda p: p, lambda p: 1.0, motion), name="T")
+    graph = Builder().include("p", b.part("a")).build()
+    assert graph.elements["p.F"].law.motion.of == graph.elements["p.T"].law.motion.of == "p.a"
+    assert graph.depends_on("p.T") == ("p.a",)
+
+
+def test_parts_hold_parts():
+    outer = Builder().include("inner", flywheel()).part("inner.shaft")
+    graph = Builder().include("outer", outer).build()
+    assert graph.elements["outer.inner.M"].law.of[0] == "outer.inner.angle"
+
+
+def test_the_same_part_cannot_come_twice_under_one_name():
+    with pytest.raises(GraphError, match=r"two elements are named 'p\.shaft'"):
+        Builder().include("p", flywheel()).include("p", flywheel())
+
+
+def test_a_port_is_a_junction_of_the_part():
+    b = Builder().one("a").on("a", I("m", 1.0))
+    with pytest.raises(GraphError, match="port 'b': 'b' is no junction of the part"):
+        b.part("b")
+    with pytest.raises(GraphError, match="port 'out': 'm' is no junction of the part"):
+        b.part(out="m")
+
+
+# Building
+
+
+def test_junctions_that_lead_nowhere_are_a_fault_unless_loose():
+    b = Builder().one("a").on("a", Se("F", 1.0), I("m", 1.0)).one("b").transform("a", "b", 2.0, name="T")
+    b.add(Zero("n"))
+    b.bond("a", "n")
+    with pytest.raises(GraphError) as caught:
+        b.build()
+    lines = str(caught.value).splitlines()
+    assert [line.split(":")[1].split(" ")[0] for line in lines] == ["b", "n"]
+    assert lines[0].startswith(
+        "1:b dangles: bond 4 to TF:T is its only one; hang something on it, leave it out, or build(loose"
+    )
+    assert len(b.build(loose=True).bonds) == 5
+
+
+def test_a_junction_that_is_measured_does_not_dangle():
+    b = Builder().one("a").on("a", Se("F", 1.0), I("m", 1.0)).one("b", displacement="x").transform("a", "b", 2.0)
+    assert len(b.build().bonds) == 4
+    law = Law(lambda here, anchor: here.q, Motion("b"))
+    moved = Builder().one("a").on("a", Se("F", law), I("m", 1.0)).one("b").transform("a", "b", 2.0)
+    assert len(moved.build().bonds) == 4
+
+
+def test_a_parameter_that_is_left_open_is_an_error_when_it_is_used():
+    graph = Builder().parameter(J=None).one("a").on("a", Se("M", 1.0), I("wheel", lambda J: 2.0 * J)).build()
+    with pytest.raises(GraphError, match=r"parameter 'J' \(I:wheel, bond 2\) has no value: graph.with_parameters\(J=...\)"):
+        graph.constant("wheel")
+    assert graph.with_parameters(J=3.0).constant("wheel") == 6.0
+    with pytest.raises(GraphError, match="no parameter 'K': the graph declares J"):
+        graph.with_parameters(K=1.0)
+
+
+# What is no bond graph is refused, every fault at once, a line each.
+
+
+def shaft() -> Builder:
+    """A sound graph to spoil: bond 1 is M -> a, bond 2 is a -> J."""
+    return Builder().one("a", displacement="x").parameter(k=2.0).signal("u").on("a", Se("M", 1.0), I("J", 2.0))
+
+
+def added(b: Builder, *elements: Element) -> Builder:
+    for element in elements:
+        b.add(element)
+    return b
+
+
+def rotation_and_translation() -> Builder:
+    b = Builder().one("crank", "rotation").on("crank", Se("M", 1.0), I("J", 2.0))
+    return b.one("ram", "translation").on("ram", I("m", 1.0))
+
+
+def faults(builder: Builder) -> list[str]:
+    with pytest.raises(GraphError) as caught:
+        builder.build(loose=True)
+    return str(caught.value).splitlines()
+
+
+TWICE = "is declared twice, as two of displacement, signal and parameter"
+UNDECLARED = "which is no declared displacement, signal or parameter, nor t"
+STORE = "a store's law may hold parameters only"
+NO_VALUE = "has no value; give it a number or a function"
+JOINED = "are joined without a transducer; put a TF or GY between them"
+NO_LAW = "expected a number, a function of named quantities or a SymPy expression"
+
+ELEMENTS_AND_BONDS = {
+    "to nobody": (
+        shaft().bond("a", "nowhere"),
+        ["bond 3: no element 'nowhere' to join 1:a to; the junctions are a"],
+    ),
+    "nearly a name": (
+        Builder().one("shaft").on("shfat", I("J", 1.0)),
+        ["bond 1: no element 'shfat' to join I:J to; did you mean 'shaft'?"],
+    ),
+    "one-port": (shaft().bond("a", "J"), ["I:J has 2 bonds, a one-port has 1"]),
+    "no junction": (
+        added(Builder(), Se("M", 1.0), I("J", 1.0)).bond("M", "J"),
+        ["bond 1: joins Se:M and I:J directly; put a 1- or 0-junction between them"],
+    ),
+    "islands": (shaft().one("b").on("b", I("m", 1.0), R("r", 1.0)), ["not connected to the rest: b, m, r"]),
+    "nothing": (Builder(), ["the graph is empty"]),
+}
+NAMES = {
+    "of nobody": (
+        shaft().displacement("y", "nowhere"),
+        ["displacement 'y': 'nowhere' is no 1-junction of the graph"],
+    ),
+    "of a one-port": (shaft().displacement("y", "J"), ["displacement 'y': 'J' is no 1-junction of the graph"]),
+    "of a 0-junction": (
+        shaft().zero("n").bond("a", "n").port("n", C("c", 1.0)).displacement("y", "n"),
+        ["displacement 'y': 'n' is no 1-junction of the graph"],
+    ),
+    "nan": (
+        shaft().displacement("y", "a", math.nan),
+        ["displacement 'y': found initial value nan, expected a finite number"],
+    ),
+    "twice": (shaft().signal("x").parameter(u=1.0), [f"'u' {TWICE}", f"'x' {TWICE}"]),
+    "time": (shaft().signal("t"), ["'t' is declared, but always means the time"]),
+    **{
+        f"parameter {value}": (
+            shaft().parameter(p=value),
+            [f"parameter 'p': found {value!r}, expected a finite number, or None where it is still open"],
+        )
+        for value in (math.nan, math.inf, "2", [1.0])
+    },
+}
+LAWS = {
+    "undeclared": (
+        shaft().on("a", Se("F", lambda x, y, k, u, t: x)),
+        [f"MSe:F, bond 3: depends on 'y', {UNDECLARED}"],
+    ),
+    "modulus": (
+        shaft().one("b").transform("a", "b", lambda phi: phi, name="T"),
+        [f"MTF:T, bond 3, bond 4: depends on 'phi', {UNDECLARED}"],
+    ),
+    "another's own": (
+        shaft().on("a", R("r", lambda q: q), C("c", lambda f: f)),
+        [
+            f"R:r, bond 3: depends on 'q', {UNDECLARED}; its own flow is f",
+            f"C:c, bond 4: depends on 'f', {UNDECLARED}; its own displacement is q",
+        ],
+    ),
+    "no own": (shaft().on("a", Se("F", lambda f: f)), [f"MSe:F, bond 3: depends on 'f', {UNDECLARED}"]),
+    "inertia": (shaft().on("a", I("m", lambda x, k: x * k)), [f"I:m, bond 3: varies with x; {STORE}"]),
+    "compliance": (
+        shaft().on("a", C("c", lambda q, x, t: q * x * t)),
+        [f"C:c, bond 3: varies with x, t; {STORE}; its own displacement is q"],
+    ),
+    "missing": (shaft().on("a", C("c")), [f"C:c, bond 3: {NO_VALUE}"]),
+    "none": (shaft().on("a", Se("F", None)), [f"Se:F, bond 3: {NO_VALUE}"]),
+    "nan": (shaft().on("a", R("r", math.nan)), ["R:r, bond 3: found nan, expected a finite number"]),
+    "inf": (shaft().on("a", R("r", -math.inf)), ["R:r, bond 3: found -inf, expected a finite number"]),
+    "zero": (
+        shaft().on("a", C("c", 0.0)),
+        ["C:c, bond 3: found compliance 0, expected another number; a rigid joint is left out"],
+    ),
+    **{
+        f"{value}": (shaft().on("a", R("r", value)), [f"R:r, bond 3: found {value!r}, {NO_LAW}"])
+        for value in ("3 * x", [1.0], 1j)
+    },
+}
+DOMAINS_AND_SOURCES = {
+    "two domains": (
+        rotation_and_translation().bond("crank", "ram"),
+        [f"bond 4: 1:crank (rotation) and 1:ram (translation) {JOINED}"],
+    ),
+    "through one without": (
+        rotation_and_translation().one("middle").bond("crank", "middle").bond("middle", "ram"),
+        [f"bond 1, 2, 3, 4, 5: 1:crank (rotation) and 1:ram (translation) {JOINED}"],
+    ),
+    "one-ports": (
+        shaft().on("a", R("r", 1.0, "electric"), C("c", 1.0, "rotation")),
+        [f"bond 1, 2, 3, 4: R:r (electric) and C:c (rotation) {JOINED}"],
+    ),
+    "two flows": (
+        shaft().on("a", Sf("v", 1.0), Sf("w", 2.0)),
+        ["Sf:v (bond 3) and Sf:w (bond 4) both set the flow of 1:a; keep one of them"],
+    ),
+    "two efforts": (
+        Builder().zero("n").on("n", Se("p", 1.0), Se("s", 2.0), C("c", 1.0)),
+        ["Se:p (bond 1) and Se:s (bond 2) both set the effort of 0:n; keep one of them"],
+    ),
+    "equal junctions": (
+        shaft().on("a", Sf("v", 1.0)).one("b").one("c").bond("a", "b").bond("b", "c").on("c", Sf("w", 1.0)),
+        ["Sf:v (bond 3) and Sf:w (bond 6) both set the flow of 1:a; keep one of them"],
+    ),
+}
+CASES = [*ELEMENTS_AND_BONDS.items(), *NAMES.items(), *LAWS.items(), *DOMAINS_AND_SOURCES.items()]
+
+
+@pytest.mark.parametrize(("builder", "expected"), [case for _, case in CASES], ids=[name for name, _ in CASES])
+def test_what_is_wrong_is_said_and_nothing_else(builder, expected):
+    assert faults(builder) == expected
+
+
+@pytest.mark.parametrize(
+    ("builder", "line"),
+    [
+        (shaft().bond("a", "a"), "bond 3: joins 'a' to itself"),
+        (added(shaft(), Sf("v", lambda t: t)), "MSf:v has 0 bonds, a one-port has 1"),
+        (shaft().one("b"), "1:b has no bond"),
+        (shaft().zero("n"), "0:n has no bond"),
+        *(
+            (
+                added(shaft().one("b").on("b", I("m", 1.0)), made).bond("a", "T").bond("b", "T"),
+                f"{made.kind}:T has 2 bonds in and 0 out, expected 1 and 1",
+            )
+            for made in (TF("T", 2.0), GY("T", 2.0))
+        ),
+        (
+            Builder().one("b", "rotational").on("b", Se("M", 1.0), I("J", 1.0)),
+            "1:b: found domain 'rotational', expected one of translation, rotation, electric, magnetic, hydraulic, thermal, "
+            "chemical",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_among_what_follows_from_it(builder, line):
+    assert line in faults(builder)
+
+
+@pytest.mark.parametrize(
+    ("elements", "bonds", "displacements", "expected"),
+    [
+        ([Element("X", "a"), One("b")], [Bond(1, "a", "b")], (), ["X:a: no such kind of element"]),
+        (
+            [One("a"), I("J", 1.0), Se("M", 1.0)],
+            [Bond(1, "a", "J"), Bond(1, "M", "a")],
+            (),
+            ["two bonds are numbered 1"],
+        ),
+        (  # faults that hide others come first
+            [Element("X", "a"), Element("Y", "b"), I("J", math.nan)],
+            [Bond(1, "a", "c")],
+            (),
+            [
+                "X:a: no such kind of element",
+                "Y:b: no such kind of element",
+                "bond 1: no element 'c' to join X:a to; the junctions are none",
+            ],
+        ),
+        (
+            [One("a"), I("J", 1.0)],
+            [Bond(1, "a", "J")],
+            [Displacement("x", "J")],
+            ["displacement 'x': 'J' is no 1-junction of the graph"],
+        ),
+    ],
+)
+def test_graphs_without_a_builder_are_checked_too(elements, bonds, displacements, expected):
+    with pytest.raises(GraphError) as caught:
+        BondGraph({e.name: e for e in elements}, tuple(bonds), {d.name: d for d in displacements})
+    assert str(caught.value).splitlines() == expected
+
+
+def test_elements_listed_under_another_name():
+    with pytest.raises(GraphError, match="I:J is listed as 'K'; use its own name"):
+        BondGraph({"a": One("a"), "K": I("J", 1.0)}, (Bond(1, "a", "K"),))
+
+
+def test_what_is_sound_has_no_faults():
+    sound = shaft().on("a", R("r", lambda f, x, t: f * x * t), C("c", lambda q, k: k * q**3)).build()
+    assert (sound.depends_on("r"), sound.depends_on("c")) == (("x", "t"), ())
+    assert shaft().on("a", Se("F", Law(lambda here, anchor: here.q, Motion("a")))).build().symbol("F") == "MSe"
+    assert rotation_and_translation().transform("crank", "ram", 0.5).build().domain(Bond(4, "", "")).name == "rotation"
+    rivals = Builder().one("a").on("a", Se("M", 1.0), Se("N", 2.0), Sf("v", 1.0)).one("b").on("b", Sf("w", 1.0))
+    assert len(rivals.between("a", "b", C("c", 1.0)).build().bonds) == 7
+
+
+def test_faults_of_every_sort_come_at_once():
+    b = shaft().on("a", C("c"), R("r", lambda y: y), Sf("v", 1.0), Sf("w", 1.0)).displacement("z", "J").signal("x")
+    b.one("b", "rotational").on("b", I("m", math.nan))
+    found = "\n".join(faults(b))
+    for part in ("not connected", "'z'", "'x' is declared twice", "C:c", "'y'", "I:m", "'rotational'", "both set the flow"):
+        assert part in found
+
+
+@pytest.mark.parametrize("use", [simulate, table, causality, draw, simplify, as_data, Dynamics, Reduction])
+def test_a_builder_in_place_of_a_graph_is_told_to_build(use):
+    given = Builder().one("a").on("a", I("J", 1.0))
+    with pytest.raises(GraphError, match=r"found a Builder, expected a BondGraph; call its build\(\) first"):
+        use(given, 1.0) if use in (simulate, Reduction) else use(given)
+
+
+@pytest.mark.parametrize("wrong", ["I", None, [I("J", 1.0)], 3.0])
+def test_what_is_no_element_cannot_be_hung(wrong):
+    with pytest.raises(GraphError, match="expected an element, such as I"):
+        Builder().one("a").on("a", wrong)

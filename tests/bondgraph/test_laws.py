@@ -1,11 +1,21 @@
-import math
+"""Laws of elements, the operands they take, and laws that are recorded."""
 
+import math
+import pickle
+import re
+from types import SimpleNamespace
+
+import hypothesis
+import mpmath
 import numpy as np
 import pytest
 import sympy
+from hypothesis import strategies as st
 
 from bondgraph import Function, GraphError, function
-from bondgraph.laws import law_of
+from bondgraph.laws import _PARTIALS, Dual, Traced, law_of, untraced
+from bondgraph.recording import NAMESPACE, Recorder, solved, source
+from tests.extras import extra
 
 theta, x, y = sympy.Symbol("theta"), sympy.Symbol("x"), sympy.Symbol("y")
 
@@ -155,3 +165,319 @@ def test_a_window_of_two_comparisons_has_a_formula_and_values():
     assert [window(v) for v in (0.0, 0.7, 1.2)] == [0.0, 3.0, 0.0]
     formula = window.symbolic()
     assert [float(formula.subs("theta", v)) for v in (0.0, 0.7, 1.2)] == [0.0, 3.0, 0.0]
+
+
+# Dual numbers carry exact slopes; numpy's functions write formulas down.
+
+
+POINTS = {"arcsin": (0.3,), "arccos": (-0.4,), "power": (1.7, 2.3), "divide": (1.7, -2.3)}
+MPMATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2", "log": "log", "absolute": "fabs"}
+PLAIN = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "power": lambda a, b: a**b,
+    "negative": lambda a: -a,
+    "square": lambda a: a * a,
+    "maximum": max,
+    "minimum": min,
+}
+
+
+def points(name):
+    count = len(_PARTIALS[name])
+    return POINTS.get(name, (0.7, -1.3)[:count])
+
+
+def peer(name):
+    """The same function over mpmath's numbers."""
+    return PLAIN.get(name) or getattr(mpmath, MPMATH.get(name, name))
+
+
+def slope_by_mpmath(name, at, k):
+    with mpmath.workdps(40):
+        order = tuple(int(j == k) for j in range(len(at)))
+        return float(mpmath.diff(peer(name), tuple(map(mpmath.mpf, at)), order))
+
+
+@pytest.mark.parametrize("name", _PARTIALS)
+def test_partials_of_numpys_functions_agree_with_mpmath(name):
+    at = points(name)
+    for k in range(len(at)):
+        found = getattr(np, name)(*(Dual(v, float(j == k)) for j, v in enumerate(at)))
+        assert found.value == pytest.approx(float(peer(name)(*at)), rel=1e-15)
+        assert found.slope == pytest.approx(slope_by_mpmath(name, at, k), rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", _PARTIALS)
+def test_partials_over_arrays_are_those_at_each_point(name):
+    at = points(name)
+    shaped = [np.full((2, 3), v) * np.linspace(0.9, 1.0, 3) for v in at]
+    whole = getattr(np, name)(*(Dual(v, np.ones((2, 3))) for v in shaped))
+    assert np.shape(whole.slope) == (2, 3)
+    for index in np.ndindex(2, 3):
+        one = getattr(np, name)(*(Dual(float(v[index]), 1.0) for v in shaped))
+        assert whole.value[index] == pytest.approx(one.value, rel=1e-15)
+        assert whole.slope[index] == pytest.approx(one.slope, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["sin", "cos", "exp", "sqrt", "square", "tanh", "log", "multiply", "divide"])
+def test_a_complex_step_finds_the_same_slope(name):
+    at = tuple(abs(v) for v in points(name))
+    found = getattr(np, name)(*(Dual(v, float(k == 0)) for k, v in enumerate(at)))
+    assert found.slope == pytest.approx(getattr(np, name)(at[0] + 1e-30j, *at[1:]).imag / 1e-30, rel=1e-14)
+
+
+@hypothesis.given(st.floats(-3, 3), st.floats(-3, 3))
+def test_products_and_quotients_obey_leibniz(a, b):
+    u, v = Dual(a, 2.0), Dual(b, -1.0)
+    assert (u * v).slope == pytest.approx(2.0 * b - a)
+    assert (u / (v * v + 1.0) * (v * v + 1.0)).slope == pytest.approx(2.0, abs=1e-12)
+
+
+def test_plain_operands_on_either_side():
+    u = Dual(2.0, 1.0)
+    slopes = [(3 + u).slope, (3 - u).slope, (3 * u).slope, (3 / u).slope, (3**u).slope, (u**3).slope, (-u).slope, (+u).slope]
+    assert slopes == pytest.approx([1, -1, 3, -0.75, 9 * math.log(3), 12, -1, 1])
+    assert (np.array([1.0, 2.0]) * u).slope.tolist() == [1.0, 2.0]
+    assert (np.float64(3.0) - u).slope == -1.0
+
+
+def test_the_zeroth_power_of_zero_has_slope_zero():
+    assert (Dual(0.0, 1.0) ** 0).slope == 0.0
+    assert (Dual(0.0, 1.0) ** 1).slope == 1.0
+
+
+def test_where_picks_value_and_slope_together():
+    law = function(lambda x: np.where(x < 1.0, x**2, 3.0 * x))
+    assert law.partials(0.5) == (0.25, (1.0,))
+    assert law.partials(2.0) == (6.0, (3.0,))
+    value, (slope,) = law.partials(np.array([0.5, 2.0]))
+    assert value.tolist() == [0.25, 6.0]
+    assert slope.tolist() == [1.0, 3.0]
+    assert type(law(0.5)) is type(law.partials(0.5)[0]) is type(law.partials(0.5)[1][0]) is float
+
+
+def test_comparisons_look_at_values():
+    u = Dual(2.0, 1.0)
+    assert u < 3 and u <= 2 and u > 1 and u >= 2 and u == 2.0 and u != 3.0  # noqa: PT018
+    assert not (u == 1.0) and not (u != 2.0)  # noqa: PT018, SIM201, SIM202
+    assert (Dual(np.array([1.0, 2.0]), 1.0) > 1.5).tolist() == [False, True]
+
+
+def test_a_branch_on_equality_is_taken_as_with_plain_numbers():
+    law = function(lambda x: np.sin(x) / x if x != 0 else 1.0 + 0.0 * x)
+    assert law.partials(0.0) == (1.0, (0.0,))
+    assert law.partials(0.0)[0] == law(0.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (math.sin, "math's functions take plain floats only: write the law with numpy's, or as a SymPy expression"),
+        (np.floor, "numpy.floor has no derivative here"),
+        (lambda x: np.interp(x, [0, 1], [0, 1]), "numpy.interp has no derivative here"),
+        (lambda x: np.add.reduce(x), "numpy.add.reduce is not known here"),
+    ],
+)
+def test_what_has_no_slope_says_so(law, message):
+    with pytest.raises(GraphError, match=f"the slope of a law of x is needed, but cannot be had: {message}"):
+        function(lambda x: law(x)).partials(0.5)
+
+
+def test_numpys_functions_write_themselves_down():
+    x, y = sympy.symbols("x y")
+    written = np.hypot(Traced(x), 2.0 * Traced(y)) + np.where(Traced(x) < 1.0, np.square(x), -Traced(x))
+    expected = sympy.sqrt(x**2 + 4 * y**2) + sympy.Piecewise((x**2, x < 1), (-x, True))
+    for at in ({x: 0.3, y: 2.0}, {x: 1.7, y: -0.4}):
+        assert float(untraced(written).subs(at)) == pytest.approx(float(expected.subs(at)), rel=1e-15)
+
+
+def test_whole_floats_are_written_as_integers():
+    assert (untraced(2.0), untraced(0.5)) == (2, 0.5)
+    assert type(untraced(np.float64(2.0))) is int
+
+
+def test_a_formula_to_be_cannot_branch():
+    with pytest.raises(TypeError, match=r"it branches on its argument; numpy\.where can be followed"):
+        bool(Traced(sympy.Symbol("x")) > 0)
+
+
+# Recorded numbers: programs give what the arithmetic gives, guards tell where they hold, and nothing is lost in silence.
+
+
+X = np.linspace(-2.0, 2.0, 9)
+
+
+def formula(x, p, ns):
+    """Something of everything, defined for p > 0."""
+    y = ns.sin(x) * p + ns.cos(x) / (1.0 + x**2) - abs(x - 0.5)
+    y = y + ns.where(ns.less(x, 0.25), ns.exp(x), ns.sqrt(x * x + p)) - ns.minimum(x, p) * ns.maximum(0.3, x)
+    y = y + ns.atan2(x, p) + ns.sign(x) + ns.hypot(x, p) + ns.log(p) + ns.power(p, 1.5) + ns.floor(x)
+    return y + ns.where(ns.logical_and(ns.greater(x, -1.0), ns.logical_not(ns.equal(x, 1.0))), 1.0, 0.0) + ns.asin(x / 4.0)
+
+
+def recorded(value=None):
+    recorder = Recorder()
+    x, p = recorder.input("x"), recorder.input("p", value)
+    return recorder, recorder.program([formula(x, p, NAMESPACE), p * 1.0])
+
+
+@pytest.mark.parametrize("value", [None, 0.7])
+def test_programs_give_what_the_arithmetic_gives(value):
+    program = recorded(value)[1]
+    expected = formula(X, 0.7, np)
+    assert np.abs(program.function()(X, 0.7)[0] - expected).max() < 1e-14
+    by_math = program.function("math")
+    assert max(abs(by_math(float(x), 0.7)[0] - y) for x, y in zip(X, expected, strict=True)) < 1e-14
+    designs = np.array([[0.2], [0.7], [1.9]])
+    if value is None:
+        assert np.abs(program.function()(X, designs)[0] - formula(X, designs, np)).max() < 1e-14
+
+
+def test_a_program_runs_over_numbers_of_another_kind():
+    from mpmath import mp
+
+    namespace = SimpleNamespace(sin=mp.sin, cos=mp.cos, sqrt=mp.sqrt, atan2=mp.atan2, abs=abs, divide=lambda a, b: a / b)
+    recorder = Recorder()
+    x = recorder.input("x")
+    y = NAMESPACE.sqrt(NAMESPACE.sin(x) ** 2 + NAMESPACE.cos(x) ** 2) - NAMESPACE.hypot(0.6, 0.8)
+    with mp.workdps(40):
+        assert abs(recorder.program([y]).function(namespace)(mp.mpf("0.3"))[0] - (1 - np.hypot(0.6, 0.8))) < 1e-38
+
+
+def test_comparisons_of_parameters_are_guards():
+    recorder = Recorder()
+    a, b = recorder.input("a", 2.0), recorder.input("b", 3.0)
+    low, high = sorted([b, a])
+    assert low is a
+    turns = np.floor(high / low)  # one: from 1 to 2, and no more
+    assert turns == 1.0
+    assert a != 0.0
+    assert not np.where(a >= b, True, False)
+    kept = recorder.conditions().kept
+    assert kept(np.array([2.0, 2.9, 3.5, 1.0, 0.0]), 3.0).tolist() == [True, True, False, False, False]
+    assert kept(np.array([2.0, 2.0]), np.array([[3.0], [4.5]])).tolist() == [[True, True], [False, False]]
+
+
+def test_guards_hold_at_equality_as_the_comparison_does():
+    recorder = Recorder()
+    a = recorder.input("a", 2.0)
+    assert a > 1.0
+    assert a >= 1.5
+    assert not a > 3.0
+    assert not a >= 4.0
+    kept = recorder.conditions().kept
+    assert kept(np.array([1.0, 1.5, 3.0, 4.0])).tolist() == [False, True, True, False]
+    other = Recorder()
+    assert other.input("a", 2.0) >= 1.5
+    assert not other.inputs[0] > 1e9
+    assert other.conditions().kept(np.array([1.5, 1e9, 2e9])).tolist() == [True, True, False]
+
+
+def test_guards_of_signs_and_extremes():
+    recorder = Recorder()
+    a = recorder.input("a", -2.0)
+    program = recorder.program([abs(a), np.sign(a), np.maximum(a, -3.0), np.clip(a, -5.0, 5.0)])
+    assert program.function("math")(-1.5) == (1.5, -1.0, -1.5, -1.5)
+    assert recorder.conditions().kept(np.array([-2.0, 2.0, -3.5, -6.0])).tolist() == [True, False, False, False]
+
+
+def test_arrays_of_recorded_numbers():
+    recorder = Recorder()
+    a, b = recorder.input("a", 2.0), recorder.input("b", 1.0)
+    edges = np.sort(np.array([0.0, a, b, 3.0]))
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    assert np.searchsorted(edges, a + 0.1) == 3
+    program = recorder.program([*middles, *(a * np.arange(2.0)), *NAMESPACE.sin(edges)])
+    found = program.function("math")(2.0, 1.0)
+    assert found[:5] == (0.5, 1.5, 2.5, 0.0, 2.0)
+    assert found[5:] == (0.0, math.sin(1.0), math.sin(2.0), math.sin(3.0))
+
+
+@pytest.mark.parametrize(
+    "losing",
+    [
+        lambda x: float(x),
+        lambda x: math.sin(x),
+        lambda x: np.asarray(x, dtype=float),
+        lambda x: np.isfinite(x),
+        lambda x: 1.0 if x > 0.0 else 0.0,
+        lambda x: int(x),
+        lambda x: x + Recorder().input("of another recording"),
+        lambda x: range(x),
+    ],
+)
+def test_what_would_lose_the_record_fails(losing):
+    with pytest.raises(TypeError):
+        losing(Recorder().input("x"))
+
+
+def test_code_holds_operations_and_places_alone():
+    program = recorded()[1]
+    other = Recorder()
+    x, p = other.input("a'; import os", None), other.input("b")
+    same = other.program([formula(x, p, NAMESPACE), p * 1.0])._replace(places=tuple(v + 7e-9 for v in program.places))
+    for kind in ("math", "numpy", "numba"):
+        text = source(program, kind)
+        assert text == source(same, kind)
+        assert not re.search(r"\d*\.\d*[1-9]|[1-9]\d{3}|import|'", text)
+    assert same.function("math").__code__ is program.function("math").__code__
+    assert same.function("math")(0.1, 0.7) != program.function("math")(0.1, 0.7)
+    assert pickle.loads(pickle.dumps(program)) == program
+
+
+def test_what_has_no_effect_is_left_out():
+    recorder = Recorder()
+    x = recorder.input("x")
+    y = (x * 1.0 + 0.0) / 1.0 - 0.0 * NAMESPACE.exp(x)
+    assert y is x
+    assert x - x == 0.0
+    program = recorder.program([x * 2.0 + x * 2.0, NAMESPACE.where(False, x, 3.0)])
+    assert program.operations == (("multiply", 0, 1), ("add", 3, 3))
+    assert program.function("math")(2.0) == (8.0, 3.0)
+
+
+def test_systems_are_solved_whatever_pivots_vanish():
+    recorder = Recorder()
+    entries = [recorder.input(str(k)) for k in range(12)]
+    rows = [entries[4 * i : 4 * i + 3] for i in range(3)]
+    program = recorder.program(solved([*rows, [0.0, 0.0, 0.0]], [*entries[3::4], 0.0]))
+    for seed in range(5):
+        table = np.random.default_rng(seed).normal(size=(3, 4))
+        for hidden in ((), (0, 0), (1, 1), (2, 2)):
+            if hidden:
+                table[hidden] = 1e-14 * table[hidden]
+            found = program.function("math")(*table.ravel().tolist())
+            assert np.abs(table[:, :3] @ found - table[:, 3]).max() < 1e-12 * (1.0 + np.abs(found).max())
+
+
+def test_what_chooses_between_values_is_called_where_it_may_not_be_defined():
+    recorder = Recorder()
+    x = recorder.input("x")
+
+    def law(x):
+        with np.errstate(invalid="ignore"):
+            found = np.where(x > 0.0, np.sqrt(x) * np.sqrt(x), 0.0)
+        return float(found) if isinstance(x, float) else found
+
+    for _ in range(2):
+        compiled = recorder.program([recorder.through(law, [x]), x]).function("math")
+        assert compiled(-1.0) == (0.0, -1.0)
+
+
+@pytest.mark.slow
+def test_machine_code_gives_the_same():
+    extra("numba")
+    program = recorded()[1]
+    designs = np.array([[0.2], [0.7]])
+    found = program.function("numba")(X, designs)
+    assert np.abs(found[0] - formula(X, designs, np)).max() < 1e-14
+    assert found[1].shape == (2, 9)
+
+
+@pytest.mark.parametrize("of_both", [np.maximum, np.minimum])
+def test_where_two_are_equal_the_partials_are_those_of_the_first(of_both):
+    """Their sum is 1 wherever both arguments move alike."""
+    assert function(lambda x, y: of_both(x, y)).partials(2.0, 2.0) == (2.0, pytest.approx((1.0, 0.0)))

@@ -5,10 +5,8 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
-from bondgraph import GY, Builder, C, GraphError, I, Law, Modulus, One, R, Reduction, Se, Zero, reduce
-from bondgraph.elements import Motion
-from bondgraph.motion.dynamics import Dynamics
-from bondgraph.reduction import count, counted
+from bondgraph import GY, Builder, C, Dynamics, GraphError, I, Law, Modulus, Motion, One, R, Reduction, Se, Zero, reduce
+from bondgraph.numerics import count, counted
 from flywheel.numerics.intervals import Interval
 
 PHI = np.linspace(0.1, 6.2, 23)

@@ -1,4 +1,4 @@
-"""The command line: exit codes, streams, files, and how little it imports."""
+"""The program as a user calls it: options, messages, exit codes, what it imports, what is public."""
 
 from __future__ import annotations
 
@@ -9,16 +9,22 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from click.testing import CliRunner, Result
 
+import flywheel
 from flywheel.cli import main
 from flywheel.scene.accuracy import LEVELS
 from flywheel.starters import starter
 from tests.limits import sample
 from tests.scenes import yoke
+
+# The command line: exit codes, streams, files, and how little it imports.
+
 
 SCENES = Path(__file__).parents[1] / "references" / "scenes"
 ROOT = Path(__file__).parents[2]
@@ -435,3 +441,126 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(starter("slider-crank"))
     result = CliRunner().invoke(main, ["reduce", str(tmp_path / "s.toml"), "--output", str(tmp_path / "pipe.toml")])
     assert (result.exit_code, "it is a pipe that nobody reads" in result.stderr) == (1, True)
+
+
+# What a command loads: the heavy libraries and parts come in by five doors, and only where they are needed.
+
+
+REPOSITORY = Path(flywheel.__file__).parents[1]
+PRESS = "examples/machines/press.toml"
+DOORS = ("scipy", "sympy", "matplotlib", "flywheel.mechanisms.linkages", "flywheel.pictures")
+PARTS = ("flywheel.machine", "flywheel.sizing", "flywheel.study", "flywheel.designs", "bondgraph")
+
+
+def loaded(*steps: str) -> list[set[str]]:
+    """The modules of one process after each of these steps, lines of Python or commands of the program."""
+    code = "import sys\n"
+    for step in steps:
+        line = step if step.startswith("import") else f"main({step.split()}, standalone_mode=False)"
+        code += f"{line}\nprint('loaded', *sys.modules, file=sys.stderr)\n"
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    command = [sys.executable, "-c", code]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=REPOSITORY, env=environment, timeout=600)
+    return [set(line.split()) for line in run.stderr.splitlines() if line.startswith("loaded")]
+
+
+SETTINGS = """
+import importlib, locale, os, pathlib, sys, warnings
+import numpy
+def settings():
+    return (list(sys.meta_path), list(sys.path), list(sys.path_hooks), list(warnings.filters), numpy.geterr(),
+            locale.setlocale(locale.LC_ALL), dict(os.environ), sys.getrecursionlimit())
+before, found = settings(), {}
+import flywheel, bondgraph
+for name in ("duty", "wheel", "energy", "motors", "arm", "linkage", "report", "scene", "graph", "elements"):
+    try:
+        found[name] = importlib.import_module(name)
+    except ModuleNotFoundError:
+        pass
+assert not found, found
+assert settings() == before
+"""
+"""What Python, numpy and the system are set to, before and after the import."""
+
+
+def test_an_import_changes_nothing_outside_and_leaves_the_names_of_the_users_own_files_to_them(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    subprocess.run([sys.executable, "-c", SETTINGS], check=True, cwd=tmp_path, env=environment, timeout=600)
+    for name in ("duty", "wheel", "energy", "motors", "arm"):
+        (tmp_path / f"{name}.py").write_text("mine = True\n", encoding="utf-8")
+    own = "import flywheel, bondgraph, duty, wheel, energy, motors, arm; assert duty.mine and wheel.mine and motors.mine"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join((str(tmp_path), str(REPOSITORY)))}
+    subprocess.run([sys.executable, "-c", own], check=True, cwd=tmp_path, env=environment, timeout=600)
+
+
+@pytest.mark.slow
+def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_path: Path) -> None:
+    library, _, told, sized, plotted, drawn, arm = loaded(
+        "import flywheel",
+        "import flywheel.cli; from flywheel.cli import main",
+        "tradeoff --help",
+        f"size {PRESS} --accuracy normal --json",
+        f"size {PRESS} --accuracy normal --plot {tmp_path}/sizing.svg",
+        f"draw {PRESS} -o {tmp_path}/press.svg",
+        "import flywheel.arm",
+    )
+    assert [name for name in library if name.startswith("flywheel.")] == []
+    assert library.isdisjoint(("numpy", "scipy", "sympy", "matplotlib", "mpmath"))
+    assert "click" in told
+    assert told.isdisjoint((*DOORS, *PARTS))
+    assert sized.isdisjoint(DOORS)
+    assert plotted.isdisjoint(("scipy", "sympy", DOORS[3]))
+    assert "flywheel.pictures" in drawn
+    assert "sympy" not in drawn
+    assert "flywheel.arm" in arm
+    assert "sympy" not in arm
+
+
+@pytest.mark.slow
+def test_a_flywheel_that_is_confirmed_opens_no_door() -> None:
+    _, confirmed = loaded("import flywheel.cli; from flywheel.cli import main", f"size {PRESS}")
+    assert "bondgraph.motion.stepping" in confirmed
+    assert confirmed.isdisjoint(DOORS)
+
+
+# What `import flywheel` brings, and what it costs.
+
+
+PUBLIC_PARTS = (
+    *("arm", "energy", "every_shaft", "gearing", "kinetostatics", "load_models", "masses", "motors"),
+    *("multibody", "presses", "recovery", "transients", "two_speeds", "wheel"),
+)
+
+
+def test_every_name_is_listed_and_there():
+    assert set(dir(flywheel)) == set(flywheel.__all__) >= set(PUBLIC_PARTS)
+    assert all(hasattr(flywheel, name) for name in flywheel.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'wheels'"):
+        _ = flywheel.wheels
+
+
+def _check_names(part: ModuleType) -> None:
+    """A public module lists its names, none of which it took from numpy, typing or the checks of arguments."""
+    assert part.__all__ == [name for name in part.__all__ if hasattr(part, name)]
+    assert not {"Any", "np", "require"} & set(part.__all__)
+
+
+def test_parts_are_imported_under_their_public_names():
+    """As the README and the examples name them: modules of those names, which hold the functions of their homes."""
+    from flywheel.linkage.solution import solve
+    from flywheel.load_models.gas import piston_area
+    from flywheel.wheel import choose
+
+    assert solve is import_module("flywheel.mechanisms.linkages.positions").solve
+    assert piston_area is import_module("flywheel.components.gas_forces").piston_area
+    assert choose is flywheel.wheel.choose is import_module("flywheel.components.wheels").choose
+    others = ("duty", "freedoms", "linkage", "linkage.instant_centres", "load_models.gas", "notebooks", "report", "stroke")
+    for name in (*PUBLIC_PARTS, *others):
+        part = import_module(f"flywheel.{name}")
+        assert part.__name__ == f"flywheel.{name}"
+        assert part.__doc__
+        _check_names(part)
+    for name in ("language", "mechanisms", "reference", "starters"):
+        _check_names(import_module(f"flywheel.{name}"))
+    with pytest.raises(ModuleNotFoundError):
+        import_module("flywheel.wheels")

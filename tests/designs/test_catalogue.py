@@ -34,9 +34,13 @@ PUNCH = {
 }
 
 
+AFTER = np.radians(100)
+"""Crank angle where the stroke of the punch is over: most of a turn lies ahead to come up to speed in."""
+
+
 @pytest.fixture(scope="module")
 def choice():
-    return flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS))
+    return flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS), at=AFTER)
 
 
 def named(found, name):
@@ -65,7 +69,7 @@ def test_each_flywheel_is_that_of_its_own_sizing(choice):
 @pytest.mark.slow
 def test_heat_may_ask_for_more_flywheel_than_the_irregularity():
     loose = PUNCH | {"flywheel": {"irregularity": "25 %"}}
-    one = flywheel.suitable_motors(flywheel.load(loose), parse_catalogue(f"{HEAD}\n{WARM}")).suitable[0]
+    one = flywheel.suitable_motors(flywheel.load(loose), parse_catalogue(f"{HEAD}\n{WARM}"), at=AFTER).suitable[0]
     assert one.binding in ("motor_heat", "motor_rms")
     assert max(one.heat_share, one.rms_torque_share) == pytest.approx(1.0, rel=1e-7)
     assert one.irregularity < 0.25
@@ -76,7 +80,7 @@ def test_heat_may_ask_for_more_flywheel_than_the_irregularity():
 
 def test_the_ratio_may_be_the_scenes(choice):
     scene = flywheel.load(PUNCH)
-    fixed = flywheel.suitable_motors(scene, parse_catalogue(HEAD + ROWS[ROWS.index("\nlarge") :]), ratio="fixed")
+    fixed = flywheel.suitable_motors(scene, parse_catalogue(HEAD + ROWS[ROWS.index("\nlarge") :]), ratio="fixed", at=AFTER)
     assert {one.ratio for one in fixed.suitable} == {6.0}
     assert (choice.ratio, fixed.ratio) == ("adjusted", "fixed")
     assert "at its rated point the crank turns at 220 rpm" in choice.notes[0]
@@ -106,13 +110,13 @@ def test_a_motor_that_cannot_start_the_machine():
 @pytest.mark.slow
 def test_given_flywheels_and_limits_of_the_scene():
     given = flywheel.load({**PUNCH, "flywheel": {"inertia": 3.0}})
-    found = flywheel.suitable_motors(given, parse_catalogue(HEAD + ROWS + HOT))
+    found = flywheel.suitable_motors(given, parse_catalogue(HEAD + ROWS + HOT), at=AFTER)
     assert {one.flywheel for one in found.suitable} == {3.0}
     assert "of its rating" in named(found, "hot").reason
     motor = {"on": "motor", "motor": dict(parse_catalogue(HEAD + ROWS).motors[1].table)}
     limited = {**PUNCH, "drive": motor, "flywheel": {"limits": {"irregularity": 0.08, "motor_torque": 1.1}}}
     table = parse_catalogue(HEAD + "\n" + ROWS.splitlines()[5])
-    one = flywheel.suitable_motors(flywheel.load(limited), table).suitable[0]
+    one = flywheel.suitable_motors(flywheel.load(limited), table, at=AFTER).suitable[0]
     assert (one.binding, one.suits) == ("motor_torque", True)
 
 
@@ -136,6 +140,216 @@ def test_an_interruption_keeps_what_is_finished(monkeypatch):
     monkeypatch.setattr(catalogue, "_choice", interrupted)
     found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS))
     assert (len(found.refused), found.missing) == (1, 4)
+
+
+# -- the start ---------------------------------------------------------------------------------------------------------
+
+LINES = "name,type,starting_torque (N m),no_load_speed (rpm),price (EUR)"
+
+
+def line_of_shafts(load):
+    """A load behind two meshes of 50 %, geared 6 : 1 in all."""
+    shafts = {"gear": {"ratio": 2.0, "efficiency": 0.5}, "motor": {"on": "gear", "ratio": 3.0, "efficiency": 0.5}}
+    return {
+        "shafts": shafts,
+        "inertia": [{"on": "crank", "value": 2.0}],
+        "load": [{"on": "crank", "torque": load}],
+        "drive": {"on": "motor", "torque": "balance"},
+        "regime": {"speed": "200 rpm"},
+        "flywheel": {"inertia": 0.0},
+    }
+
+
+def test_the_load_at_rest_passes_through_every_mesh():
+    table = parse_catalogue(f"{LINES}\nweak,line,72,1500,10\njust,line,119.9,1500,20\nstrong,line,125,1500,30")
+    found = flywheel.suitable_motors(flywheel.load(line_of_shafts("-180 N m")), table, ratio="fixed")
+    assert [one.motor.name for one in found.suitable] == ["strong"]
+    loads = [one.load_at_start for one in (*found.suitable, *found.refused)]
+    assert loads == pytest.approx([180 / 6 / 0.5 / 0.5] * 3, rel=1e-12)
+    assert all(one.reason.startswith("cannot start the machine: starting torque ") for one in found.refused)
+
+
+def test_the_hardest_start_is_asked_for_by_name():
+    scene = flywheel.load(line_of_shafts("-100 - 80*cos(phi - 1)"))
+    table = parse_catalogue(f"{LINES}\nweak,line,115,1500,10\nstrong,line,125,1500,30")
+    found = flywheel.suitable_motors(scene, table, ratio="fixed", at="worst")
+    assert [one.motor.name for one in found.suitable] == ["strong"]
+    weak = flywheel.suitable_motors(scene, table, ratio="fixed", at=4.0).suitable[0]
+    assert weak.motor.name == "weak"
+    assert (weak.hardest_start, weak.hardest_load) == (pytest.approx(1.0, abs=0.05), pytest.approx(120.0, rel=1e-3))
+    assert weak.load_at_start == pytest.approx((100 + 80 * np.cos(3.0)) / 1.5, rel=1e-12)
+
+
+def test_a_start_takes_its_time_and_its_heat():
+    """A fan: dt = J domega/(T - T_load), and (I/I_n)² dt beside it, by the trapezoidal rule."""
+    scene = {
+        **line_of_shafts("-0.03*omega**2"),
+        "shafts": {"motor": {"ratio": 3.0, "efficiency": 0.8}},
+        "flywheel": {"inertia": 40.0},
+    }
+    head = HEAD.replace("inertia (kg m^2),price (EUR)", "starting_torque,starting_current,locked_rotor_time (s)")
+    rows = ["none,3,1430,4,50,2.8,2,6,", "cold,3,1430,4,50,2.8,2,6,1.5", "warm,3,1430,4,50,2.8,2,6,3"]
+    found = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue("\n".join([head, *rows])))
+    motor, ratio = found.suitable[0].motor.motor, found.suitable[0].ratio
+    omega = np.linspace(0.0, min(motor.speed, 0.98 * ratio * found.suitable[0].speed), 200_001)
+    spare = 0.8 * ratio * motor.torque(omega) - 0.03 * (omega / ratio) ** 2
+    slowness = 42.0 / ratio / spare
+    time, heat = np.trapezoid(slowness, omega), np.trapezoid(slowness * motor.current_share(omega) ** 2, omega)
+    for name in ("none", "cold", "warm"):
+        one = named(found, name)
+        assert one.start.time == pytest.approx(time, rel=1e-4)
+        assert one.start.current_squared == pytest.approx(heat, rel=1e-4)
+    assert 36 * 1.5 < heat < 36 * 3
+    assert [one.motor.name for one in found.refused] == ["cold"]
+    assert found.refused[0].reason.startswith("too hot a start: ")
+    assert f"{100 * heat / 54:.0f} % of what its locked-rotor time bears" in found.refused[0].reason
+    assert named(found, "warm").start.share == pytest.approx(heat / 108, rel=1e-4)
+    assert any("whether none bear" in note and "locked_rotor_time" in note for note in found.notes)
+    slow = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue("\n".join([head, rows[0]])), start_time=0.9 * time)
+    assert slow.refused[0].reason.startswith("too slow a start: ")
+
+
+def test_a_heavy_wheel_is_no_way_out_for_a_small_motor():
+    """The first motor of the example's table needs so much flywheel that its locked-rotor time is over long before."""
+    table = read_catalogue(TABLE)
+    scene = flywheel.load(TABLE.with_name("press.toml"))
+    small = flywheel.suitable_motors(
+        scene, table._replace(motors=tuple(m for m in table.motors if m.name == "4P-2.2"))
+    ).refused[0]
+    motor, ratio = small.motor.motor, small.ratio
+    inertia = (36 * (small.flywheel + 0.25) + 3.0) / ratio**2 + motor.inertia  # on the motor's shaft, the mechanism's about
+    omega = np.linspace(0.0, min(motor.speed, 0.98 * ratio * small.speed), 20_001)
+    load = small.load_share * motor.power / (ratio * small.speed)
+    slowness = inertia / (0.96 * 0.98) / (motor.torque(omega) - load)  # behind the belt and its creep
+    heat = np.trapezoid(slowness * motor.current_share(omega) ** 2, omega)
+    assert small.start.time == pytest.approx(
+        np.trapezoid(slowness, omega), rel=0.15
+    )  # of an even load: the first stroke is late
+    assert small.start.share == pytest.approx(heat / (6.8**2 * 15.0), rel=0.15)
+    assert small.start.share > 2.0
+    assert small.reason.startswith("too hot a start: ")
+
+
+def test_a_start_that_ends_at_the_first_stroke_is_none():
+    """From 0 the punch meets a machine that has hardly begun to turn: E' = r T(omega) - 250 N m there, from 40 deg on."""
+    scene, table = flywheel.load(PUNCH), parse_catalogue(HEAD + "\n" + ROWS.split()[1])
+    one = flywheel.suitable_motors(scene, table).refused[0]
+    motor, ratio, total = one.motor.motor, one.ratio, 2.0 + one.flywheel
+    inertia = total + one.ratio**2 * motor.inertia
+    angles, step = np.linspace(0.0, np.radians(100), 20_001, retstep=True)
+    energy = 1e-9
+    for phi in angles:
+        drive = ratio * float(motor.torque(ratio * np.sqrt(2 * energy / inertia)))
+        energy += step * (drive - (250.0 if phi > np.radians(40) else 0.0))
+        if energy <= 0:
+            break
+    assert one.reason.startswith("does not get the machine through its start")
+    told = float(one.reason.split("stops at ")[1].split(" deg")[0])
+    assert told == pytest.approx(np.degrees(phi), abs=0.5)
+    assert "starts begin at crank angle 0 deg (--at names another)" in flywheel.suitable_motors(scene, table).notes
+    assert flywheel.suitable_motors(scene, table, at=AFTER).suitable
+
+
+def test_motors_are_started_as_the_scenes_own():
+    """Star-delta of an inertia alone, by Kloss's formula in slips: a third of the torque up to the same share of speed."""
+    start = {"type": "star-delta", "until": "1350 rpm"}
+    own = {
+        "type": "induction",
+        "power": "2 kW",
+        "speed": "1440 rpm",
+        "poles": 4,
+        "frequency": "50 Hz",
+        "breakdown_ratio": 2.5,
+    }
+    scene = {**line_of_shafts("-0.0001*omega**2"), "shafts": {"motor": {"ratio": 3.0}}, "flywheel": {"inertia": 30.0}}
+    scene["drive"] = {"on": "motor", "motor": own | {"start": start}}
+    found = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue(f"{HEAD}\nsix,2.2,950,6,50,2.6,0,100"))
+    one = found.suitable[0]
+    motor, field = one.motor.motor, one.motor.motor.synchronous_speed
+    breakdown, inertia = motor.breakdown_slip, 32.0 / one.ratio**2
+    switch, last = 1 - 950 / 1440 * 1350 / 1000, 1 - min(motor.speed, 0.98 * one.ratio * one.speed) / field
+
+    def time(first, second):
+        ratio = (first**2 - second**2) / (2 * breakdown) + breakdown * np.log(first / second)
+        return inertia * field / (2 * motor.breakdown_torque) * ratio
+
+    assert one.start.time == pytest.approx(3 * time(1.0, switch) + time(switch, last), rel=2e-3)
+    assert any("started as the scene's own (star-delta)" in note for note in found.notes)
+
+
+# -- the flywheel's bounds and price -----------------------------------------------------------------------------------
+
+
+def test_wheels_are_bounded_and_priced():
+    scene = flywheel.load(PUNCH)
+    table = parse_catalogue(HEAD + ROWS)
+    free = flywheel.suitable_motors(scene, table, at=AFTER)
+    bound = 0.5 * (named(free, "dear").flywheel + named(free, "fair").flywheel)
+    bounded = flywheel.suitable_motors(scene, table, at=AFTER, wheel_limits={"inertia": bound})
+    assert {one.motor.name for one in bounded.suitable} == {one.motor.name for one in free.suitable if one.flywheel <= bound}
+    assert named(bounded, "fair").reason.startswith("too large a flywheel: its inertia is ")
+    priced = flywheel.suitable_motors(scene, table, at=AFTER, wheel_prices={"inertia": 300.0})
+    totals = [one.motor.price + 300.0 * one.flywheel for one in priced.suitable]
+    assert totals == sorted(totals)
+    assert [one.total_price for one in priced.suitable] == pytest.approx(totals, rel=1e-12)
+    assert [one.motor.name for one in priced.suitable] != [one.motor.name for one in free.suitable]
+    with pytest.raises(flywheel.SceneError, match="the shape of a wheel, of which the mass is asked for"):
+        flywheel.suitable_motors(scene, table, wheel_prices={"mass": 3.0})
+    with pytest.raises(flywheel.SceneError, match='"weight", expected "inertia" or "mass" or "diameter"'):
+        flywheel.suitable_motors(scene, table, wheel_limits={"weight": 3.0})
+
+
+def test_mass_and_diameter_are_those_of_the_wheel_that_is_built():
+    shape = {"irregularity": "8 %", "shape": "disc", "material": "carbon steel", "width": "60 mm"}
+    scene, table = flywheel.load({**PUNCH, "flywheel": shape}), parse_catalogue(HEAD + "\n" + ROWS.split()[1])
+    one = flywheel.suitable_motors(scene, table, at=AFTER, wheel_prices={"mass": 2.0, "diameter": 100.0}).suitable[0]
+    mass = 7850 * np.pi * 0.06 * (one.wheel_diameter / 2) ** 2
+    assert one.wheel_mass == pytest.approx(mass, rel=0.01)  # of the density that the material has
+    assert one.wheel_inertia == pytest.approx(one.wheel_mass * one.wheel_diameter**2 / 8, rel=1e-9)
+    assert one.total_price == pytest.approx(230 + 2 * one.wheel_mass + 100 * one.wheel_diameter, rel=1e-12)
+    slight = shape | {
+        "shape": "rim",
+        "material": "grey cast iron",
+        "width": "20 mm",
+        "outer_radius": "900 mm",
+        "on": "motor",
+    }
+    weak = flywheel.suitable_motors(flywheel.load({**PUNCH, "flywheel": slight}), table, at=AFTER).refused[0]
+    assert weak.reason.startswith("too weak a flywheel: ")
+    stress = 7200 * (0.9 * 1.04 * weak.ratio * weak.speed) ** 2 / 1e6  # of a thin ring at its greatest speed, MPa
+    assert float(weak.reason.split()[4]) == pytest.approx(stress, rel=0.01)
+    small = flywheel.suitable_motors(scene, table, at=AFTER, wheel_limits={"diameter": 0.9 * one.wheel_diameter})
+    assert small.refused[0].reason.startswith("too large a flywheel: its diameter is ")
+
+
+# -- the types of motors -----------------------------------------------------------------------------------------------
+
+MIXED = """name,type,power,speed,no_load_speed (rpm),starting_torque,droop,torque (N m),poles,hertz,breakdown_ratio,price
+straight,line,2.2 kW,1400 rpm,1500,,,,,,,100
+diesel,engine,3 kW,1500 rpm,,,0.08,,,,,200
+kloss,induction,2.2 kW,1430 rpm,,2.2,,,4,50,3,300
+ends,line,,,1500,30 N m,,,,,,400
+even,constant,,,,,,12,,,,500
+""".replace("hertz", "frequency (Hz)")
+
+
+def test_motors_of_every_type_that_has_cells_may_stand_in_a_table():
+    found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(MIXED), at=AFTER)
+    assert [one.motor.name for one in found.suitable] == ["straight", "diesel", "kloss"]
+    assert all(one.start.time > 0 and one.heat_share is None for one in found.suitable[:2])
+    assert named(found, "ends").reason.startswith(
+        "shafts.motor.ratio: found a motor with a straight line without a rated point"
+    )
+    assert named(found, "even").reason.startswith("shafts.motor.ratio: found a constant torque without a rated point")
+    for row, told in (
+        ("curve,table" + 10 * ",", 'line 7, type: found "table", expected a motor whose data have a cell each'),
+        ("l,line,,,1500,2.2,,,,,,1", "line 7, starting_torque: found 2.2 without a unit"),
+        ("i,induction,2 kW,1430 rpm,,20 N m,,,4,50,3,1", 'line 7, starting_torque: found "20 N m"'),
+    ):
+        with pytest.raises(flywheel.SceneError) as caught:
+            parse_catalogue(MIXED + row)
+        assert len(caught.value.faults) == 1
+        assert told in str(caught.value)
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -226,7 +440,7 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     table.write_text(HEAD + "\n" + "\n".join(ROWS.split()[::2]) + "\n")
 
     def run(*options):
-        return CliRunner().invoke(main, ["motor", str(scene), "--catalogue", str(table), *options])
+        return CliRunner().invoke(main, ["motor", str(scene), "--catalogue", str(table), "--at", "100 deg", *options])
 
     text = run()
     assert text.exit_code == 0
@@ -238,6 +452,18 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     lines = run("--csv").stdout.splitlines()
     assert lines[0].startswith("name,line,price,currency,power [W]")
     assert len(lines) == 4
+    for options, told in (
+        (("--wheel-limit", "weight=3 kg"), "'weight=3 kg': one of inertia, mass, diameter once, with its bound"),
+        (("--wheel-price", "mass=3 kg"), "'mass=3 kg': one of inertia, mass, diameter once, with its price"),
+        (("--start-time", "soon"), "'soon' is no time with its unit"),
+    ):
+        wrong = run(*options)
+        assert (wrong.exit_code, told in " ".join(wrong.stderr.split())) == (2, True)
+    bounded = json.loads(run("--json", "--wheel-limit", "inertia=2 kg m^2", "--wheel-price", "inertia=100").stdout)["motors"]
+    assert {motor["name"]: motor["suits"] for motor in bounded} == {"large": True, "dear": False, "small": False}
+    large = bounded[0]
+    assert large["total_price"] == pytest.approx(large["price"] + 100 * large["wheel_inertia"], rel=1e-12)
+    assert (large["start_route"], large["start_share"]) == ("time", None)
     table.write_text(HEAD + "\n" + ROWS.split()[0] + "\n")
     alone = run()
     assert (alone.exit_code, alone.stderr.splitlines()[-1]) == (1, "no motor of the table does")

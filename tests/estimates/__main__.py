@@ -10,7 +10,7 @@ from itertools import count
 
 import numpy as np
 
-from .checking import FLOOR, Outcome, outcome
+from tests.estimates.checking import FLOOR, Outcome, outcome
 
 SPAN = 1_000_000  # seeds of scenes belong to a seed of runs by this
 

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import flywheel
+from flywheel import Sizing
 from flywheel.regime.turning_moment import speed_over_cycle
-from flywheel.sizing.results import Sizing
-from tests.oracle import constant, figures, panels, regimes
+from tests.estimates.scenes import Scene, scene_of
+from tests.oracle import figures, panels, regimes
 from tests.oracle.figures import Cycle
 from tests.oracle.machine import Machine
 from tests.oracle.numbers import Real, real
-
-from .scenes import Scene, scene_of
 
 HALF_ULP = 2.0**-53  # a figure is a double
 FLOOR = 1e-17  # of true errors, where ratios are formed
@@ -193,8 +192,8 @@ def moving(machine: Machine, sizing: Sizing) -> list[Row]:
     guess = Real(sizing.balance.value) if sizing.balance else Real(0)
     pace = speed
     if pace is None:
-        pace = constant.constant_speed(machine, Real(sizing.constant_speed or sizing.speed))
-    cycle = constant.constant_cycle(machine, pace, guess)
+        pace = regimes.constant_speed(machine, Real(sizing.constant_speed or sizing.speed))
+    cycle = regimes.constant_cycle(machine, pace, guess)
     true = figures.works(cycle) | {"exchanged": cycle.exchanged, "flywheel": {}}
     if sizing.run is None:  # nothing varies, and nothing stores energy
         return common(sizing, true | {"balance": cycle.unknown})

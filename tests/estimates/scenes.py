@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from . import bars
+from tests.estimates import bars
 
 Scene = dict[str, Any]
 Draw = Random

@@ -8,12 +8,11 @@ from typing import Any
 import pytest
 
 import flywheel
+from tests.estimates import checking
+from tests.estimates.__main__ import SPAN, summary
+from tests.estimates.checking import Outcome, Row, outcome
+from tests.estimates.scenes import scene_of
 from tests.limits import sample
-
-from . import checking
-from .__main__ import SPAN, summary
-from .checking import Outcome, Row, outcome
-from .scenes import scene_of
 
 SAMPLE = (*range(14), 28, 30)  # the last two: a scotch yoke, a shaper
 FOUND = {  # what these once had wrong

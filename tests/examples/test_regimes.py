@@ -1,4 +1,4 @@
-"""The regime examples run, and their figures hold by short calculations of their own."""
+"""The example scenes of regimes, drive lines and designs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
+from flywheel import Sizing, Transient, transient
 from flywheel.components.gas_forces import Compression, compressor_work
-from flywheel.motions.transients import Transient, sampled, transient
-from flywheel.sizing.results import Sizing
+from flywheel.motions.simulation import sampled
+from tests.oracle.drive_lines import DriveLine, Regime
+
+# The regime examples run, and their figures hold by short calculations of their own.
+
 
 FOLDER = Path(__file__).parents[2] / "examples" / "regimes"
 
@@ -320,3 +324,85 @@ def test_hydraulic_clamp_has_energy_for_its_work() -> None:
     assert bars == pytest.approx(-0.5 * 800e6 * (clamp_at(0.19).platen - 0.47975) ** 2, rel=1e-6)
     guides = run.energy.works["load[1] on toggle-clamp.platen"]
     assert guides == pytest.approx(-300 * (clamp_at(0.19).platen - clamp_at(-0.06).platen), rel=1e-8)
+
+
+# The examples of best designs run, and their optima are those of other ways.
+
+
+DESIGNS = Path(__file__).parents[2] / "examples" / "designs"
+
+
+def example(name):
+    return runpy.run_path(str(DESIGNS / f"{name}.py"), run_name="example")
+
+
+@pytest.mark.slow
+def test_two_cranks_by_sweep_by_optimisation_and_by_hand():
+    found = example("two_cranks")
+    scene = found["flywheel"].load(DESIGNS / "two_cranks.toml")
+    angle, value = found["by_hand"]()
+    assert found["by_sweep"](scene, 49) == (pytest.approx(angle, rel=1e-12), pytest.approx(value, rel=1e-11))
+    optimum = found["by_optimisation"](scene)
+    assert optimum.numbers["mechanism.1.phase"] == pytest.approx(pi, abs=1e-8)
+    assert optimum.value == pytest.approx(value, rel=1e-11)
+    assert optimum.confirmed
+
+
+@pytest.mark.slow
+def test_a_balance_that_flattens_the_inertia():
+    found = example("flat_inertia")
+    least = found["best"]("flywheel.exact", 8, 1)
+    assert least.confirmed
+    assert least.value == pytest.approx(0.3407048527, rel=1e-8)
+    assert least.numbers == {found["MASS"]: pytest.approx(3.59033, rel=1e-4), found["ROD"]: pytest.approx(0.44736, rel=1e-4)}
+
+
+@pytest.mark.slow
+def test_the_lightest_motor_and_wheel_are_lighter_than_those_beside_them_that_are_fast_enough():
+    found = example("lightest_drive")
+    power, irregularity = found["BEST"]
+    rows = [found["row"](power * a, irregularity) for a in (1.0, 1.1)] + [found["row"](power, 0.9 * irregularity)]
+    both = [float(row[4]) for row in rows]
+    assert both[0] == pytest.approx(71.627, abs=0.01)
+    assert min(both) == both[0]
+    assert float(rows[0][5]) == pytest.approx(30 * found["SLOWEST"] / pi, rel=1e-4)
+
+
+# The press of the examples against its series equations, its sheet written out as an expression of the crank's angle.
+
+
+DRIVE_LINES = Path(__file__).parents[2] / "examples" / "drive_lines"
+
+
+def by_hand(scene: dict[str, Any], inertia: float) -> Regime:
+    """The press with the force of its punch against the angle, and the friction of its guides."""
+    r, rod, thickness, beyond = 0.05, 0.4, 0.008, 0.004
+    bottom = r + rod
+
+    def left(phi: float) -> float:
+        return bottom - r * cos(phi) - sqrt(rod**2 - (r * sin(phi)) ** 2)
+
+    first, last = (float(brentq(lambda a, way=way: left(a) - way, pi, 2 * pi)) for way in (beyond + thickness, beyond))
+    way = f"{r}*cos(phi) + sqrt({rod**2} - ({r}*sin(phi))**2) - {bottom - beyond - thickness!r}"
+    force = f"-{pi * 0.06 * thickness * 360e6!r}*(1 - ({way})/{thickness})"
+    load = [{"on": "slider", "force": force, "from": first, "to": last}, {"on": "slider", "force": "-900*sign(v)"}]
+    return DriveLine(scene | {"load": load, "flywheel": {"on": "wheel"}}).analysed(inertia)
+
+
+@pytest.mark.slow
+def test_press_in_series_and_with_all_shafts_on_the_crank(capsys: pytest.CaptureFixture[str]) -> None:
+    example = runpy.run_path(str(DRIVE_LINES / "press.py"), run_name="example")
+    scene = example["press"]()
+    means = []
+    for table in (scene, example["star"](scene)):
+        sizing = example["sized"](table)
+        true = by_hand(table, sizing.flywheel.exact)
+        assert true.irregularity == pytest.approx(0.15, rel=1e-9)
+        found = [getattr(sizing.energy, key) for key in ("mean_power", "peak_power", "rms_torque", "rotor_heat")]
+        assert found == pytest.approx([true.mean_power, true.peak_power, true.rms_torque, true.rotor_heat], rel=1e-9)
+        means.append((true.mean_power, true.rms_torque))
+    example["main"]()
+    power, torque = (other / one - 1 for one, other in zip(*means, strict=True))
+    more = f"{power:+.1%} mean power, {torque:+.1%}"
+    assert more in capsys.readouterr().out
+    assert more == "+4.6% mean power, +3.0%"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import pi, tau
 from typing import Any, NamedTuple
 
-from .machines import KNOWN, MACHINES, Scene, crank_shaper, four_bar, running, slider_crank
+from tests.extremes.machines import KNOWN, MACHINES, Scene, crank_shaper, four_bar, running, slider_crank
 
 IRREGULARITIES = (1e-14, 1e-12, 1e-9, 1e-6, 1e-3, 0.05, 1.0, 1.9, 1.99)
 SPEEDS = (1e-6, 1e-3, 1.0, 100.0, 1e4, 1e6)

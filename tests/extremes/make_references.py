@@ -17,11 +17,10 @@ if __name__ == "__main__":  # before the oracle is imported; whoever imports thi
 
 from mpmath import mp  # type: ignore[import-untyped]
 
+from tests.extremes.cases import Case, cases
 from tests.oracle.figures import Cycle, cycle_of, extremes_of_inertia, inertias, works
 from tests.oracle.machine import Machine
 from tests.oracle.numbers import PI, Real
-
-from .cases import Case, cases
 
 TARGET = Path(__file__).parent / "references.json"
 DIGITS = 20

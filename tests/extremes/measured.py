@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import flywheel
-
-from .cases import Case, cases
-from .machines import Scene
+from tests.extremes.cases import Case, cases
+from tests.extremes.machines import Scene
 
 ROUNDING = 4e-16  # a figure is a double
 RTOLS = (1e-5, 1e-9, 1e-12)

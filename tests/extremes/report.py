@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from .measured import Row
+from tests.extremes.measured import Row
 
 HERE = Path(__file__).parent
 HEADER = """# Extremes
@@ -39,9 +39,8 @@ def tables() -> str:
     text = ""
     for path in sorted(HERE.glob("test_*.py")):
         module = importlib.import_module(f"{__package__}.{path.stem}")
-        if hasattr(module, "results"):
-            title = (module.__doc__ or path.stem).splitlines()[0].rstrip(".")
-            text += f"\n## {title}\n{COLUMNS}" + "".join(map(line, module.results()))
+        for title, results in getattr(module, "RESULTS", {}).items():
+            text += f"\n## {title}\n{COLUMNS}" + "".join(map(line, results()))
     return text
 
 

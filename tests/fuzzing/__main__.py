@@ -6,8 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from tests.fuzzing.mutants import KINDS, Mutant, mutant
-from tests.fuzzing.regressions import SCENES, as_expected
-from tests.fuzzing.running import Tried, again, all_tried, tried, way_of
+from tests.fuzzing.running import SCENES, Tried, again, all_tried, as_expected, tried, way_of
 
 OUTCOMES = ("sized", "reduced", "refused", "failed")
 

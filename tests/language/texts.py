@@ -85,9 +85,9 @@ BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine
 LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
     *("components/robot_arm.py", "components/press_work.py", "components/equivalent_masses.py", "components/energy.py"),
     *("mechanisms/linkages/lagrange.py", "mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
-    *("mechanisms/linkages/instant_centres.py", "mechanisms/linkages/wrenches.py", "mechanisms/linkages/equations.py"),
+    *("mechanisms/linkages/instant_centres.py", "mechanisms/linkages/equations.py"),
     *("mechanisms/linkages/reactions.py", "mechanisms/linkages/positions.py", "mechanisms/linkages/bodies.py"),
-    *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py"),
+    *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py", "sizing/findings.py"),
 }
 _PROGRAMMING = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
 _FIELD = re.compile(r"\{(?:\d+|[a-z_]+)?(?::[^{}]*)?\}")
@@ -133,13 +133,26 @@ def built_in_module(source: str, name: str) -> Iterator[Marked]:
         if (
             " " in text
             and re.search("[A-Za-z]{2}", bare)
-            and not (_FORMULA.search(text) or all(map(_UNIT.fullmatch, text.split())))
+            and not (_FORMULA.search(text) or is_formula(text) or all(map(_UNIT.fullmatch, text.split())))
         ):
             yield Marked(f"{name}:{node.lineno}", text)
 
 
+_NAME = re.compile("[A-Za-z]|sin|cos|asin|acos|sqrt|integral|pi|eta|hm|omega|theta|delta|alpha|rho|lamda|tau|rms|po")
+
+
+def is_formula(text: str) -> bool:
+    """Whether a text is a formula, which is the same in every language: names of quantities, functions and operators.
+
+    >>> is_formula("T_b = lamda*T_n"), is_formula("delta {0} rho"), is_formula("a start by star-delta")
+    (True, True, False)
+    """
+    words = re.findall("[A-Za-z]+", re.sub(r"atan2|\{\d\}", "", text))
+    return re.search(r"[-*/+=({]", text) is not None and all(map(_NAME.fullmatch, words))
+
+
 _UNIT = re.compile(
-    r"\{\d\}|[\d.]+|on|=|phi|value|([kMm]?[NJWmsgVH]|Pa|bar|kgf|rad|deg|rpm|Hz|ohm)[\^\d²]*(/(rad|mm|m|s)[\^\d²]*)?"
+    r"\{\d\}|[\d.]+|on|=|phi|value|([kMm]?[NJWmsgVH]|M?Pa|bar|kgf|l|rad|deg|rpm|Hz|ohm)[\^\d²]*(/(rad|mm|min|m|s)[\^\d²]*)?"
 )
 NOT_TRANSLATED = frozenset(  # names of units that people write, what a programmer's call is told, what is told by its parts
     [
@@ -362,6 +375,8 @@ def entries(language: str) -> list[Entry]:
 
 BY_VARIABLES = ("faults.po", "form.po")
 """Catalogues whose texts are told without marks: templates of what is put together, keys of the scene format."""
+BY_NAME = ("flywheel/page/form.py", "flywheel/pictures/__init__.py")
+"""Modules that mark keys of the scene format and names of bodies, which are not written there."""
 
 
 # -- findings ----------------------------------------------------------------------------------------------------------
@@ -376,7 +391,7 @@ def missing(texts: list[Marked], language: str) -> list[Marked]:
 
 def findings(texts: list[Marked], language: str) -> list[str]:
     """What is wrong, a line each: texts without translation, placeholders that differ, stale, fuzzy, or told twice."""
-    lines = [f"{text.place}: {text.fault}" for text in texts if text.fault and "page/form.py" not in text.place]
+    lines = [f"{text.place}: {text.fault}" for text in texts if text.fault and not text.place.startswith(BY_NAME)]
     lines += [f'{text.place}: "{text.text}" has no translation ({language})' for text in missing(texts, language)]
     for text in texts:
         if text.values and text.values != _fields(text.text):

@@ -8,13 +8,13 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
-from flywheel.kinetostatics import Effort, Force, Motion, Torque, chain_reactions
-from flywheel.linkage import Coupling, Driver, Link, Linkage, solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
 from flywheel import SceneError, arm, freedoms
+from flywheel.kinetostatics import Effort, Force, Motion, Torque, chain_reactions
+from flywheel.linkage import Coupling, Driver, Link, Linkage, solve
 from flywheel.scene.linkage import FRAME, GEAR, SLIDE, Joint, Point
 from tests.limits import sample
 from tests.linkages.linkages import O, bar, dyad, geared_five_bar, ground, pin

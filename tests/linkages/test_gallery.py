@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flywheel import SceneError
 from flywheel.mechanisms.linkages.positions import Solution, solve
-from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Linkage, Side
 from tests.limits import sample
-from tests.linkages.gallery import (
+from tests.linkages.linkages import (
     KLANN,
+    dyad,
     hart,
     jansen,
     klann,
@@ -30,7 +31,6 @@ from tests.linkages.gallery import (
     scissor_lift,
     shuffled,
 )
-from tests.linkages.linkages import dyad
 
 GALLERY: dict[str, tuple[Callable[[], Linkage], float, float]] = {
     "Peaucellier": (lambda: peaucellier(0.3), -1.0, 1.4),

@@ -1,4 +1,4 @@
-"""The equation of motion: on a mesh at any speed, flywheel, balance and current, at instants, and of a motor's own graph."""
+"""The equation of motion of a machine, evaluated and recorded."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from scipy.integrate import solve_ivp
 
 import flywheel
 from bondgraph import state_equations
+from flywheel import Machine
 from flywheel.components.motors import DC
-from flywheel.machine.dynamics import Dynamics, Moments
-from flywheel.machine.machine import Anchor, Machine
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.equation import Moments
+from flywheel.machine.machine import Anchor
 from flywheel.numerics import cells
 from tests import regimes, scenes
 from tests.regimes import SECTION_C

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -14,40 +15,15 @@ from scipy.optimize import brentq
 
 import flywheel
 from bondgraph.elements import Here
-from flywheel.machine.machine import Machine
-from flywheel.motions.joint_forces import joint_forces
-from flywheel.motions.transients import speed_at
-from flywheel.numerics.faults import SceneError
+from flywheel import Machine, SceneError, joint_forces
+from flywheel.machine.dynamics import Dynamics
+from flywheel.motions.simulation import speed_at
 from flywheel.regime import joint_friction
-from flywheel.regime.joint_friction import friction_curve, machine_of
-from tests.motions.slider_crank_by_hand import SliderCrank
+from flywheel.regime.joint_friction import dynamics_of, friction_curve, machine_of
+from tests.motions.test_joint_forces import SliderCrank
+from tests.scenes import crank_press, straight_drive
 
 W = 20.0
-
-
-def crank_press(mu: float, radius: float = 0.015, **changes: Any) -> dict[str, Any]:
-    """A slider-crank as a linkage that pushes one way; every joint rubs."""
-    pins = [
-        {"name": "O", "between": ["frame.origin", "crank.origin"]},
-        {"name": "A", "between": ["crank.A", "rod.origin"]},
-        {"name": "B", "between": ["rod.B", "ram.origin"]},
-    ]
-    rough = {"friction": mu} if mu else {}
-    joints = [pin | {"type": "pin"} | rough | ({"radius": radius} if mu else {}) for pin in pins]
-    joints.append({"name": "ram", "type": "slide", "between": ["frame.origin", "ram.origin"], **rough})
-    bodies = {
-        "crank": {"points": {"A": [0.1, 0]}, "mass": 3, "inertia": 0.02},
-        "rod": {"points": {"B": [0.4, 0]}, "mass": 2, "inertia": 0.03, "com": [0.15, 0], "guess": 0.0},
-        "ram": {"mass": 6},
-    }
-    scene = {
-        "mechanism": {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints},
-        "load": [{"on": "ram", "force": "-800 N", "while": "v > 0"}],
-        "drive": {"torque": "balance"},
-        "regime": {"speed": W},
-        "flywheel": {"irregularity": 0.03},
-    }
-    return scene | changes
 
 
 def test_without_friction_there_is_no_curve() -> None:
@@ -60,6 +36,18 @@ def test_without_friction_there_is_no_curve() -> None:
 def rough() -> Machine:
     """The press with a friction of 0.1 in all joints, whose curve takes as long as all the rest."""
     return machine_of(flywheel.load(crank_press(0.1)))
+
+
+def test_dynamics_take_the_friction_of_rubbing_joints_and_keep_it_when_pickled() -> None:
+    machine = flywheel.Machine(flywheel.load(crank_press(0.1)))
+    with pytest.raises(TypeError, match="the joints of the machine rub: expected their friction"):
+        Dynamics(machine, 1.0)
+    dynamics = dynamics_of(machine, 1.0)
+    again = pickle.loads(pickle.dumps(dynamics))
+    before, after = (each.at(0.7, float(machine.anchors(0.7)), W) for each in (dynamics, again))
+    assert after.acceleration == pytest.approx(before.acceleration, rel=1e-12)
+    assert before.friction is not None
+    assert before.friction.moments.min() < 0.0
 
 
 @pytest.mark.slow
@@ -120,24 +108,6 @@ def test_other_mechanisms_beside_a_rough_one() -> None:
     alone, found = (flywheel.size(flywheel.load(scene), simulate=False) for scene in (linkage, both))
     assert found.friction.constant_speed.balance == pytest.approx(alone.friction.constant_speed.balance, rel=1e-9)
     assert found.balance.value == pytest.approx(alone.balance.value, rel=1e-4)  # the yoke makes another motion
-
-
-def straight_drive() -> dict[str, Any]:
-    """A hypocycloid on a line: the piston's guide bears nothing, its normal force is rounding."""
-    bodies = {
-        "frame": {"points": {"O": [0, 0]}},
-        "carrier": {"points": {"C": [0.05, 0]}, "mass": 3, "inertia": 0.01},
-        "planet": {"points": {"tip": [0.05, 0]}, "mass": 1, "inertia": 0.001},
-        "rod": {"points": {"end": [0.2, 0]}, "mass": 1, "inertia": 0.004, "com": [0.1, 0], "guess": 0},
-        "piston": {"mass": 2},
-    }
-    pins = {"sun": "frame.O carrier.origin", "planet_pin": "carrier.C planet.origin"}
-    pins |= {"tip": "planet.tip rod.origin", "wrist": "rod.end piston.origin"}
-    joints: list[dict[str, Any]] = [{"name": n, "type": "pin", "between": ends.split()} for n, ends in pins.items()]
-    joints.append({"name": "bore", "type": "slide", "between": ["frame.O", "piston.origin"], "guess": 0.3, "friction": 0.1})
-    gear = {"type": "gear", "between": ["sun", "planet_pin"], "teeth": [60, 30], "internal": True, "pressure_angle": 0.35}
-    linkage = {"type": "linkage", "driver": "sun", "bodies": bodies, "joints": joints, "couplings": [gear]}
-    return crank_press(0.0, mechanism=linkage, load=[{"on": "bore", "force": "-2 kN", "while": "v > 0"}])
 
 
 def test_a_normal_force_of_rounding_has_no_corners() -> None:
@@ -238,6 +208,23 @@ def test_a_simulation_with_friction_of_each_instant_confirms_the_steady_regime()
     times = np.linspace(0.0, motion.t[-1], 20001)
     omega = motion.at(times)[1]
     assert 2 * np.ptp(omega) / (omega.max() + omega.min()) == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_rounds_of_motion_and_friction_that_swing_to_and_fro_settle() -> None:
+    """A light machine that sets its own speed: in time, with friction of each instant, its motion returns and has 0.6."""
+    changes = {"load": [{"on": "ram", "force": -100}], "drive": {"torque": "30 - omega"}, "regime": {}}
+    scene = crank_press(0.2, **changes, flywheel={"irregularity": 0.6})
+    scene["mechanism"]["bodies"]["ram"]["mass"] = 30
+    found = flywheel.size(flywheel.load(scene), simulate=False)
+    assert found.error.exact < 1e-8
+    begun = float(speed_at(found, 0.0))
+    given = flywheel.load(scene | {"flywheel": {"inertia": found.flywheel.exact}})
+    motion = flywheel.simulate(given, 0.0, begun, 1.3 * 2 * np.pi / found.speed, rtol=1e-9)
+    back = brentq(lambda t: float(motion.at(np.array([t]))[0][0]) - 2 * np.pi, 0.0, float(motion.t[-1]), xtol=1e-14)
+    omega = motion.at(np.linspace(0.0, back, 20001))[1]
+    assert omega[-1] == pytest.approx(begun, rel=1e-8)
+    assert 2 * np.ptp(omega) / (omega.max() + omega.min()) == pytest.approx(0.6, rel=1e-6)
 
 
 def test_a_machine_with_its_friction_given_keeps_it() -> None:

@@ -7,9 +7,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 import flywheel
-from flywheel.machine.machine import Machine
+from flywheel import Machine, along
 from flywheel.mechanisms import families
-from flywheel.regime.state import along
 
 CLAMP = {
     "type": "toggle-clamp",

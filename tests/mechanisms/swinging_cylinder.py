@@ -6,8 +6,8 @@ from math import pi
 from operator import attrgetter
 from typing import Any
 
+from flywheel import Fault
 from flywheel.mechanisms import families as f
-from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import MASS, OWN_INERTIA, length
 from flywheel.scene.scene import Mechanism
 

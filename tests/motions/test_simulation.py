@@ -1,12 +1,22 @@
+"""Motion in time: the simulation that confirms a flywheel, elastic parts, linkages."""
+
+from __future__ import annotations
+
 from itertools import pairwise
+from math import cos, sin, sqrt, tau
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 import flywheel
+from flywheel import SceneError
+from flywheel.machine.machine import Anchor
+from flywheel.machine.programs import Programs, programs_of
 from tests import scenes
+from tests.limits import sample
 
 
 @pytest.mark.slow
@@ -136,3 +146,311 @@ def test_every_rtol_is_kept_and_its_estimate_too(rtol):
     omega = (steady[:, None] + vectors @ (np.exp(np.outer(values, times)) * parts[:, None])).real[0]
     error = np.abs(found.at(times)[1] - omega).max() / omega.max()
     assert error <= found.error <= rtol
+
+
+def test_a_motion_ends_at_the_time_asked_also_where_a_turn_ends_just_beyond():
+    """A load of position alone, after which every turn takes as long: whole turns by quadrature of 1/omega."""
+    scene = flywheel.load(
+        {"load": [{"on": "crank", "torque": "1.5*sin(phi)"}], "regime": {"speed": 5}, "flywheel": {"inertia": 2}}
+    )
+    turn = quad(lambda phi: 1 / np.sqrt(25 + 1.5 * (1 - np.cos(phi))), 0, 2 * np.pi, epsabs=0, epsrel=1e-13)[0]
+    for turns in (1, 40):
+        for before in (1e-9, 1e-12, 0.0):
+            until = turns * turn - before
+            motion = flywheel.simulate(scene, phi=0.0, omega=5.0, until=until)
+            assert motion.t[-1] == until
+            assert motion.phi[-1] == pytest.approx(turns * 2 * np.pi, abs=1e-6)
+
+
+# Machines with compliant shafts, whose whole bond graph is followed.
+
+
+R, LENGTH = 0.2, 0.6
+
+
+def scene(**shaft):
+    return {
+        "shafts": {"motor": {"ratio": 3.0, **shaft}},
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": R},
+            "rod": {"length": LENGTH},
+            "slider": {"mass": 3.0},
+        },
+        "inertia": [{"on": "motor", "value": 0.2}, {"on": "crank", "value": 1.0}],
+        "load": [{"on": "slider", "force": -40.0, "from": "30 deg", "to": "150 deg"}],
+        "drive": {"on": "motor", "torque": 0.5},
+        "regime": {"speed": 10.0},
+        "flywheel": {"on": "motor", "inertia": 0.0},
+    }
+
+
+def gains(phi):
+    root = np.sqrt(LENGTH**2 - (R * np.sin(phi)) ** 2)
+    first = -R * np.sin(phi) - R**2 * np.sin(phi) * np.cos(phi) / root
+    second = -R * np.cos(phi) - R**2 * (np.cos(2 * phi) / root + (R * np.sin(phi) * np.cos(phi)) ** 2 / root**3)
+    return first, second
+
+
+def by_hand(stiffness, damping, until, flywheel_inertia=0.0):
+    """The two angles' equations, written out, and stepped from one end of the load's window to the next."""
+
+    def rates(t, y, loaded):
+        phi, omega, angle, speed = y
+        g, g_slope = gains(phi)
+        torque = stiffness * (3 * phi - angle) + damping * (3 * omega - speed)
+        force = -40.0 if loaded else 0.0
+        alpha = (force * g - 3 * torque - 3.0 * g * g_slope * omega**2) / (1.0 + 3.0 * g**2)
+        return [omega, alpha, speed, (0.5 + torque) / (0.2 + flywheel_inertia)]
+
+    t, y = 0.0, [0.0, 10.0, 0.0, 30.0]
+    edges = [2 * np.pi * turn + np.radians(a) for turn in range(100) for a in (30.0, 150.0)]
+    for k, edge in enumerate(edges):
+
+        def passing(t, y, loaded, edge=edge):
+            return y[0] - edge
+
+        passing.terminal, passing.direction = True, 1.0
+        found = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-13, atol=1e-13, events=passing, args=(k % 2 == 1,))
+        t, y = found.t[-1], found.y[:, -1]
+        if found.status == 0:
+            return y
+    raise AssertionError("more turns than expected")
+
+
+@pytest.mark.parametrize(("stiffness", "damping", "wheel"), sample([(50.0, 0.0, 0.7), (300.0, 0.4, 0.0)], 2))
+def test_a_compliant_shaft_moves_as_its_equations_written_by_hand(stiffness, damping, wheel):
+    """The flywheel turns with its own shaft."""
+    machine = flywheel.Machine(flywheel.load(scene(stiffness=stiffness, damping=damping)))
+    motion = flywheel.simulate(machine, phi=0.0, omega=10.0, until=0.3, rtol=1e-10, inertia=wheel)
+    phi, omega, angle, speed = by_hand(stiffness, damping, 0.3, wheel)
+    assert_allclose(motion.at(0.3), [[phi], [omega]], rtol=1e-9)
+    assert_allclose(motion.run.displacement("phi_motor", 0.3), angle, rtol=1e-9)
+    assert_allclose(motion.run.flow("motor", 0.3), speed, rtol=1e-9)
+    assert motion.energy_residual < 1e-9
+    assert motion.run.audit.power < 1e-13
+
+
+@pytest.mark.slow
+def test_mechanisms_on_rigid_shafts_start_and_break_at_their_own_angles():
+    valve = {"type": "scotch-yoke", "name": "valve", "shaft": "cam", "phase": "40 deg", "crank": {"length": 0.1}}
+
+    def with_valve(**shaft):
+        given = scene(**shaft)
+        given["shafts"]["cam"] = {"ratio": 2.0}
+        given["mechanism"] = [given["mechanism"] | {"name": "main"}, valve | {"yoke": {"mass": 5.0}}]
+        given["load"][0]["on"] = "main.slider"
+        given["load"].append({"on": "valve.yoke", "force": 30.0, "from": "20 deg", "to": "100 deg"})
+        return flywheel.load(given)
+
+    rigid = flywheel.simulate(with_valve(), phi=1.0, omega=10.0, until=0.5)
+    stiff = flywheel.simulate(with_valve(stiffness=1e5, damping=20.0), phi=1.0, omega=10.0, until=0.5, rtol=1e-7)
+    assert_allclose(stiff.omega[-1], rigid.omega[-1], rtol=1e-4)
+    assert_allclose(stiff.run.displacement("phi_cam"), 2.0 * stiff.phi, rtol=1e-6)
+
+
+def test_the_unknown_is_balanced_with_rigid_shafts_unless_it_is_given():
+    balanced = scene(stiffness=200.0) | {"drive": {"on": "motor", "torque": "balance"}}
+    rigid = flywheel.size(flywheel.load(scene() | {"drive": {"on": "motor", "torque": "balance"}}), simulate=False)
+    load = flywheel.load(balanced)
+    given = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.05, balance=rigid.balance.value)
+    found = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.05)
+    assert_allclose(found.omega[-1], given.omega[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("ask", [flywheel.size, lambda s: flywheel.reduce(s, [0.0])])
+def test_what_needs_one_angle_refuses_a_shaft_that_twists(ask):
+    with pytest.raises(SceneError, match=r"shafts\.motor\.stiffness: found a compliant shaft.*flywheel\.simulate"):
+        ask(flywheel.load(scene(stiffness=100.0)))
+
+
+def test_the_graph_holds_the_twist_as_a_spring_and_a_resistor_between_gear_and_shaft():
+    graph = flywheel.Machine(flywheel.load(scene(stiffness=100.0, damping=2.0))).graph
+    assert {"motor.gear", "motor.twist", "motor.compliance", "motor.damping"} <= set(graph.elements)
+    assert graph.constant("motor.compliance") == 0.01
+
+
+def test_a_side_of_a_compliant_shaft_without_inertia_is_named():
+    light = {key: value for key, value in scene(stiffness=80.0).items() if key not in ("mechanism", "load")}
+    light["inertia"] = [{"on": "motor", "value": 0.2}]
+    with pytest.raises(SceneError, match=r'inertia: found nothing that weighs on crank.*add \[\[inertia\]\] on = "crank"'):
+        flywheel.simulate(flywheel.load(light), phi=0.0, omega=5.0, until=1.0)
+
+
+@pytest.mark.slow
+def test_loads_of_speed_and_time_on_a_stiff_shaft_move_it_like_a_rigid_one():
+    loads = [
+        {"on": "slider", "force": "-40 - 8*v*abs(v)", "from": "30 deg", "to": "150 deg"},
+        {"on": "crank", "torque": "-2*(t > 0.1)"},
+    ]
+    parts = {
+        "load": loads,
+        "damper": [{"on": "slider", "coefficient": 20}, {"on": "motor", "coefficient": 0.01}],
+        "drive": {"on": "motor", "torque": "min(3, 6 - 0.1*omega)"},
+    }
+    rigid = flywheel.simulate(flywheel.load(scene() | parts), 0.0, 10.0, 0.2)
+    stiff = flywheel.simulate(flywheel.load(scene(stiffness=2e4, damping=20.0) | parts), 0.0, 10.0, 0.2, rtol=1e-6)
+    assert stiff.omega[-1] == pytest.approx(rigid.omega[-1], rel=3e-5)
+    assert stiff.phi[-1] == pytest.approx(rigid.phi[-1], rel=3e-5)
+    assert np.abs(stiff.t - 0.1).min() < 1e-12
+    assert stiff.run.audit.energy < 1e-6
+
+
+# Linkages followed in time, wherever their own turn begins in the crank's cycle: against Lagrange's equation by hand.
+
+
+CRANK_LENGTH, L, MASS, J = 0.1, 0.3, 50.0, 0.5
+D, COUPLER, ROCKER, BEAM = 0.25, 0.24, 0.2, 0.6  # of the four-bar: ground, coupler, rocker (m), inertia of the rocker
+
+SLIDER_CRANK: dict[str, Any] = {
+    "name": "press",
+    "bodies": {"arm": {"points": {"A": [CRANK_LENGTH, 0.0]}}, "rod": {"points": {"B": [L, 0.0]}}, "ram": {"mass": MASS}},
+    "joints": [
+        {"name": "O", "type": "pin", "between": ["frame.origin", "arm.origin"]},
+        {"name": "A", "type": "pin", "between": ["arm.A", "rod.origin"]},
+        {"name": "B", "type": "pin", "between": ["rod.B", "ram.origin"]},
+        {
+            "name": "g",
+            "type": "slide",
+            "between": ["frame.origin", "ram.origin"],
+            "direction": 0.0,
+            "guess": CRANK_LENGTH + L,
+        },
+    ],
+}
+FOUR_BAR: dict[str, Any] = {
+    "name": "beam",
+    "bodies": {
+        "frame": {"points": {"D": [D, 0.0]}},
+        "arm": {"points": {"A": [CRANK_LENGTH, 0.0]}},
+        "coupler": {"points": {"B": [COUPLER, 0.0]}, "guess": "60 deg"},
+        "rocker": {"points": {"B": [ROCKER, 0.0]}, "inertia": BEAM, "guess": "90 deg"},
+    },
+    "joints": [
+        {"name": "O", "type": "pin", "between": ["frame.origin", "arm.origin"]},
+        {"name": "A", "type": "pin", "between": ["arm.A", "coupler.origin"]},
+        {"name": "B", "type": "pin", "between": ["coupler.B", "rocker.B"]},
+        {"name": "D", "type": "pin", "between": ["frame.D", "rocker.origin"]},
+    ],
+}
+
+
+def ram(psi: float) -> tuple[float, float]:
+    """Inertia (kg m²) of the slider-crank's ram on its crank, and its slope, by the slider's rate and that one's rate."""
+    s, c, root = CRANK_LENGTH * sin(psi), CRANK_LENGTH * cos(psi), sqrt(L * L - CRANK_LENGTH * CRANK_LENGTH * sin(psi) ** 2)
+    rate = -s - s * c / root
+    bend = -c - (c * c - s * s) / root - (s * c) ** 2 / root**3
+    return MASS * rate * rate, 2.0 * MASS * rate * bend
+
+
+def rocker(psi: float) -> tuple[float, float]:
+    """Inertia (kg m²) of the four-bar's rocker on its crank, and its slope, by closing the loop and differentiating it."""
+    x, y = CRANK_LENGTH * cos(psi) - D, CRANK_LENGTH * sin(psi)
+    far = x * x + y * y
+    angle = np.arctan2(y, x) - np.arccos((far + ROCKER**2 - COUPLER**2) / (2.0 * ROCKER * sqrt(far)))
+    coupler = np.arctan2(ROCKER * sin(angle) - y, ROCKER * cos(angle) - x)
+    matrix = np.array([[-COUPLER * sin(coupler), ROCKER * sin(angle)], [COUPLER * cos(coupler), -ROCKER * cos(angle)]])
+    a, b = np.linalg.solve(matrix, [CRANK_LENGTH * sin(psi), -CRANK_LENGTH * cos(psi)])
+    curving = CRANK_LENGTH * np.array([cos(psi), sin(psi)]) + COUPLER * a * a * np.array([cos(coupler), sin(coupler)])
+    curving -= ROCKER * b * b * np.array([cos(angle), sin(angle)])
+    bend = np.linalg.solve(matrix, curving)[1]
+    return BEAM * float(b) ** 2, 2.0 * BEAM * float(b) * float(bend)
+
+
+def linkage_scene(
+    *placed: tuple[dict[str, Any], float, float], cycle: float = tau, torque: str = "20 - 4*omega"
+) -> dict[str, Any]:
+    """Linkages with the ratio of the shaft and the phase of each."""
+    shafts = {f"s{k}": {"ratio": ratio} for k, (_, ratio, _) in enumerate(placed)}
+    mechanisms = [
+        linkage | {"type": "linkage", "driver": "O", "shaft": f"s{k}", "phase": phase}
+        for k, (linkage, _, phase) in enumerate(placed)
+    ]
+    return {
+        "mechanism": mechanisms,
+        "shafts": shafts,
+        "inertia": [{"on": "crank", "value": J}],
+        "drive": {"torque": torque},
+        "regime": {"cycle": cycle},
+        "flywheel": {"inertia": 0.0},
+    }
+
+
+def linkage_by_hand(placed: list[tuple[Any, float, float]], start: tuple[float, float], until: float, torque: Any) -> Any:
+    """phi and omega at the end, by d/dt of J omega²/2 + sum of I(ratio phi + phase) (ratio omega)²/2 = torque omega."""
+
+    def rates(_: float, state: Any) -> list[float]:
+        phi, omega = state
+        inertia, slope = J, 0.0
+        for law, ratio, phase in placed:
+            own, bend = law(ratio * phi + phase)
+            inertia, slope = inertia + ratio**2 * own, slope + ratio**3 * bend
+        return [omega, (torque(omega) - 0.5 * slope * omega**2) / inertia]
+
+    return solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "phase", "cycle", "expected"),
+    [(1.0, 3.0, tau, 5.502597), (2.0, 0.0, tau, 3.302705), (1.0, 0.0, 2 * tau, 5.194009)],
+    ids=["phase", "ratio", "two turns"],
+)
+def test_a_linkage_runs_on_beyond_its_own_turn(ratio, phase, cycle, expected):
+    motion = flywheel.simulate(flywheel.load(linkage_scene((SLIDER_CRANK, ratio, phase), cycle=cycle)), 0.0, 5.0, 2.0)
+    phi, omega = linkage_by_hand([(ram, ratio, phase)], (0.0, 5.0), 2.0, lambda omega: 20.0 - 4.0 * omega)
+    assert omega == pytest.approx(expected, abs=5e-7)
+    assert_allclose([motion.phi[-1], motion.omega[-1]], [phi, omega], rtol=1e-9)
+    assert motion.energy_residual < 1e-9
+
+
+@pytest.mark.parametrize(("phi", "omega"), [(0.4, 8.0), (9.0, -8.0), (-5.0, 6.0)])
+def test_linkages_on_several_shafts_run_forwards_and_backwards(phi, omega):
+    placed = (SLIDER_CRANK, 1.5, -2.0), (FOUR_BAR, 0.5, 2.5)
+    own = [(ram, 1.5, -2.0), (rocker, 0.5, 2.5)]
+    loaded = linkage_scene(*placed, cycle=2 * tau, torque="-2*omega")
+    motion = flywheel.simulate(flywheel.load(loaded), phi, omega, 0.8)
+    assert_allclose(
+        [motion.phi[-1], motion.omega[-1]], linkage_by_hand(own, (phi, omega), 0.8, lambda omega: -2.0 * omega), rtol=1e-8
+    )
+
+
+def test_a_start_with_a_phase_follows_the_linkage_itself():
+    machine = flywheel.load(linkage_scene((FOUR_BAR, 2.0, 2.0)))
+    run = flywheel.transient(machine, start=3.0, end=1.5, inertia=0.0)
+    omega = linkage_by_hand([(rocker, 2.0, 2.0)], (0.0, 3.0), 1.5, lambda omega: 20.0 - 4.0 * omega)[1]
+    assert run.omega == pytest.approx(omega, rel=1e-8)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 3.0, -2.0])
+def test_every_program_of_a_linkage_is_its_walk_all_over_its_piece(phase):
+    machine = flywheel.Machine(
+        flywheel.load(linkage_scene((SLIDER_CRANK, 2.0, phase), (FOUR_BAR, 1.0, 2 * phase), cycle=2 * tau))
+    )
+    for low, high in zip(machine.breakpoints[:-1], machine.breakpoints[1:], strict=True):
+        phi, middle = np.linspace(low, high, 41), float(0.5 * (low + high))
+        inertia, slope, _ = programs_of(machine).motion(Anchor(middle, None, None)).function("numpy")(phi, 1.0, 0.0, 0.0)
+        closed = [
+            [J + 4.0 * a + b, 8.0 * da + db]
+            for (a, da), (b, db) in ((ram(2.0 * at + phase), rocker(at + 2 * phase)) for at in phi)
+        ]
+        assert_allclose(np.stack((inertia, slope)).T, np.array(closed), rtol=1e-11, atol=1e-11)
+
+
+def test_no_motion_goes_by_a_recording_that_is_not_the_machine(monkeypatch):
+    """One sum of the recorded walk is taken as a difference: told wherever a motion asks for it."""
+    recorded = Programs._recorded_motion
+
+    def off(traced, anchor):
+        piece = recorded(traced, anchor)
+        name, *operands = piece.program.operations[-1]
+        swapped = "subtract" if name == "add" else "add"
+        return piece._replace(
+            program=piece.program._replace(operations=(*piece.program.operations[:-1], (swapped, *operands)))
+        )
+
+    monkeypatch.setattr(Programs, "_recorded_motion", off)
+    machine = flywheel.load(linkage_scene((SLIDER_CRANK, 1.0, 0.5)))
+    with pytest.raises(SceneError, match="a recording that is not the machine"):
+        flywheel.simulate(machine, 0.0, 5.0, 0.1)
+    with pytest.raises(SceneError, match="a recording that is not the machine"):
+        flywheel.transient(machine, start=5.0, end=0.1, inertia=0.0)

@@ -1,14 +1,40 @@
-"""Quantities: exact factors, every unit that the format promises, and a clear word for every slip."""
+"""Numbers with units: read, checked, scaled, shown."""
+
+from __future__ import annotations
 
 import contextlib
 import math
 import random
 from fractions import Fraction
 
+import mpmath
+import mpmath as mp
 import numpy as np
 import pytest
 
-from flywheel.numerics.units import DIMENSIONS, UNITS, QuantityError, convert, parse_quantity, parse_unit, split_quantity
+from flywheel import SceneError
+from flywheel.numerics import intervals
+from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, fits, known, number_faults, vector
+from flywheel.numerics.expressions import parse, terms
+from flywheel.numerics.intervals import Interval
+from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.units import (
+    DIMENSIONS,
+    UNITS,
+    QuantityError,
+    aligned,
+    columns,
+    convert,
+    figure,
+    parse_quantity,
+    parse_unit,
+    short,
+    split_quantity,
+)
+from tests.numerics.test_expressions import mpmath_namespace
+
+# Quantities: exact factors, every unit that the format promises, and a clear word for every slip.
+
 
 INCH, POUND, WEIGHT = Fraction(254, 10000), Fraction(45359237, 10**8), Fraction(980665, 10**5)
 LBF = POUND * WEIGHT
@@ -264,3 +290,187 @@ def test_every_unit_of_another_tongue_leads_to_one_that_there_is():
 
     for unit in set(_ABROAD.values()):
         assert parse_quantity(f"1 {unit}", None) > 0
+
+
+# Arguments of a library's user: what counts as numbers, and how the rest is told.
+
+
+@pytest.mark.parametrize("value", [0, 1, 0.0, 2.5, np.float64(1.0), np.float32(1.0), np.int64(3)])
+def test_finite_numbers_fit(value):
+    assert fits(value)
+    assert fits(value, NOT_NEGATIVE)
+    assert fits(value, POSITIVE) == (value > 0)
+    assert fits(-value - 1)
+    assert not fits(-value - 1, NOT_NEGATIVE)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 10**400, True, "1", None, [1.0], 1j, np.array(1.0)])
+def test_all_else_does_not(value):
+    assert [len(number_faults("x", value, expected)) for expected in (ANY, NOT_NEGATIVE, POSITIVE)] == [1, 1, 1]
+
+
+def test_a_unit_belongs_to_numbers_alone():
+    assert [fault.found for fault in number_faults("mass", -2.0, POSITIVE, "kg")] == ["-2.0 kg"]
+    assert [fault.found for fault in number_faults("mass", "two", POSITIVE, "kg")] == ['"two"']
+
+
+@pytest.mark.parametrize("value", [[1, 2], (1.0, 2.0), np.array([1, 2]), [mp.mpf(1), Fraction(2)]])
+def test_arrays_of_numbers(value):
+    found = array("q", value)
+    assert found.dtype == float
+    assert found.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("20", 'found "20"'),
+        (["1", "2"], "found a value of type list"),
+        ([[1.0], [1.0, 2.0]], "found a value of type list"),
+        ({1: 2}, "found a table"),
+        (True, "found true"),
+        (1j, "found a value of type complex"),
+        (np.inf, "found inf"),
+        (None, "found nothing"),
+        ([None, 1.0], "found a value that is not finite"),
+    ],
+)
+def test_what_is_no_array_of_numbers(value, text):
+    with pytest.raises(SceneError, match=f"^q: {text}, expected finite numbers$"):
+        array("q", value)
+
+
+@pytest.mark.parametrize("value", [9.81, [1.0, 2.0, 3.0], "down", (0.0, np.nan)])
+def test_a_vector_has_two_components(value):
+    with pytest.raises(SceneError, match=r"^gravity: found "):
+        vector("gravity", value, "m/s²")
+    assert vector("gravity", (0, -9.81), "m/s²") == (0.0, -9.81)
+
+
+@pytest.mark.parametrize("name", ["b", ["a"], None, 1])
+def test_names_that_are_not_known(name):
+    with pytest.raises(SceneError, match=r"^joint: found .*, expected one of a$"):
+        known("joint", name, {"a": 1})
+    assert known("joint", "a", {"a": 1}) == 1
+
+
+# Figures never show a digit beyond their error, and columns keep their points in line.
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_digit_stands_beyond_the_error(sign: float) -> None:
+    rng = np.random.default_rng(3)
+    for value, relative in zip(sign * 10.0 ** rng.uniform(-12, 12, 100), 10.0 ** rng.uniform(-14, -1, 100), strict=True):
+        check_digits(float(value), float(relative))
+
+
+def check_digits(value: float, relative: float) -> None:
+    error = relative * abs(value)
+    shown = figure(value, error)
+    digits = shown.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+    assert len(digits) <= 10
+    assert abs(float(shown) - value) <= 5.5 * max(error, 1e-10 * abs(value))
+    exponent = float(shown.partition("e")[2] or 0)
+    decimals = len(shown.partition("e")[0].partition(".")[2])
+    if decimals:
+        assert 10.0 ** (exponent - decimals) >= 0.9 * error
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0, 0.0, "0"),
+        (1e-17, 1e-16, "0"),
+        (float("nan"), 0.0, "none"),
+        (float("inf"), 0.0, "none"),
+        (2.0, 1e-3, "2"),
+        (12345.678, 0.5, "12346"),
+        (12345.678, 2000.0, "1e+04"),
+    ],
+)
+def test_figure(value: float, error: float, text: str) -> None:
+    assert figure(value, error) == text
+
+
+def test_short_keeps_two_digits() -> None:
+    assert short(1.2345e-13) == "1.2e-13"
+
+
+def test_points_stand_under_one_another() -> None:
+    cells = aligned(["1.5", "-200", "3e-07", "no steady motion", "0.25 %"])
+    assert len(set(map(len, cells))) == 1
+    assert [cell.index(mark) for cell, mark in zip(cells, (".", "00 ", "e", "n", "."), strict=True)] == [4, 2, 4, 0, 4]
+
+
+def test_columns_put_headers_over_the_right_column() -> None:
+    lines = columns([("a", "1.5", "J"), ("long", "22", "")], ("", "work", "unit"))
+    assert lines == ["        work  unit", "  a      1.5     J", "  long  22"]
+
+
+def test_no_rows_no_lines() -> None:
+    assert columns([]) == []
+
+
+# Exponentials that overflow by themselves and cancel in the whole: values, slopes and bounds against mpmath.
+
+
+PLACES = np.array([0.0, 1.0, 2.99, 2.999, 3.0000001, 3.01, 4.0, 6.0])
+TEXTS = [
+    "1/(1 + exp(-{k}*(phi - 3)))",
+    "exp({k}*(phi - 3))/(1 + exp({k}*(phi - 3)))",
+    "(exp({k}*(phi - 3)) - exp(-{k}*(phi - 3)))/(exp({k}*(phi - 3)) + exp(-{k}*(phi - 3)))",
+    "exp(2*{k}*(phi - 3))/(1 + exp({k}*(phi - 3)))**2",
+    "log(1 + exp({k}*(phi - 3)))",
+    "sqrt(1 + exp(2*{k}*(phi - 3)))/(1 + exp({k}*(phi - 3)))",
+    "2**({k}*(phi - 3))/(1 + 2**({k}*(phi - 3)))",
+    "(sin(phi)*exp({k}*(phi - 3)) + cos(phi)*exp(phi))/(exp({k}*(phi - 3)) + exp(phi))",
+    "max(exp({k}*(phi - 3)), 1)/(exp({k}*(phi - 3)) + 1) + abs(1 - exp({k}*(phi - 3)))/(1 + exp({k}*(phi - 3)))",
+    "(2 if exp({k}*(phi - 3))/(1 + exp({k}*(phi - 3))) > 0.5 else 1) + atan(exp({k}*(phi - 3)))",
+    "0*exp({k}*phi) + exp(-{k}*phi)*(phi < 1)",
+]
+
+
+def true_values(expression):
+    with mpmath.workdps(50):
+        places = [{"phi": mpmath.mpf(float(phi))} for phi in PLACES]
+        return np.array([float(expression.evaluate(place, mpmath_namespace())) for place in places])
+
+
+@pytest.mark.parametrize("steepness", ["30", "3e3", "1e8"])
+@pytest.mark.parametrize("text", TEXTS)
+def test_what_overflows_inside_is_right_outside(text, steepness):
+    expression = parse(text.format(k=steepness))
+    true = true_values(expression)
+    found = np.broadcast_to(expression.evaluate({"phi": PLACES}, np), PLACES.shape)
+    rounding = 1e-15 * float(steepness) * 3  # of the exponent
+    assert np.all(np.abs(found - true) <= (1e-13 + min(rounding, 1e-3)) * (np.abs(true) + 1e-3))
+    jet = expression.evaluate({"phi": Jet(PLACES, 1.0)}, jet_namespace(np))
+    assert np.allclose(jet.value, found, rtol=1e-12 + rounding, atol=1e-12)
+    assert np.isfinite(jet.first).all()
+    bounds = expression.evaluate({"phi": Interval(PLACES - 1e-9, PLACES + 1e-9)}, intervals.NAMESPACE)
+    assert np.all((bounds.lo <= true) & (true <= bounds.hi))
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_bounds_of_a_step_are_tight_beside_it(sign):
+    step = parse(f"exp({sign}3e5*(phi - 3))/(1 + exp({sign}3e5*(phi - 3)))")
+    bounds = step.evaluate({"phi": Interval(np.array([0.0, 3.001]), np.array([2.999, 6.3]))}, intervals.NAMESPACE)
+    assert np.all(bounds.width < 1e-13)
+
+
+def test_linear_coefficients_cancel_too():
+    law = parse("T*exp(900*phi)/(1 + exp(900*phi)) + 1/(1 + exp(900*phi))", frozenset({"T"}))
+    assert law.coefficients({"phi": 3.0}, "T", np) == (0.0, 1.0)
+
+
+def test_what_is_beyond_all_floats_stays_infinite():
+    assert parse("exp(300*phi)").evaluate({"phi": 3.0}, np) == np.inf
+    assert np.isnan(parse("log(-exp(300*phi))").evaluate({"phi": 3.0}, np))
+
+
+def test_exponents_are_told_apart_without_their_numeric_factors():
+    one, two, three = (parse(text).tree for text in ("-2*(phi - 3)/4", "(phi - 3)*0.5", "-(3*(phi - 3))"))
+    (trees,) = {tuple(tree for _, tree in terms(node)) for node in (one, two, three)}
+    assert [c for node in (one, two, three) for c, _ in terms(node)] == [-0.5, 0.5, -3.0]
+    assert len(trees) == 1
+    assert [c for c, _ in terms(parse("300*phi - 2/omega - 900").tree)] == [300.0, -2.0, -900.0]

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
-from .numbers import real
+from tests.oracle.numbers import real
 
 RTOL = 1e-13
 STEPS = 30  # of a cycle at least
@@ -106,13 +106,32 @@ def order(shafts: dict[str, Any]) -> list[str]:
     return found
 
 
+def tree(scene: dict[str, Any]) -> tuple[dict[str, int], list[Shaft]]:
+    """The shafts of a scene, each after the one that it hangs on, and their places by name."""
+    written = {name: row for name, row in scene.get("shafts", {}).items() if name != "crank"}
+    names = order(written)
+    index = {name: k for k, name in enumerate(names)}
+    beyond, at = set(), scene.get("drive", {}).get("on", "crank")
+    while at != "crank":  # those through which the drive's power comes in
+        beyond.add(at)
+        at = written[at].get("on", "crank")
+    shafts = [Shaft("crank", 0, 1.0, 1.0, 1.0, 0.0)]
+    for name in names[1:]:
+        row = written[name]
+        near, slip = index[row.get("on", "crank")], value(row.get("slip"))
+        gear = value(row["ratio"]) * ((1 - slip) if name not in beyond else 1 / (1 - slip))
+        share = value(row.get("efficiency"), 1) * (1 - slip)
+        shafts.append(Shaft(name, near, gear, gear * shafts[near].speed, share, slip))
+    return index, shafts
+
+
 class DriveLine:
     """A scene as shafts in series."""
 
     def __init__(self, scene: dict[str, Any]) -> None:
         self.scene = scene
         self.cycle = value(scene.get("regime", {}).get("cycle"), "360 deg")
-        self._shafts(scene.get("shafts", {}), scene.get("drive", {}).get("on", "crank"))
+        self.index, self.shafts = tree(scene)
         self.wheel = self.index[scene.get("flywheel", {}).get("on", "crank")]
         self.parameters = {n: value(v) for n, v in scene.get("parameters", {}).items() if v != "balance"}
         self.unknown = next((n for n, v in scene.get("parameters", {}).items() if v == "balance"), None)
@@ -136,21 +155,6 @@ class DriveLine:
         if "drive" in scene:
             self._drive(scene["drive"])
         self.breaks = self._breaks()
-
-    def _shafts(self, written: dict[str, Any], driven: str) -> None:
-        names = order(written)
-        self.index = {name: k for k, name in enumerate(names)}
-        beyond, at = set(), driven
-        while at != "crank":  # those through which the drive's power comes in
-            beyond.add(at)
-            at = written[at].get("on", "crank")
-        self.shafts = [Shaft("crank", 0, 1.0, 1.0, 1.0, 0.0)]
-        for name in names[1:]:
-            row = written[name]
-            near, slip = self.index[row.get("on", "crank")], value(row.get("slip"))
-            gear = value(row["ratio"]) * ((1 - slip) if name not in beyond else 1 / (1 - slip))
-            share = value(row.get("efficiency"), 1) * (1 - slip)
-            self.shafts.append(Shaft(name, near, gear, gear * self.shafts[near].speed, share, slip))
 
     def _mechanism(self, table: dict[str, Any]) -> None:
         crank, rod, gravity = table.get("crank", {}), table.get("rod", {}), self.scene.get("gravity")

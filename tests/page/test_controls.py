@@ -1,14 +1,27 @@
-"""Every control of the page by mouse and by keyboard, on a copy of the press."""
+"""The page in a browser: controls, figures, motions, languages, accessibility."""
 
 import csv
 import io
+import json
+import math
 import re
+from collections.abc import Callable
 from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import pytest
 
-from tests.page.browsers import answered, drawn, expected, in_sight, picture, until
+import flywheel
+from flywheel import language
+from flywheel.page import data
+from tests.language import texts
+from tests.page import browsers
+from tests.page.browsers import answered, drawn, expected, in_sight, picture, shown, until, violations
+
+# Every control of the page by mouse and by keyboard, on a copy of the press.
+
 
 LENGTH = "mechanism.crank.length"
 
@@ -40,6 +53,7 @@ def answers_held(page):
     page.unroute("**/api/answer")
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_scene_and_its_answer(page):
     answered(page)
     picture(page, "press", full_page=True)
@@ -52,9 +66,7 @@ def test_the_page_shows_the_scene_and_its_answer(page):
     assert not re.search(r"\[object|undefined|NaN|Infinity", page.locator("main").inner_text())
 
 
-pytestmark = pytest.mark.slow
-
-
+@pytest.mark.slow
 def test_a_number_is_typed_in_another_unit(page):
     drawn(page)
     box = field(page, LENGTH).locator("input[type=text]")
@@ -69,6 +81,7 @@ def test_a_number_is_typed_in_another_unit(page):
     becomes(page, r'^crank\.length = "3.5 in"')
 
 
+@pytest.mark.slow
 def test_a_wrong_number_is_told_beside_its_field_and_line(page):
     drawn(page)
     box = field(page, LENGTH).locator("input[type=text]")
@@ -87,6 +100,54 @@ def test_a_wrong_number_is_told_beside_its_field_and_line(page):
     until(page, "() => document.getElementById('text').selectionStart > 0")
 
 
+def entered(page, path, value):
+    box = field(page, path).locator("input[type=text]")
+    box.fill(value)
+    box.press("Enter")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("path", "typos", "typed", "line"),
+    [
+        ("regime.speed", ["6o"], "61", r'^speed = "61 rpm"'),
+        ("regime.speed", ["6o rpm", "", "60 kg", "x"], "61", r'^speed = "61 rpm"'),
+        ("load[0].force", ["-40o"], "-401", r'^force = "-401 kN"'),
+        ("load[0].force", ["-40*", "sinn(phi)"], "-401", r'^force = "-401 kN"'),
+        (LENGTH, ["-80", "8o"], "81", r'^crank\.length = "81 mm"'),
+    ],
+)
+def test_a_field_keeps_its_unit_through_a_fault(page, path, typos, typed, line):
+    answered(page)
+    unit = field(page, path).locator("select.unit").input_value()
+    for typo in typos:
+        with page.expect_response("**/api/answer"):
+            entered(page, path, typo)
+        expected(field(page, path).locator("input[type=text]")).to_have_attribute("aria-invalid", "true")
+        expected(field(page, path).locator("select.unit")).to_have_value(unit)
+    picture(page, f"fault-{path}")
+    entered(page, path, typed)
+    becomes(page, line)
+    expected(page.locator("#faults li.fault")).to_have_count(0)
+
+
+@pytest.mark.slow
+def test_a_field_goes_back_to_its_last_good_value(page):
+    answered(page)
+    entered(page, "regime.speed", "61")
+    becomes(page, r'^speed = "61 rpm"')
+    entered(page, "regime.speed", "6o")
+    field(page, "regime.speed").get_by_role("button", name="Back to 61 rpm").click()
+    becomes(page, r'^speed = "61 rpm"')
+    expected(field(page, "regime.speed").locator("input[type=text]")).to_have_value("61")
+    entered(page, "regime.speed", "6o")
+    expected(page.locator("#faults li.fault")).to_have_count(1)
+    field(page, "regime.speed").locator("select.unit").select_option("rad/s")
+    entered(page, "regime.speed", "7")
+    becomes(page, r'^speed = "7 rad/s"')
+
+
+@pytest.mark.slow
 def test_a_slider_by_arrow_keys_is_one_step_back(page):
     answered(page)
     before = page.locator("#numbers").inner_text()
@@ -104,6 +165,7 @@ def test_a_slider_by_arrow_keys_is_one_step_back(page):
     page.locator("#undo:disabled").wait_for()
 
 
+@pytest.mark.slow
 def test_a_slider_dragged_by_mouse_is_one_step_back(page):
     answered(page)
     slider = field(page, LENGTH).locator("input[type=range]")
@@ -121,6 +183,7 @@ def test_a_slider_dragged_by_mouse_is_one_step_back(page):
     becomes(page, r'^crank\.length = "(?!80 mm)')
 
 
+@pytest.mark.slow
 def test_a_unit_is_chosen_and_the_length_stays(page):
     answered(page)
     before = page.locator("#numbers").inner_text()
@@ -132,6 +195,7 @@ def test_a_unit_is_chosen_and_the_length_stays(page):
     assert page.locator("#numbers").inner_text().split("exact")[1][:20] == before.split("exact")[1][:20]
 
 
+@pytest.mark.slow
 def test_a_choice_gives_another_mechanism_or_tells_what_it_lacks(page):
     drawn(page)
     field(page, "mechanism.type").locator("select").select_option("scotch-yoke")
@@ -141,6 +205,7 @@ def test_a_choice_gives_another_mechanism_or_tells_what_it_lacks(page):
     expected(page.locator("#faults li.fault")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_a_key_is_added_and_taken_away(page):
     drawn(page)
     foot = page.locator('[data-path="flywheel"] .foot').first
@@ -152,6 +217,7 @@ def test_a_key_is_added_and_taken_away(page):
     page.locator("#undo:disabled").wait_for()
 
 
+@pytest.mark.slow
 def test_help_of_a_field_opens(page):
     drawn(page)
     help_of = field(page, LENGTH).get_by_role("button", name=re.compile("^Help on"))
@@ -161,6 +227,7 @@ def test_help_of_a_field_opens(page):
     expected(field(page, LENGTH).locator(".about")).to_contain_text(LENGTH)
 
 
+@pytest.mark.slow
 def test_the_text_is_edited_and_the_form_follows(page):
     drawn(page)
     page.keyboard.press("Alt+2")
@@ -172,6 +239,7 @@ def test_the_text_is_edited_and_the_form_follows(page):
     expected(field(page, LENGTH).locator("input[type=text]")).to_have_value("85")
 
 
+@pytest.mark.slow
 def test_one_cursor_through_all_figures(page):
     answered(page)
     angle = page.locator("#angle")
@@ -209,6 +277,7 @@ def crank_in_hand(page):
     return x, y, x - pivot["x"] - pivot["width"] / 2
 
 
+@pytest.mark.slow
 def test_the_crank_is_dragged(page):
     answered(page)
     x, y, radius = crank_in_hand(page)
@@ -218,6 +287,7 @@ def test_the_crank_is_dragged(page):
     until(page, lambda: 40 < float(page.locator("#angle").input_value()) < 120)
 
 
+@pytest.mark.slow
 def test_a_crank_in_hand_stays_there_when_an_answer_comes(page):
     """The answer that a run in time confirms comes whenever it comes: the figures are drawn anew under the hand."""
     answered(page)
@@ -233,6 +303,7 @@ def test_a_crank_in_hand_stays_there_when_an_answer_comes(page):
     until(page, lambda: 40 < float(page.locator("#angle").input_value()) < 120)
 
 
+@pytest.mark.slow
 def test_a_hand_that_goes_far_between_two_frames_is_followed_all_the_way(page):
     """Half a turn within one event, as a slow machine tells it: the moves between stand in the event."""
     answered(page)
@@ -250,6 +321,7 @@ def test_a_hand_that_goes_far_between_two_frames_is_followed_all_the_way(page):
     until(page, lambda: 160 < float(page.locator("#angle").input_value()) < 200)
 
 
+@pytest.mark.slow
 def test_play_and_pause(page):
     answered(page)
     angle, play = page.locator("#angle"), page.locator("#play")
@@ -265,6 +337,7 @@ def test_play_and_pause(page):
     expected(angle).to_have_value(stopped)
 
 
+@pytest.mark.slow
 def test_panels_are_chosen_and_remembered(page):
     answered(page)
     page.locator("#chooser summary").focus()
@@ -282,6 +355,7 @@ def test_panels_are_chosen_and_remembered(page):
     page.locator('[data-panel="moment"]').wait_for()
 
 
+@pytest.mark.slow
 def test_figures_out_of_sight_wait_until_they_are_seen_or_the_hand_rests(page):
     in_sight(answered(page))
 
@@ -306,6 +380,7 @@ def test_figures_out_of_sight_wait_until_they_are_seen_or_the_hand_rests(page):
     expected(waiting).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_what_of_the_motion_is_shown(page):
     answered(page)
     page.locator('[data-panel="motion"]').scroll_into_view_if_needed()
@@ -315,6 +390,7 @@ def test_what_of_the_motion_is_shown(page):
     until(page, lambda: page.locator("#view-of option").count() >= 3)
 
 
+@pytest.mark.slow
 def test_each_figure_is_had_as_svg_png_and_csv(page):
     answered(page)
     panels = page.locator(".panel")
@@ -344,6 +420,7 @@ def _files_of(page, panel):
     assert {len(row) for row in rows} == {len(rows[0])}
 
 
+@pytest.mark.slow
 def test_theme_and_units_are_remembered(page):
     drawn(page)
     page.locator("#theme").select_option("dark")
@@ -357,6 +434,7 @@ def test_theme_and_units_are_remembered(page):
     picture(page, "dark-us", full_page=True)
 
 
+@pytest.mark.slow
 def test_help_opens_by_key_and_closes_by_escape(page):
     drawn(page)
     page.locator("#help").focus()
@@ -367,6 +445,7 @@ def test_help_opens_by_key_and_closes_by_escape(page):
     expected(page.locator("#help")).to_be_focused()
 
 
+@pytest.mark.slow
 def test_another_scene_is_begun_and_taken_back(page):
     drawn(page)
     page.click("#new")
@@ -380,6 +459,7 @@ def test_another_scene_is_begun_and_taken_back(page):
     page.locator("#title", has_text="Blanking press, flywheel").wait_for()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tongue", ["en", "es"])
 def test_the_report_is_downloaded(page, tongue):
     report = _report(page, "html", tongue).decode()
@@ -387,10 +467,12 @@ def test_the_report_is_downloaded(page, tongue):
     assert "<math" in report
 
 
+@pytest.mark.slow
 def test_the_report_is_downloaded_as_pdf(page):
     assert _report(page, "pdf", "en").startswith(b"%PDF-")
 
 
+@pytest.mark.slow
 def test_one_page_to_sign_is_downloaded(page):
     sheet = _report(page, "html", "en", "summary").decode()
     assert "Data sheet of the drive" in sheet
@@ -411,6 +493,7 @@ def _report(page, kind, tongue, pages="all"):
     return coming.value.path().read_bytes()
 
 
+@pytest.mark.slow
 def test_the_keyboard_reaches_every_control_in_their_order(page):
     answered(page)
     page.locator("#form details").evaluate_all("folds => folds.forEach((fold) => { fold.open = false; })")
@@ -438,3 +521,392 @@ def test_the_keyboard_reaches_every_control_in_their_order(page):
     ]
     order = [seen.index(name) for name in wanted]
     assert order == sorted(order)
+
+
+# The watch over the browser sees what it is there for: requests that leave this machine, errors on the console.
+
+
+@pytest.fixture
+def blank(window):
+    tab = window().new_page()
+    tab.goto("data:text/html,<html lang=en><title>blank</title><main><h1>Blank</h1></main></html>")
+    return tab
+
+
+def test_a_request_to_another_host_is_stopped_and_told(blank, watched):
+    watched.expected.append("Failed to load resource")
+    blank.evaluate("fetch('http://192.0.2.1/x').catch(() => null)")
+    browsers.until(blank, lambda: watched.left == ["http://192.0.2.1/x"])
+    watched.left.clear()
+    watched.check()
+
+
+@pytest.mark.parametrize("script", ["console.error('torn')", "setTimeout(() => { throw new Error('torn') })"])
+def test_what_is_told_on_the_console_is_a_failure(blank, watched, script):
+    blank.evaluate(script)
+    browsers.until(blank, lambda: [complaint for complaint in watched.complaints if "torn" in complaint])
+    watched.complaints.clear()
+
+
+@pytest.mark.slow
+def test_axe_sees_a_picture_without_a_text(blank):
+    assert browsers.violations(blank) == []
+    blank.evaluate("document.querySelector('main').append(document.createElement('img'))")
+    assert any(line.startswith("image-alt") for line in browsers.violations(blank))
+
+
+def test_a_named_browser_that_is_none_is_told(monkeypatch):
+    monkeypatch.setenv(browsers.BROWSER, "/nowhere/chrome")
+    with pytest.raises(browsers.Missing, match="FLYWHEEL_BROWSER names /nowhere/chrome, which is no program"):
+        browsers.executable()
+
+
+# The drawings of the page in a browser: dragged, pointed at, moved by keys; complete at 360 px; files that stand alone.
+
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page, Route
+
+ROOT = Path(__file__).parents[2]
+STATIC = ROOT / "flywheel" / "page" / "static"
+EXAMPLES = ROOT / "examples"
+
+_HTML = """<!doctype html><html lang="en"><meta charset="utf-8"><title>figures</title>
+<link rel="stylesheet" href="page.css"><div class="panels" id="panels"></div>
+<script type="module" src="begin.js"></script>"""
+_BEGIN = """
+import { draw, panels } from "./figures/index.js";
+import { number, speak, text } from "./language.js";
+const { answer, texts } = await (await fetch("answer.json")).json();
+if (texts) speak("es", texts);
+const figures = {};
+for (const { id, title, why } of panels(answer)) {
+  const [section, heading, host] = ["section", "h3", "div"].map((name) => document.createElement(name));
+  section.className = "panel";
+  heading.textContent = why ?? title;
+  section.append(heading, host);
+  document.getElementById("panels").append(section);
+  if (why === null) figures[id] = draw(host, id, answer, { text, number, units: "si" });
+  host.dataset.figure = id;
+}
+document.addEventListener("cursor", ({ detail }) => { for (const id in figures) figures[id].move(detail.phi); });
+Object.assign(window, { figures, answer });
+document.body.dataset.drawn = "yes";
+"""
+_CLASHES = """() => [...document.querySelectorAll("#panels svg")].flatMap((svg) => {
+  const [box, found] = [svg.getBoundingClientRect(), []];
+  const texts = [...svg.querySelectorAll("text")]
+    .filter((each) => each.textContent.trim() && each.getAttribute("visibility") !== "hidden")
+    .map((each) => [each.textContent, each.getBoundingClientRect()]);
+  texts.forEach(([words, a], k) => {
+    if (a.left < box.left - 1 || a.right > box.right + 1 || a.bottom > box.bottom + 1) found.push(`out: ${words}`);
+    for (const [others, b] of texts.slice(k + 1)) {
+      const x = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const y = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (x > 2 && y > 4) found.push(`${words} | ${others}`);
+    }
+  });
+  return found;
+})"""
+
+
+@pytest.fixture
+def drawn_figure(window: Callable[..., Any]) -> Callable[..., "Page"]:
+    """`drawn("machines/press.toml", width=360, tongue="es")`: every figure of an example, without a server."""
+
+    def begin(example: str, width: int = 1000, tongue: str = "en", **options: Any) -> "Page":
+        with language.use(tongue):
+            answer = data.answer(flywheel.load(EXAMPLES / example), rest=False)
+            texts = dict(language.catalogue("es")) if tongue == "es" else None
+        del answer["faults"]
+
+        def serve(route: "Route") -> None:
+            name = route.request.url.partition("figures.test/")[2]
+            made = {"": (_HTML, "text/html"), "begin.js": (_BEGIN, "text/javascript")}
+            made["answer.json"] = (json.dumps({"answer": answer, "texts": texts}), "application/json")
+            if name in made:
+                body, kind = made[name]
+                route.fulfill(body=body, content_type=kind)
+            elif (STATIC / name).is_file():
+                kind = {".js": "text/javascript", ".css": "text/css"}[Path(name).suffix]
+                route.fulfill(body=(STATIC / name).read_text("utf-8"), content_type=kind)
+            else:
+                route.fulfill(status=204)
+
+        page = window(viewport={"width": width, "height": 900}, **options).new_page()
+        page.route("http://figures.test/**", serve)
+        page.goto("http://figures.test/")
+        page.wait_for_selector("body[data-drawn]")
+        return page
+
+    return begin
+
+
+def readout(page: "Page", figure: str) -> list[str]:
+    """The bold texts of a figure: its values at the cursor among them."""
+    bold = page.locator(f"[data-figure={figure}] svg text[font-weight=bold]")
+    return bold.all_text_contents()
+
+
+@pytest.mark.slow
+def test_a_crank_that_is_dragged_takes_the_cursor_along_in_every_figure(drawn_figure: Callable[..., "Page"]) -> None:
+    page = drawn_figure("machines/press.toml")
+    crank = page.locator("[data-figure=mechanism] svg path[data-body=crank]").last.bounding_box()
+    assert crank is not None
+    pivot = crank["x"], crank["y"] + crank["height"] / 2
+    hand = crank["x"] + crank["width"] - 6.0
+    page.mouse.move(hand, pivot[1])
+    page.mouse.down()
+    page.mouse.move(pivot[0], pivot[1] - 40.0, steps=12)
+    page.mouse.up()
+    slider = page.locator("[role=slider]")
+    until(page, lambda: 70.0 < float(slider.get_attribute("aria-valuenow") or 0.0) < 110.0)
+    angle = float(slider.get_attribute("aria-valuenow") or 0.0)
+    expected(slider).to_have_attribute("aria-valuetext", re.compile(re.escape(f"{angle:.1f}°")))
+    for figure in ("moment", "inertia", "wittenbauer", "speed", "motion"):
+        told = next(float(words.rstrip(" °")) for words in readout(page, figure) if words.endswith("°"))
+        assert told == pytest.approx(angle, abs=0.1)
+
+
+@pytest.mark.slow
+def test_keys_turn_the_crank_and_both_values_of_a_jump_are_told(drawn_figure: Callable[..., "Page"]) -> None:
+    page = drawn_figure("machines/press.toml")
+    page.locator("[role=slider]").focus()
+    page.keyboard.press("End")
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "359")
+    for _ in range(19):
+        page.keyboard.press("ArrowLeft")
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "340")
+    values = readout(page, "moment")
+    net = next(words for words in values if "→" in words)
+    before, after = (float(part.split()[0].replace("−", "-")) for part in net.split("→"))
+    moment = page.evaluate("answer.moment.net")
+    assert before > 0.0
+    assert after == pytest.approx(min(moment) / 1000, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_curve_that_is_pointed_at_moves_the_mechanism(drawn_figure: Callable[..., "Page"]) -> None:
+    page = drawn_figure("machines/injection_clamp.toml")
+    curve = page.locator("[data-figure=motion] svg")
+    box = curve.bounding_box()
+    assert box is not None
+    curve.click(position={"x": box["width"] - 3.0, "y": box["height"] / 2})
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuetext", "190.0 mm")
+
+
+@pytest.mark.slow
+def test_bands_of_power_lead_out_or_back_as_it_flows_at_the_cursor(drawn_figure: Callable[..., "Page"]) -> None:
+    page = drawn_figure("machines/press.toml")
+    told = page.locator("[data-figure=power_flow] svg text", has_text="flywheel").locator("xpath=following-sibling::*[1]")
+    for degrees, sense in ((300, 1), (345, -1)):
+        value = page.evaluate(
+            """(least) => {
+              const k = answer.phi.findIndex((phi) => phi >= least);
+              figures.power_flow.move(answer.phi[k]);
+              return answer.power_flow.streams.find((stream) => stream.label === "flywheel").powers[k];
+            }""",
+            math.radians(degrees),
+        )
+        assert sense * value > 0.0
+        written, unit = (told.text_content() or "").replace("−", "-").split()
+        assert float(written) * {"W": 1.0, "kW": 1e3}[unit] == pytest.approx(value, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "example", ["machines/press.toml", "machines/pump.toml", "machines/shaper.toml", "machines/diagram.toml"]
+)
+def test_no_text_covers_another_or_leaves_its_figure_on_a_phone(drawn_figure: Callable[..., "Page"], example: str) -> None:
+    page = drawn_figure(example, width=360, tongue="es")
+    until(page, "() => document.documentElement.scrollWidth <= innerWidth")
+    assert page.evaluate(_CLASHES) == []
+    assert page.eval_on_selector_all("#panels svg", "all => all.every((each) => each.querySelector('title').textContent)")
+
+
+@pytest.mark.slow
+def test_files_stand_alone(drawn_figure: Callable[..., "Page"]) -> None:
+    page = drawn_figure("exams/p103_1.toml", color_scheme="dark")
+    for figure in page.evaluate("Object.keys(figures)"):
+        svg = page.evaluate(f"new XMLSerializer().serializeToString(figures['{figure}'].svg())")
+        assert "var(" not in svg
+        assert 'fill="#ffffff"' in svg
+        assert re.search(r"<title[^>]*>[^<]+</title>", svg)
+        header, first = page.evaluate(f"figures['{figure}'].csv()").splitlines()[:2]
+        assert header.startswith("crank angle [rad],")
+        assert len(first.split(",")) == len(header.split(","))
+
+
+@pytest.mark.slow
+def test_the_page_shows_them_and_another_mechanism_can_be_chosen(
+    opened: Callable[..., Any], window: Callable[..., Any]
+) -> None:
+    page = answered(shown(window().new_page(), opened("machines/pump.toml").address))
+    select = page.locator("[data-panel=reactions] select")
+    select.select_option("plunger2")
+    answered(page)
+    expected(select).to_have_value("plunger2")
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "0")
+
+
+# Lengths and masses are typed, and motion and reactions of a body and a joint seen: a linkage and the injection clamp.
+
+
+CASES = {  # a body, a joint of it, a length and a mass that are typed
+    "linkages/six_bar.toml": ("jaw", "toggle", None, "mechanism.bodies.jaw.mass"),
+    "machines/injection_clamp.toml": ("rod", "rod_pin", "mechanism.rod.length", "mechanism.rod.mass"),
+}
+
+
+def curve(page, title, before=None):
+    """The curves of the motion, once their figure has a title and they are no longer those before."""
+    page.locator('[data-panel="motion"]').scroll_into_view_if_needed()
+    until(
+        page,
+        """([title, before]) => {
+          const svg = document.querySelector('[data-panel="motion"] svg');
+          return svg?.textContent.includes(title) && svg.textContent !== before;
+        }""",
+        [title, before],
+    )
+    answered(page)  # whose figures the last answer draws once more
+    return page.locator('[data-panel="motion"] svg').first.text_content()
+
+
+def typed(page, path, value):
+    """Type a value into its field, in folds that are opened."""
+    page.locator("#form details").evaluate_all("folds => folds.forEach((fold) => { fold.open = true; })")
+    box = page.locator(f'[data-field="{path}"] input[type=text]')
+    box.fill(value)
+    box.press("Enter")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", CASES)
+def test_a_body_and_a_joint_are_chosen_and_follow_what_is_typed(opened, window, example):
+    body, joint, length, mass = CASES[example]
+    served = opened(example)
+    page = drawn(shown(window().new_page(), served.address))
+    page.locator("#view-kind").select_option("acceleration")
+    page.locator("#view-of").select_option(body)
+    accelerated = curve(page, f"Acceleration of {body}")
+    if length:
+        typed(page, length, "270 mm")
+        curve(page, f"Acceleration of {body}", accelerated)
+    page.locator("#view-kind").select_option("reaction")
+    page.locator("#view-of").select_option(joint)
+    reacting = curve(page, f"Reaction in {joint}")
+    typed(page, mass, "3000 kg")
+    assert curve(page, f"Reaction in {joint}", reacting)
+    picture(page, f"motion-{body}", full_page=True)
+
+
+# The page in Spanish: no text is left in English but for titles and names of the scene, in its dialogs neither.
+
+
+FLYWHEEL = {"en": "flywheel", "es": "volante"}
+
+
+def told(page, language):
+    """All that the page and its dialogs show in a language, as HTML."""
+    page.locator("#language").select_option(language)
+    page.locator("#numbers", has_text=FLYWHEEL[language]).wait_for()
+    answered(page)
+    found = [page.content()]
+    for button in ("#new", "#save-as", "#report", "#help"):
+        page.click(button)
+        dialog = page.get_by_role("dialog")
+        dialog.locator("option").evaluate_all("titles => titles.forEach((title) => title.remove())")
+        found.append(dialog.inner_html())
+        page.keyboard.press("Escape")
+        dialog.wait_for(state="detached")
+    return "".join(found)
+
+
+@pytest.mark.slow
+def test_no_text_is_left_in_english(page, press):
+    answered(page)
+    english, spanish = told(page, "en"), told(page, "es")
+    picture(page, "spanish", full_page=True)
+    left = texts.left(english, spanish, press.scene.read_text("utf-8"))
+    assert left == [], "\n".join(left)
+
+
+@pytest.mark.slow
+def test_faults_are_told_in_spanish(page, press):
+    page.click("#as-text")
+    area = page.locator("#text")
+    area.fill(area.input_value().replace('"80 mm"', '"-80 mm"').replace("[regime]", "[regimen]"))
+    page.locator("#faults li.fault").first.wait_for()
+    english = page.locator("#faults").inner_html()
+    page.locator("#language").select_option("es")
+    page.locator("#faults h3", has_text="error").first.wait_for()
+    assert texts.left(english, page.locator("#faults").inner_html(), press.scene.read_text("utf-8")) == []
+
+
+# What axe-core finds: nothing, in light, dark, on a phone, as form and text, in dialogs, with faults, and in the report.
+
+
+WINDOWS = {
+    "light": {"color_scheme": "light"},
+    "dark": {"color_scheme": "dark"},
+    "phone": {"viewport": {"width": 360, "height": 740}, "color_scheme": "light"},
+    "phone-dark": {"viewport": {"width": 360, "height": 740}, "color_scheme": "dark"},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WINDOWS)
+def test_the_page(name, window, press):
+    page = answered(shown(window(**WINDOWS[name]).new_page(), press.address))
+    picture(page, f"axe-{name}", full_page=True)
+    assert violations(page) == []
+    page.click("#as-text")
+    page.locator("#chooser summary").click()
+    picture(page, f"axe-{name}-text")
+    assert violations(page) == []
+    if name.startswith("phone"):
+        until(page, "() => document.documentElement.scrollWidth <= 360")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_dialogs(scheme, window, press):
+    page = drawn(shown(window(color_scheme=scheme).new_page(), press.address))
+    for dialog in ("#new", "#save-as", "#report", "#help"):
+        page.click(dialog)
+        page.get_by_role("dialog").wait_for()
+        picture(page, f"axe-dialog-{dialog[1:]}-{scheme}")
+        assert violations(page) == []
+        page.keyboard.press("Escape")
+        page.get_by_role("dialog").wait_for(state="detached")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_faults_and_help(scheme, window, press):
+    page = drawn(shown(window(color_scheme=scheme).new_page(), press.address))
+    page.click("#as-text")
+    area = page.locator("#text")
+    area.fill(area.input_value().replace('"80 mm"', '"-80 mm"'))
+    page.locator("#faults li.fault").wait_for()
+    assert violations(page) == []
+    page.click("#as-form")
+    page.locator(".help").first.click()
+    picture(page, f"axe-faults-{scheme}")
+    assert violations(page) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tongue", ["en", "es"])
+def test_the_report(tongue, window, press, tmp_path):
+    page = drawn(shown(window().new_page(), press.address))
+    page.click("#report")
+    page.get_by_role("dialog").locator(f'input[name="tongue"][value="{tongue}"]').check()
+    with page.expect_download(timeout=300_000) as coming:
+        page.get_by_role("dialog").locator("button.main").click()
+    report = tmp_path / "report.html"
+    coming.value.save_as(report)
+    page.goto(report.as_uri())
+    picture(page, f"report-{tongue}", full_page=True)
+    assert violations(page) == []

@@ -1,4 +1,4 @@
-"""Scenes as forms: every value has its field, and whatever is typed into one the text stays one that can be read."""
+"""The data of the page and its form."""
 
 from __future__ import annotations
 
@@ -6,20 +6,229 @@ import json
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from _pytest.mark.structures import ParameterSet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel import language
-from flywheel.page import answers
+import flywheel
+from flywheel import Sizing, language
+from flywheel.mechanisms import KINDS
+from flywheel.numerics.units import DIMENSIONS, parse_unit
+from flywheel.page import data, server
 from flywheel.page.edits import Draft
-from flywheel.page.form import translated
+from flywheel.page.form import OFFERED, translated
+from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.motors import MOTORS
+from flywheel.reading.schema import Section
+from flywheel.regime import turning_moment
+from flywheel.scene.keys import POSITIVE, Key
 from flywheel.starters import kinds, starter
+from tests.mechanisms import swinging_cylinder
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
+# The data of the page's drawings: the library's own figures, plain and finite, for machines of every kind.
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PRESS = EXAMPLES / "machines" / "press.toml"
+
+
+@pytest.fixture(scope="module")
+def press() -> Sizing:
+    return flywheel.size(flywheel.load(PRESS), simulate=False)
+
+
+@pytest.fixture(scope="module")
+def answer(press: Sizing) -> dict:
+    return data.answer(press, {"panels": [panel for panel in data.PANELS if panel != "motion"]})
+
+
+def plain(found: dict) -> dict:
+    """As the browser gets it: refuses what JSON has no word for."""
+    return json.loads(json.dumps({key: value for key, value in found.items() if key != "faults"}, allow_nan=False))
+
+
+# -- the library's figures -----------------------------------------------------------------------------------------------
+
+
+def test_the_areas_and_their_extremes_are_those_of_the_sizing(press: Sizing, answer: dict) -> None:
+    moment = answer["moment"]
+    assert [(area["from"], area["to"], area["work"]) for area in moment["areas"]] == [a[:3] for a in press.areas]
+    assert moment["greatest"]["value"] == press.accumulated_max
+    assert moment["least"]["value"] == press.accumulated_min
+    assert max(moment["work"]) == pytest.approx(press.accumulated_max, rel=1e-8)
+    assert min(moment["work"]) == pytest.approx(press.accumulated_min, rel=1e-6)
+
+
+def test_the_net_moment_is_the_reduced_one_and_what_drives_and_resists_adds_up_to_it(press: Sizing, answer: dict) -> None:
+    phi, net = np.array(answer["phi"]), np.array(answer["moment"]["net"])
+    inside = np.append(np.diff(phi) > 1e-6, False) & np.append(False, np.diff(phi) > 1e-6)
+    state = flywheel.reduce(press.machine, phi[inside], balance=press.balance.value)
+    assert net[inside] == pytest.approx(state.moment, abs=1e-8 * np.abs(net).max())
+    parts = np.array(answer["moment"]["driving"]) + np.array(answer["moment"]["resisting"])
+    assert parts == pytest.approx(net, abs=1e-9 * np.abs(net).max())
+    bodies = np.sum([body["values"] for body in answer["inertia"]["bodies"]], axis=0)
+    assert bodies[inside] == pytest.approx(state.inertia, rel=1e-12)
+
+
+def test_a_jump_stands_at_one_angle_with_both_its_values(answer: dict) -> None:
+    phi, net = np.array(answer["phi"]), np.array(answer["moment"]["net"])
+    (at,) = np.flatnonzero((np.diff(phi) == 0.0) & (np.abs(np.diff(net)) > 1000.0))
+    assert np.degrees(phi[at]) == pytest.approx(340.0)
+    assert np.all(np.diff(phi) >= 0.0)
+    assert (phi[0], phi[-1]) == (0.0, 2 * np.pi)
+
+
+def test_the_tangents_cut_off_mn_and_meet_in_p(press: Sizing, answer: dict) -> None:
+    found, eps, omega = answer["wittenbauer"], press.scene.irregularity, press.speed
+    fast, slow = found["tangents"]
+    assert found["mn"] == pytest.approx(eps * omega**2 * press.flywheel.exact, rel=1e-9)
+    assert found["mn"] == pytest.approx(fast["intercept"] - slow["intercept"], rel=1e-9)
+    assert fast["slope"] == pytest.approx(0.5 * (omega * (1 + eps / 2)) ** 2, rel=1e-12)
+    for tangent in (fast, slow):
+        on = tangent["slope"] * found["pole"][0] + tangent["intercept"]
+        assert on == pytest.approx(found["pole"][1], rel=1e-9)
+    above = np.array(found["energy"]) - fast["slope"] * np.array(found["inertia"]) - fast["intercept"]
+    below = np.array(found["energy"]) - slow["slope"] * np.array(found["inertia"]) - slow["intercept"]
+    assert above.max() == pytest.approx(0.0, abs=1e-6 * found["mn"])
+    assert below.min() == pytest.approx(0.0, abs=1e-6 * found["mn"])
+
+
+def test_the_speed_keeps_the_band_that_was_asked_for(press: Sizing, answer: dict) -> None:
+    found = answer["speed"]
+    exact = np.array(found["traces"][0]["values"])
+    assert [trace["key"] for trace in found["traces"]] == ["exact", "approximate", "inertia_torque_flywheel"]
+    assert (exact.min(), exact.max()) == pytest.approx(tuple(found["band"]), rel=1e-9)
+    assert found["greatest"] == {"value": press.run.speed_max, "at": press.run.angle_speed_max}
+    again = turning_moment.speed_over_cycle(press.cycle, press.speed, press.run, np.array(answer["phi"][5:6]))
+    assert exact[5] == pytest.approx(again[0], rel=1e-12)
+
+
+def test_power_comes_to_every_place_as_it_leaves_it_at_every_angle(answer: dict) -> None:
+    found = answer["power_flow"]
+    powers = np.array([stream["powers"] for stream in found["streams"]])
+    for place in found["places"]:
+        sense = [(stream["to"] == place) - (stream["from"] == place) for stream in found["streams"]]
+        if place.startswith("shafts."):
+            assert sense @ powers == pytest.approx(0.0, abs=1e-9 * np.abs(powers).max())
+    assert found["input"] == pytest.approx(found["output"] + found["losses"], rel=1e-9)
+    assert {stream["label"] for stream in found["streams"]} >= {
+        "drive",
+        "flywheel",
+        "weights on crank",
+        "load on slider (1)",
+    }
+
+
+def test_reactions_are_those_of_joint_forces(press: Sizing, answer: dict) -> None:
+    phi = np.array(answer["phi"])
+    some = np.flatnonzero(np.append(np.diff(phi) > 1e-6, False) & np.append(False, np.diff(phi) > 1e-6))[::40]
+    forces = flywheel.joint_forces(press.machine, phi[some]).mechanisms["press"]
+    for joint in answer["reactions"]["joints"]:
+        there = np.array([joint["x"], joint["y"]])[:, some]
+        assert there == pytest.approx(forces.forces[joint["name"]], abs=1e-6 * joint["largest"]["value"])
+    action = np.array(answer["reactions"]["driving"][0]["values"])[some]
+    assert action == pytest.approx(forces.action, abs=1e-6 * np.abs(action).max())
+    names = {joint["name"]: (joint["first"], joint["second"]) for joint in answer["reactions"]["joints"]}
+    assert names["slider_pin"] == ("rod", "slider")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "order"), [("position", 0), ("velocity", 1), ("acceleration", 2)])
+def test_motion_is_that_of_motion_with_its_extremes(press: Sizing, kind: str, order: int) -> None:
+    found = data.answer(press, {"panels": ["motion"], "kind": kind, "of": "rod.com"})
+    curve = flywheel.motion(press.machine, of=["rod.com"], at=found["phi"][3:-3:50], regime=True)["rod.com"]
+    values = (curve.position, curve.velocity, curve.acceleration)[order]
+    for row, part in zip(values, found["motion"]["curves"], strict=False):
+        assert np.array(part["values"])[3:-3:50] == pytest.approx(row, abs=1e-6 * np.abs(part["values"]).max())
+    assert found["motion"]["unit"] == ("m", "m/s", "m/s²")[order]
+
+
+@pytest.mark.slow
+def test_extremes_between_samples_are_those_of_the_survey(press: Sizing) -> None:
+    found = data.answer(press, {"panels": ["motion"], "kind": "velocity", "of": "guide"})["motion"]["curves"][0]
+    known = {
+        e.which: e
+        for e in flywheel.motion(press.machine, of=["guide"], regime=True).extremes["guide"]
+        if e.quantity == "velocity"
+    }
+    for which in ("least", "greatest"):
+        assert found[which]["value"] == pytest.approx(known[which].value, rel=1e-6)
+        assert found[which]["at"] == pytest.approx(known[which].at, abs=1e-3)
+
+
+def test_bodies_stand_where_motion_has_their_points(press: Sizing, answer: dict) -> None:
+    (view,) = answer["mechanism"]["views"]
+    rod, phi = view["bodies"]["rod"], np.array(answer["phi"])
+    (centre,) = [each["at"] for each in view["centres"] if each["body"] == "rod"]
+    k = [10, 100, 200]
+    turn, x, y = (np.array(rod[name])[k] for name in ("turn", "x", "y"))
+    at = np.stack(
+        (x + centre[1] * np.cos(turn) - centre[2] * np.sin(turn), y + centre[1] * np.sin(turn) + centre[2] * np.cos(turn))
+    )
+    assert at == pytest.approx(flywheel.motion(press.machine, of=["rod.com"], at=phi[k])["rod.com"].position, abs=1e-9)
+
+
+# -- machines of every kind ----------------------------------------------------------------------------------------------
+
+GONE = {
+    "machines/diagram.toml": {"mechanism", "inertia", "wittenbauer", "power_flow", "reactions", "motion"},
+    "machines/injection_clamp.toml": {"moment", "wittenbauer", "speed", "power_flow"},
+    "machines/punch.toml": {"wittenbauer", "reactions"},
+    "bond_graphs/compare_methods.toml": {"moment", "wittenbauer", "speed", "power_flow", "reactions"},
+}
+
+
+@pytest.mark.parametrize("name", [*GONE, "machines/press.toml"])
+def test_every_panel_is_drawn_or_told_why_not_in_finite_numbers(name: str) -> None:
+    found = plain(data.answer(flywheel.load(EXAMPLES / name), rest=False))
+    assert set(found["why"]) == GONE.get(name, set())
+    assert set(found["figures"]) == set(data.PANELS) - set(found["why"])
+    assert all(found["why"].values())
+
+
+def test_a_scene_that_cannot_be_sized_still_moves(press: Sizing) -> None:
+    scene = press.scene.with_({"drive": None})
+    found = data.answer(scene, {"panels": ["mechanism", "moment", "motion"]})
+    assert found["figures"] == ["mechanism", "motion"]
+    assert [fault.path for fault in found["faults"]] == ["load"]
+
+
+def test_a_moving_hand_gets_fewer_positions_and_digits_of_the_same_curves(press: Sizing, answer: dict) -> None:
+    moving = data.answer(press, {"panels": ["moment"]}, rest=False)
+    assert len(moving["phi"]) < 0.6 * len(answer["phi"])
+    assert set(moving) >= {"phi", "moment"}
+    assert "speed" not in moving
+    net = np.interp(moving["phi"][40:60], answer["phi"], answer["moment"]["net"])
+    assert moving["moment"]["net"][40:60] == pytest.approx(net, abs=1e-3 * np.abs(net).max())
+    assert all(value == round(value, 6) for value in moving["moment"]["work"][:50])
+
+
+@pytest.mark.slow
+def test_a_narrow_peak_is_not_missed() -> None:
+    load = {"on": "crank", "torque": "-5000*exp(-((phi-2)/1e-3)**2)"}
+    wheel = {"load": [load], "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}}
+    found = data.answer(flywheel.load(wheel), {"panels": ["moment"]}, rest=False)
+    assert min(found["moment"]["net"]) < -4900.0
+    assert len(found["phi"]) < 500
+
+
+def test_what_was_chosen_of_the_motion_is_told_back_or_replaced(press: Sizing) -> None:
+    found = data.answer(press, {"panels": ["motion"], "kind": "reaction", "of": "pivot"}, rest=False)
+    assert found["views"]["chosen"] == {"kind": "reaction", "of": "pivot"}
+    assert [curve["part"] for curve in found["motion"]["curves"]] == ["x", "y", "amount"]
+    found = data.answer(press, {"panels": ["motion"], "kind": "nothing", "of": "nobody"}, rest=False)
+    assert found["views"]["chosen"]["kind"] == "velocity"
+    assert found["views"]["chosen"]["of"] in {each["id"] for each in found["views"]["of"]}
+
+
+# Scenes as forms: every value has its field, and whatever is typed into one the text stays one that can be read.
+
+
+FORM_EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 TEXTS = {kind: starter(kind) for kind in kinds()}
-TEXTS |= {f"{file.parent.name}-{file.stem}": file.read_text() for file in EXAMPLES}
+TEXTS |= {f"{file.parent.name}-{file.stem}": file.read_text() for file in FORM_EXAMPLES}
 SOME = ("press", "linkage", "law")
 NASTY = ('a"b', "x\ny", "'''", "\x00\x07", "1]\n[evil]\nx = 2", "\ud800", "# c", "{a = 1}", "[1,", "", "\\", "nan", "1e5")
 PLACES = ("title", "mechanism.crank.length", "load[0].from", "load[1].force", "flywheel.on")
@@ -121,7 +330,7 @@ def test_another_type_keeps_what_fits(kind: str) -> None:
         assert mechanism["crank"]["mass"] == "85 kg"
         assert 'crank.mass = "85 kg"\n' in draft.outline.text
     request = {"text": draft.outline.text, "folder": ".", "name": "x.toml", "view": {"panels": []}}
-    told = json.loads(answers.answer(request))
+    told = json.loads(server.answer(request))
     assert not [fault for fault in told["faults"] if fault["path"].startswith("mechanism.") and fault["found"] == "nothing"]
 
 
@@ -130,7 +339,7 @@ def test_other_models_of_loads(model: str) -> None:
     draft = edited(TEXTS["motor-press"], "load[0].model.type", model)
     assert draft.faults == []
     request = {"text": draft.outline.text, "folder": ".", "name": "x.toml", "view": {"panels": []}}
-    missing = [fault for fault in json.loads(answers.answer(request))["faults"] if fault["found"] == "nothing"]
+    missing = [fault for fault in json.loads(server.answer(request))["faults"] if fault["found"] == "nothing"]
     assert missing == []
 
 
@@ -138,7 +347,7 @@ def test_faults_stand_at_their_line_and_field() -> None:
     text = (
         TEXTS["press"].replace('"420 mm"', '"20 kg"').replace('on = "press.slider"\nforce = "-250 kN"', 'force = "-250 kN"')
     )
-    told = json.loads(answers.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
     wrong = {field["path"]: field for group in told["form"] for field in group["fields"] if field["fault"]}
     assert set(wrong) == {"mechanism.rod.length", "load[0].on"}
     assert wrong["mechanism.rod.length"]["line"] == 1 + text[: text.index('"20 kg"')].count("\n")
@@ -148,7 +357,7 @@ def test_faults_stand_at_their_line_and_field() -> None:
 
 def test_a_text_that_is_no_toml_has_the_form_of_what_can_be_read() -> None:
     text = TEXTS["press"].replace('"420 mm"', "420 mm")
-    told = json.loads(answers.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
     assert told["faults"][0]["line"] == 1 + text[: text.index(" 420 mm")].count("\n")
     draft = Draft(text)
     assert draft.form.field("mechanism.crank.length").value == "50 mm"
@@ -176,6 +385,110 @@ def test_edits_that_make_no_sense_are_faults_and_leave_the_text() -> None:
         draft = edited(TEXTS["press"], path, value, unit)
         assert draft.outline.text == TEXTS["press"]
         assert len(draft.faults) == 1
+
+
+# -- types -----------------------------------------------------------------------------------------------------------------
+
+DRIVEN = """
+[[inertia]]
+on = "crank"
+value = 3
+[[load]]
+on = "crank"
+torque = "-0.0004*omega**2*(1 + sin(phi))"
+[drive]
+motor = {type = "constant", torque = "40 N m"}
+[flywheel]
+inertia = 2
+[regime]
+"""
+LOADED = """
+[mechanism]
+type = "slider-crank"
+crank.length = "60 mm"
+rod.length = "240 mm"
+slider.mass = "2.5 kg"
+[[load]]
+on = "PLACE"
+model = {type = "constant", EFFORT = "1 N"}
+[drive]
+torque = "balance"
+[regime]
+speed = "100 rpm"
+[flywheel]
+irregularity = 0.1
+"""
+ON_A_SHAFT = LOADED.replace("PLACE", "crank").replace('EFFORT = "1 N"', 'torque = "1 N m"')
+ON_A_PORT = LOADED.replace("PLACE", "slider").replace("EFFORT", "force")
+
+
+def chosen(text: str, *edits: tuple[str, str]) -> tuple[str, list[str]]:
+    """The text after choices on the form, and the paths of the faults that it then has."""
+    request = {"text": text, "folder": ".", "name": "x.toml", "edits": [{"path": at, "value": to} for at, to in edits]}
+    reply = json.loads(server.answer(request))
+    return reply["text"], [fault["path"] for fault in reply["faults"]]
+
+
+def choices_of_type(text: str) -> list[tuple[str, str]]:
+    """Every choice of every field that says what something is."""
+    fields = [field for group in Draft(text).form.groups for field in group.fields]
+    return [(field.path, to) for field in fields if field.path.rpartition(".")[2] == "type" for to in field.choices]
+
+
+@pytest.mark.parametrize("first", MOTORS)
+def test_each_motor_follows_each_other_one_without_a_fault(first: str) -> None:
+    text, _faults = chosen(DRIVEN, ("drive.motor.type", first))
+    for kind in MOTORS:
+        changed, faults = chosen(text, ("drive.motor.type", kind))
+        assert tomllib.loads(changed)["drive"]["motor"]["type"] == kind
+        assert [path for path in faults if path.startswith("drive.motor")] == [], (first, kind)
+
+
+@pytest.mark.parametrize("first", LOAD_MODELS)
+def test_each_load_model_follows_each_other_one_without_a_fault(first: str) -> None:
+    for kind in LOAD_MODELS:
+        text = ON_A_SHAFT if kind == "belt" else ON_A_PORT
+        changed, faults = chosen(text, ("load[0].model.type", first), ("load[0].model.type", kind))
+        assert tomllib.loads(changed)["load"][0]["model"]["type"] == kind
+        assert faults == [], (first, kind)
+
+
+@pytest.mark.parametrize(("text", "speed"), [(ON_A_SHAFT, "speed"), (ON_A_PORT, "velocity")])
+def test_a_fan_after_a_constant_load_has_a_speed(text: str, speed: str) -> None:
+    model = tomllib.loads(chosen(text, ("load[0].model.type", "fan"))[0])["load"][0]["model"]
+    assert model.keys() == {"type", "torque" if speed == "speed" else "force", speed}
+
+
+@pytest.mark.parametrize("name", [*SOME, *slow(*(name for name in TEXTS if name not in SOME))])
+def test_every_type_of_every_table_can_be_chosen(name: str) -> None:
+    for path, to in choices_of_type(TEXTS[name]):
+        text, _faults = chosen(TEXTS[name], (path, to))
+        table = Draft(text).form.field(path)
+        assert table is not None
+        assert table.value == to
+
+
+def test_a_family_without_a_starter_begins_with_examples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS.homes, swinging_cylinder.KIND.name, swinging_cylinder.KIND)
+    text, faults = chosen(TEXTS["rotor"], ("mechanism", ""), ("mechanism.type", swinging_cylinder.KIND.name))
+    assert [path for path in faults if path.startswith("mechanism")] == []
+    assert tomllib.loads(text)["mechanism"]["frame"]["length"] == "250 mm"
+
+
+def test_a_load_model_that_is_added_begins_with_what_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys = (Key("type", "choice", "", required=True), Key("flow", "volume flow", "", None, POSITIVE, True))
+    monkeypatch.setitem(LOAD_MODELS, "sprinkler", Section("sprinkler", "a sprinkler", keys, begin={"EFFORT": None}))
+    text, _faults = chosen(ON_A_SHAFT, ("load[0].model.type", "sprinkler"))
+    model = tomllib.loads(text)["load"][0]["model"]
+    assert model["flow"] == DIMENSIONS["volume flow"].example
+    assert Draft(text).form.field("load[0].model.flow").unit in OFFERED["volume flow"]
+
+
+def test_every_dimension_is_offered_units_of_its_own() -> None:
+    assert OFFERED.keys() == DIMENSIONS.keys()
+    for dimension, units in OFFERED.items():
+        for unit in filter(None, units):
+            parse_unit(unit, dimension)
 
 
 def test_a_shaft_is_not_offered_those_that_hang_on_it() -> None:
@@ -211,7 +524,7 @@ def test_labels_titles_and_help_have_their_spanish() -> None:
     ],
 )
 def test_texts_beyond_measure_are_answered(text: str) -> None:
-    told = json.loads(answers.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
     assert told["faults"]
     assert told["text"] == text
 
@@ -220,5 +533,5 @@ def test_the_form_of_the_same_text_follows_the_language() -> None:
     titles = []
     for spoken in ("en", "es", "en"):
         with language.use(spoken):
-            titles.append(answers.edited(TEXTS["slider-crank"], []).form.groups[0].title)
+            titles.append(server.edited(TEXTS["slider-crank"], []).form.groups[0].title)
     assert titles == ["Scene", "Escena", "Scene"]

@@ -1,24 +1,36 @@
-"""The server of the live page: who gets nothing, whatever is tried, and what the page itself gets."""
+"""The server of the page: what it serves, refuses and computes."""
 
 from __future__ import annotations
 
+import itertools
 import json
+import os
+import re
 import socket
+import stat
 import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from http.client import HTTPConnection
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from flywheel import SceneError
 from flywheel.cli import main
+from flywheel.page import server
 from flywheel.page import server as module
-from flywheel.page.server import LARGEST_BODY, POLICY, PageServer
-from flywheel.page.session import Session
+from flywheel.page.server import LARGEST_BODY, POLICY, OvertakenError, PageServer, Workers
+from flywheel.page.session import Conflict, Refusal, Session
 from flywheel.starters import starter
+from tests.page import browsers
+from tests.page.browsers import drawn, expected, picture, shown, until
+
+# The server of the live page: who gets nothing, whatever is tried, and what the page itself gets.
 
 
 class NoWorkers:
@@ -285,3 +297,523 @@ def test_a_port_that_is_taken_is_told_in_a_line(served: PageServer, tmp_path: Pa
     told = CliRunner().invoke(main, ["open", str(scene), "--no-browser", "--port", str(served.port)])
     assert told.exit_code == 2
     assert f"port {served.port} cannot be used" in told.output
+
+
+# The scene on the disk: nothing is taken from anybody, whatever is saved, and by whom.
+
+
+TEXT = starter("press")
+
+
+@pytest.fixture
+def press_file(tmp_path: Path) -> Path:
+    file = tmp_path / "press.toml"
+    file.write_text(TEXT)
+    return file
+
+
+def test_a_scene_is_saved_where_it_is_said_so_and_keeps_its_permissions(press_file: Path) -> None:
+    press_file.chmod(0o640)
+    session = Session(press_file)
+    seen = session.scene()["seen"]
+    with pytest.raises(Conflict) as asked:
+        session.save("title = 'new'\n", None, False, seen)
+    assert asked.value.told == {"reason": "exists", "text": TEXT, "seen": seen}
+    assert press_file.read_text() == TEXT
+    saved = session.save("title = 'new'\n", None, True, seen)
+    assert press_file.read_text() == "title = 'new'\n"
+    assert stat.S_IMODE(press_file.stat().st_mode) == 0o640
+    assert session.watch(saved["seen"]) == {"seen": saved["seen"], "changed": False}
+    assert os.listdir(press_file.parent) == ["press.toml"]
+
+
+def test_what_has_changed_since_is_never_lost(press_file: Path) -> None:
+    """Two pages of one file: the second is told what the first has written, and decides with both texts before it."""
+    first, second = Session(press_file), Session(press_file)
+    seen = first.scene()["seen"]
+    mine = first.save("title = 'first'\n", None, True, seen)
+    told = second.watch(seen)
+    assert (told["changed"], told["text"], told["seen"]) == (True, "title = 'first'\n", mine["seen"])
+    with pytest.raises(Conflict) as asked:
+        second.save("title = 'second'\n", None, True, seen)
+    assert asked.value.told == {"reason": "changed", "text": "title = 'first'\n", "seen": mine["seen"]}
+    assert press_file.read_text() == "title = 'first'\n"
+    second.save("title = 'second'\n", None, True, mine["seen"])
+    assert press_file.read_text() == "title = 'second'\n"
+
+
+def test_a_file_that_goes_is_written_anew_and_one_that_comes_is_kept(press_file: Path) -> None:
+    session = Session(press_file)
+    seen = session.scene()["seen"]
+    press_file.unlink()
+    assert session.watch(seen)["changed"] is True
+    session.save("a = 1\n", None, False, seen)
+    assert press_file.read_text() == "a = 1\n"
+    other = press_file.with_name("other.toml")
+    other.write_text("b = 1\n")
+    with pytest.raises(Conflict) as asked:
+        session.save("a = 2\n", "other.toml", True, seen)
+    assert asked.value.told["reason"] == "exists"
+    assert other.read_text() == "b = 1\n"
+    session.save("a = 2\n", "other.toml", True, asked.value.told["seen"])
+    assert other.read_text() == "a = 2\n"
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../out.toml", "/tmp/out.toml", "sub/../../out.toml", "press.txt", "x", "", "   ", ".toml", "sub/.toml", "a\n.toml",
+     "c:x.toml", "a\\b.toml", "no/such/folder.toml", "x" * 300 + ".toml", "link/out.toml", "a\x00.toml"],
+)  # fmt: skip
+def test_nothing_is_written_outside_the_folder_or_under_another_ending(press_file: Path, name: str) -> None:
+    (press_file.parent / "sub").mkdir()
+    outside = press_file.parent.parent / f"{press_file.parent.name}-outside"
+    outside.mkdir(exist_ok=True)
+    (press_file.parent / "link").symlink_to(outside)
+    with pytest.raises(Refusal):
+        Session(press_file).save("a = 1\n", name, True, "")
+    assert list(outside.iterdir()) == []
+    assert sorted(os.listdir(press_file.parent)) == ["link", "press.toml", "sub"]
+
+
+def test_links_stay_links(press_file: Path) -> None:
+    link = press_file.with_name("link.toml")
+    link.symlink_to(press_file)
+    session = Session(link)
+    session.save("a = 1\n", None, True, session.scene()["seen"])
+    assert link.is_symlink()
+    assert press_file.read_text() == "a = 1\n"
+
+
+def test_a_file_that_cannot_be_written_says_so_in_a_line(press_file: Path) -> None:
+    session = Session(press_file)
+    press_file.chmod(0o444)
+    with pytest.raises(Refusal, match=r"^press.toml cannot be written \(it is read-only\)$"):
+        session.save("a = 1\n", None, True, session.scene()["seen"])
+    assert press_file.read_text() == TEXT
+    with pytest.raises(Refusal, match="1 MiB"):
+        session.save("x" * (2**20 + 1), "new.toml", False, "")
+
+
+def test_line_ends_and_the_mark_of_an_editor_stay(tmp_path: Path) -> None:
+    file = tmp_path / "windows.toml"
+    file.write_bytes(b"\xef\xbb\xbftitle = 'x'\r\n[gravity]\r\n")
+    session = Session(file)
+    scene = session.scene()
+    assert scene["text"] == "title = 'x'\n[gravity]\n"
+    session.save("title = 'y'\n[gravity]\n", None, True, scene["seen"])
+    assert file.read_bytes() == b"\xef\xbb\xbftitle = 'y'\r\n[gravity]\r\n"
+
+
+def test_a_page_without_a_scene_gets_its_file_when_it_is_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session()
+    assert (session.scene()["text"], session.scene()["path"], session.scene()["seen"]) == ("", None, "")
+    with pytest.raises(Refusal):
+        session.save(TEXT, None, False, "")
+    session.save(TEXT, "mine.toml", False, "")
+    assert (tmp_path / "mine.toml").read_text() == TEXT
+    assert session.scene()["text"] == TEXT
+
+
+@pytest.mark.parametrize("name", ["none.toml", "folder"])
+def test_what_is_no_scene_is_not_opened(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(SceneError):
+        Session(tmp_path / name)
+
+
+def test_a_page_that_has_another_file_saves_and_watches_that_one(press_file: Path) -> None:
+    """A new scene, begun in the page of another one and saved under a name of its own."""
+    session = Session(press_file)
+    saved = session.save("a = 1\n", "mine.toml", False, "")
+    mine = str(press_file.with_name("mine.toml"))
+    assert saved["path"] == mine
+    assert session.watch(saved["seen"], mine)["changed"] is False
+    session.save("a = 2\n", mine, True, saved["seen"])
+    assert (press_file.read_text(), Path(mine).read_text()) == (TEXT, "a = 2\n")
+    assert session.watch(saved["seen"], mine)["text"] == "a = 2\n"
+    assert session.watch("", "/etc/passwd")["text"] == TEXT
+
+
+# Attacks on the page through a browser: another site that knows even the secret reads nothing and changes nothing.
+
+
+HOSTILE = '<title>%s</title><img src=x onerror="window.torn=1"><script>window.torn=1</script><svg onload="window.torn=1">'
+
+
+class _Elsewhere(BaseHTTPRequestHandler):
+    """A site of somebody else: an empty page at every address."""
+
+    def do_GET(self):
+        body = b"<!doctype html><html lang=en><title>elsewhere</title><h1>elsewhere</h1></html>"
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *args):
+        pass
+
+
+@contextmanager
+def another_site():
+    with ThreadingHTTPServer(("127.0.0.1", 0), _Elsewhere) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        try:
+            yield server.server_address[1]
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@pytest.fixture(params=["127.0.0.1", "localhost"])
+def elsewhere(request, chromium, press):
+    """A page of another site, on this machine's own number or name, and the page that it attacks."""
+    with another_site() as port:
+        context = chromium.new_context()
+        tab = context.new_page()
+        tab.goto(f"http://{request.param}:{port}/")
+        yield tab, press
+        context.close()
+
+
+READ = """async (address) => {
+  const got = [];
+  for (const mode of ["cors", "no-cors"])
+    for (const path of ["", "api/scene", "static/page.js", "api/watch?seen="])
+      try {
+        const reply = await fetch(address + path, {mode, credentials: "include"});
+        got.push(await reply.text());
+      } catch (error) { got.push(""); }
+  return got;
+}"""
+
+WRITE = """async (address) => {
+  const body = JSON.stringify({text: "title = \\"torn\\"", path: null, over: true, seen: ""});
+  for (const type of ["application/json", "text/plain", "application/x-www-form-urlencoded"])
+    for (const mode of ["cors", "no-cors"])
+      try { await fetch(address + "api/save", {method: "POST", mode, body, headers: {"Content-Type": type}}); } catch {}
+  navigator.sendBeacon(address + "api/save", new Blob([body], {type: "text/plain"}));
+}"""
+
+
+@pytest.mark.slow
+def test_another_site_reads_nothing(elsewhere):
+    tab, served = elsewhere
+    assert set(tab.evaluate(READ, served.address)) == {""}
+    assert set(tab.evaluate(READ, served.origin + "/")) == {""}
+
+
+@pytest.mark.slow
+def test_another_site_writes_nothing(elsewhere):
+    tab, served = elsewhere
+    before = served.scene.read_bytes()
+    tab.evaluate(WRITE, served.address)
+    tab.evaluate(
+        """(address) => {
+          document.body.innerHTML = `<form method=post enctype=text/plain target=hidden action="${address}api/save">
+            <input name='{"text":"title = 1","path":null,"over":true,"seen":"' value='"}'></form>
+            <iframe name=hidden></iframe>`;
+          document.forms[0].submit();
+        }""",
+        served.address,
+    )
+    tab.wait_for_timeout(300)
+    assert served.scene.read_bytes() == before
+    assert [path.name for path in served.scene.parent.glob("*.toml")] == [served.scene.name]
+
+
+@pytest.mark.slow
+def test_another_site_shows_it_in_no_frame_and_runs_none_of_its_scripts(elsewhere):
+    tab, served = elsewhere
+    tab.evaluate(
+        """async (address) => {
+          const frame = document.createElement("iframe");
+          frame.src = address;
+          const script = document.createElement("script");
+          script.type = "module";
+          script.src = address + "static/page.js";
+          script.onload = () => (window.ran = true);
+          const done = new Promise((end) => (frame.onload = end));
+          document.body.append(frame, script);
+          await done;
+        }""",
+        served.address,
+    )
+    tab.wait_for_timeout(300)
+    framed = [frame for frame in tab.frames if frame != tab.main_frame]
+    assert all(frame.query_selector("#results") is None for frame in framed)
+    assert tab.evaluate("window.ran") is None
+
+
+@pytest.mark.slow
+def test_a_window_that_another_site_opens_is_out_of_its_reach(elsewhere):
+    tab, served = elsewhere
+    with tab.context.expect_page() as opening:
+        tab.evaluate("(address) => { window.other = window.open(address); }", served.address)
+    opening.value.wait_for_load_state()
+    assert tab.evaluate("() => { try { return window.other.document.title } catch { return null } }") is None
+    assert opening.value.evaluate("window.opener") is None
+
+
+@pytest.mark.slow
+def test_a_name_bent_to_this_machine_gets_nothing(chromium, press):
+    with browsers.launched(chromium.browser_type, "--host-resolver-rules=MAP rebound.test 127.0.0.1") as found:
+        tab = found.new_page()
+        reply = tab.goto(press.address.replace("127.0.0.1", "rebound.test"))
+        assert reply.status == 403
+        assert "Blanking" not in tab.content()
+        assert tab.evaluate("fetch('api/scene').then((reply) => reply.status)") == 403
+
+
+@pytest.mark.slow
+def test_wrong_secrets_and_paths_get_nothing(page, watched):
+    watched.expected.append("Failed to load resource")
+    secret = page.url.split("/")[3]
+    paths = [
+        "/",
+        f"/{secret}",
+        f"/{secret[:-1]}/",
+        f"/{secret}x/",
+        f"/{secret}/../",
+        f"/{secret}/static/..%2f..%2f__init__.py",
+    ]
+    paths += [
+        f"/{secret}/static/%2e%2e/server.py",
+        f"/{secret}/press.toml",
+        f"/{secret}/static//etc/passwd",
+        f"/{secret}/api/",
+    ]
+    statuses = page.evaluate("(paths) => Promise.all(paths.map((path) => fetch(path).then((reply) => reply.status)))", paths)
+    assert [status for status in statuses if status not in (400, 403, 404)] == []
+
+
+@pytest.mark.slow
+def test_ten_megabytes_are_refused_and_the_page_lives_on(page, watched):
+    watched.expected.append("Failed to load resource")
+    post = """(size) => fetch("api/answer", {method: "POST", headers: {"Content-Type": "application/json"},
+      body: JSON.stringify({text: "x".repeat(size), edits: [], view: {}, rest: false, language: "en", units: "si"})})
+      .then((reply) => reply.status)"""
+    assert page.evaluate(post, 10**7) == 413
+    assert page.evaluate(post, 10) == 200
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["title", "name"])
+def test_a_script_in_the_scene_is_text(place, opened, window, tmp_path):
+    source = (browsers.EXAMPLES / "machines/press.toml").read_text()
+    hostile = HOSTILE % place
+    line = next(line for line in source.splitlines() if line.startswith("title" if place == "title" else "name"))
+    (tmp_path / "press.toml").write_text(source.replace(line, f"{place} = '{hostile}'"))
+    tab = browsers.shown(window().new_page(), opened().address)
+    tab.click("#as-text")
+    browsers.expected(tab.locator("#text")).to_have_value(re.compile(re.escape(hostile)))
+    if place == "title":
+        tab.get_by_role("heading", name=hostile, exact=True).wait_for()
+    else:
+        tab.wait_for_selector("#faults li")
+    assert tab.evaluate("window.torn") is None
+
+
+# The processes that compute for the page: the newest request wins, and what takes long keeps nobody waiting.
+
+
+def request(kind: str, **more: object) -> dict[str, object]:
+    return {"text": starter(kind), "folder": ".", "name": "x.toml", "view": {"panels": ["speed"]}, **more}
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Workers]:
+    found = Workers()
+    yield found
+    found.close()
+
+
+@pytest.mark.slow
+def test_an_answer_comes_while_another_one_takes_its_time(workers: Workers) -> None:
+    workers.ask("answer", request("press"), "a", False)
+    slow = threading.Thread(target=workers.ask, args=("answer", request("compressor", rest=True), "b", True))
+    slow.start()
+    told = json.loads(workers.ask("answer", request("press"), "a", False))
+    assert told["faults"] == []
+    assert told["answer"]["title"] == "Eccentric press, 250 kN"
+    slow.join()
+
+
+@pytest.mark.slow
+def test_of_the_requests_that_wait_the_newest_of_a_page_wins(workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twelve requests of one page while its process is at work, as of a hand that moves faster than the machine computes."""
+    free, answer = threading.Event(), workers._quick._answer
+    monkeypatch.setattr(workers._quick, "_answer", lambda *call: free.wait(60.0) and answer(*call))
+    answered, overtaken = [], []
+
+    def ask(number: int) -> None:
+        try:
+            answered.append((number, workers.ask("answer", request("press", edits=[]), "hand", False)))
+        except OvertakenError:
+            overtaken.append(number)
+
+    threads = [threading.Thread(target=ask, args=(number,)) for number in range(12)]
+    for thread, arrived in zip(threads[:2], [lambda: workers._quick._busy, lambda: workers._quick._waiting], strict=True):
+        thread.start()
+        while not arrived():
+            time.sleep(0.001)
+    for before, thread in itertools.pairwise(threads[1:]):
+        thread.start()
+        before.join(60.0)  # the newer one has taken its place
+    free.set()
+    for thread in threads:
+        thread.join()
+    assert sorted(overtaken) == list(range(1, 11))
+    assert sorted(number for number, _ in answered) == [0, 11]
+    assert all(json.loads(answer)["answer"] for _, answer in answered)
+
+
+@pytest.mark.slow
+def test_what_takes_too_long_is_ended_with_its_process_and_another_one_begins(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workers._quick, "seconds", 0.0)
+    told = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " "), "a", False))
+    assert told["answer"] is None
+    assert "has not ended" in told["faults"][0]["message"]
+    monkeypatch.setattr(workers._quick, "seconds", server.QUICK_SECONDS)
+    assert json.loads(workers.ask("answer", request("press"), "a", False))["answer"] is not None
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_is_replaced(workers: Workers) -> None:
+    workers._quick._process.kill()
+    workers._quick._process.join()
+    assert "process has ended" in json.loads(workers.ask("answer", request("press"), "a", False))["faults"][0]["message"]
+    assert json.loads(workers.ask("answer", request("press"), "a", False))["answer"] is not None
+
+
+# The scene and its file: saved only when asked for, never over what somebody else has written.
+
+
+@pytest.fixture
+def own(opened, window, watched):  # in this order: the window is closed before its server ends
+    """A page with a server and a file of its own; that a save is refused stands on the console too."""
+    watched.expected += ["409", "422"]
+    served = opened()
+    return drawn(shown(window().new_page(), served.address)), served.scene
+
+
+def write(page, old, new):
+    """Change the scene's text in the text view."""
+    page.click("#as-text")
+    area = page.locator("#text")
+    area.fill(area.input_value().replace(old, new))
+    page.locator("#unsaved:not(:empty)").wait_for()
+
+
+def press_of_files(page, name):
+    page.get_by_role("dialog").get_by_role("button", name=name, exact=True).click()
+
+
+@pytest.mark.slow
+def test_the_file_is_replaced_only_after_a_question(own):
+    page, scene = own
+    before = scene.read_text()
+    write(page, '"80 mm"', '"85 mm"')
+    page.keyboard.press("Control+s")
+    page.get_by_role("dialog").wait_for()
+    assert scene.read_text() == before
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+    assert scene.read_text() == before
+    page.click("#save")
+    expected(page.locator(".differences li", has_text="85 mm")).to_have_count(1)
+    press_of_files(page, "Save")
+    page.locator("#unsaved:empty").wait_for(state="attached")
+    assert scene.read_text() == before.replace('"80 mm"', '"85 mm"')
+
+
+@pytest.mark.slow
+def test_another_name_and_a_name_that_is_taken(own):
+    page, scene = own
+    before = scene.read_text()
+    other = scene.with_name("other.toml")
+    other.write_text("title = 'mine'\n")
+    write(page, '"80 mm"', '"85 mm"')
+    page.click("#save-as")
+    page.locator("#file-name").fill("other.toml")
+    page.locator("#file-name").press("Enter")
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").wait_for()
+    page.locator(".differences").wait_for()
+    assert other.read_text() == "title = 'mine'\n"
+    press_of_files(page, "Cancel")
+    page.click("#save-as")
+    page.locator("#file-name").fill("third.toml")
+    press_of_files(page, "Save")
+    page.locator("#notices", has_text="third.toml").or_(page.locator("#file", has_text="third.toml")).first.wait_for()
+    assert '"85 mm"' in scene.with_name("third.toml").read_text()
+    assert (scene.read_text(), other.read_text()) == (before, "title = 'mine'\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["../out.toml", "/tmp/flywheel_out.toml"])
+def test_a_name_elsewhere_is_refused(own, name):
+    page, scene = own
+    write(page, '"80 mm"', '"85 mm"')
+    page.click("#save-as")
+    page.locator("#file-name").fill(name)
+    press_of_files(page, "Save")
+    page.locator("#notices", has_text="not saved").wait_for()
+    assert not scene.parent.parent.joinpath("out.toml").exists()
+    assert {path.suffix for path in scene.parent.iterdir()} <= {".toml", ".csv"}
+
+
+@pytest.mark.slow
+def test_a_change_on_the_disk_is_told_and_not_overwritten(own):
+    page, scene = own
+    write(page, '"80 mm"', '"85 mm"')
+    theirs = scene.read_text().replace('"480 mm"', '"500 mm"')
+    scene.write_text(theirs)
+    page.locator("#notices", has_text="changed").wait_for()
+    picture(page, "changed")
+    page.click("#save")
+    page.get_by_role("dialog").wait_for()
+    assert scene.read_text() == theirs
+    press_of_files(page, "Cancel")
+    page.locator("#notices").get_by_role("button", name="Take theirs").click()
+    expected(page.locator("#text")).to_have_value(theirs)
+    page.keyboard.press("Control+z")
+    until(page, "() => document.getElementById('text').value.includes('\"85 mm\"')")
+    assert scene.read_text() == theirs
+
+
+@pytest.mark.slow
+def test_two_pages_on_one_scene_lose_nothing(own):
+    page, scene = own
+    before = scene.read_text()
+    other = drawn(shown(page.context.new_page(), page.url))
+    write(page, '"80 mm"', '"85 mm"')
+    write(other, '"480 mm"', '"500 mm"')
+    page.click("#save")
+    press_of_files(page, "Save")
+    page.locator("#unsaved:empty").wait_for(state="attached")
+    assert scene.read_text() == before.replace('"80 mm"', '"85 mm"')
+    other.click("#save")
+    other.get_by_role("dialog").wait_for()
+    press_of_files(
+        other, "Save" if other.get_by_role("dialog").get_by_role("button", name="Save", exact=True).count() else "Cancel"
+    )
+    other.locator("#notices", has_text="changed").or_(other.get_by_role("dialog")).first.wait_for()
+    assert scene.read_text() == before.replace('"80 mm"', '"85 mm"')
+    expected(other.locator("#text")).to_have_value(re.compile('"500 mm"'))
+
+
+@pytest.mark.slow
+def test_edits_that_were_not_saved_come_back(own):
+    page, scene = own
+    write(page, '"80 mm"', '"85 mm"')
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.reload()
+    page.get_by_role("button", name="Bring them back").click()
+    page.click("#as-text")
+    expected(page.locator("#text")).to_have_value(re.compile('"85 mm"'))
+    assert '"80 mm"' in scene.read_text()

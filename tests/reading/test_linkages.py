@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.numerics.faults import SceneError
+from flywheel import Scene, SceneError
 from flywheel.reading.fields import Faults, Setting
 from flywheel.reading.linkages import Joints, read_bodies, read_couplings, read_joints
 from flywheel.reading.scenes import build_scene
 from flywheel.reference import text as topic
 from flywheel.scene.linkage import Coupling, Driver, Joint, Link, Linkage, Point, Side
-from flywheel.scene.scene import PointPort, Scene
-from tests.reading.test_any_text import check, mutate
+from flywheel.scene.scene import PointPort
+from tests.reading.test_toml_text import check, mutate
 
 REST = """
 [drive]

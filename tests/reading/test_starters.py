@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import flywheel
+from flywheel import load
 from flywheel.mechanisms import KINDS
-from flywheel.reading.scenes import load
 from flywheel.starters import kinds, starter, write_starter
 
 ONE_WAY = ["toggle-clamp"]

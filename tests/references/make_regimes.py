@@ -19,7 +19,7 @@ if __name__ == "__main__":  # before the oracle is imported; whoever imports thi
 import numpy as np
 from mpmath import mp  # type: ignore[import-untyped]
 
-from tests.oracle import constant, figures, panels
+from tests.oracle import figures, panels, regimes
 from tests.oracle import regimes as motions
 from tests.oracle.machine import Machine
 from tests.oracle.numbers import Real
@@ -65,8 +65,8 @@ def at_constant_speed(name: str, known: dict[str, Any]) -> dict[str, Any]:
     machine, _ = machine_of(name, inertia=0)
     speed = Real(known["speed"])
     if not machine.balanced:
-        speed = constant.constant_speed(machine, speed)
-    cycle = constant.constant_cycle(machine, speed, Real(known["balance"] or 0))
+        speed = regimes.constant_speed(machine, speed)
+    cycle = regimes.constant_cycle(machine, speed, Real(known["balance"] or 0))
     (least, most), works = figures.extremes_of_inertia(cycle), figures.works(cycle)
     frozen = {repr(e): figures.inertias(cycle, speed, Real(e))["exact"] for e in CASES[name].irregularities}
     return {

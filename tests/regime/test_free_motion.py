@@ -11,12 +11,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flywheel
+from bondgraph.motion.stepping import Step
+from flywheel import Machine, transient
 from flywheel.machine.dynamics import Dynamics
-from flywheel.machine.machine import Machine
-from flywheel.motions.transients import transient
 from flywheel.numerics.budget import metered
-from flywheel.regime.free_motion import Goal, Outcome, Start, SwitchingTimes, follow, later, outcome_of, returns, source
-from flywheel.regime.stepping import Step
+from flywheel.regime.branch import Outcome, outcome_of
+from flywheel.regime.free_motion import Goal, SwitchingTimes, follow, returns
+from flywheel.regime.trail import Start, later, source
 from tests import regimes, scenes
 from tests.limits import sample
 
@@ -320,14 +321,14 @@ def test_a_machine_that_runs_away():
 
 
 def test_a_machine_too_stiff_to_be_followed_is_given_up(monkeypatch):
-    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 3_000.0)
+    monkeypatch.setattr("flywheel.regime.branch._WORK", 3_000.0)
     assert outcome_of(driven("1e7*(10 - omega)", -10.0), 10.0, 1e-3, 0.0).outcome is Outcome.UNKNOWN
 
 
 def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch):
     """A sine that fast is given up: each time at the same work, and in a hurry after a third of it."""
-    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 1_500.0)
-    monkeypatch.setattr("flywheel.regime.free_motion._HURRIED", 500.0)
+    monkeypatch.setattr("flywheel.regime.branch._WORK", 1_500.0)
+    monkeypatch.setattr("flywheel.regime.branch._HURRIED", 500.0)
     scene, taken = flywheel.load(SINE), []
     for hurried in (True, True, False):
         machine = Machine(scene)

@@ -1,7 +1,8 @@
-"""Periodic motion by Newton's method: it closes, and what holds for moments of the angle alone holds along it."""
+"""Periodic motion: branches, steps, results."""
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -10,13 +11,21 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel.machine.dynamics import Dynamics, Moments
-from flywheel.machine.machine import Machine
+from bondgraph.motion.runge_kutta import Implicit, RateField, decay
+from bondgraph.motion.stepping import Events, Tolerance, through
+from flywheel import Machine
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.equation import Moments, moments_on
 from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
-from flywheel.regime.periodic_motion import Demand, NoRegimeError, carried, first_guess, periodic
+from flywheel.regime.branch import Branch, Existence
+from flywheel.regime.cycle_equations import Demand, NoRegimeError, carried, first_guess, periodic
+from flywheel.sizing.confirmation import SlidingError, one_cycle
 from tests import regimes
+from tests.components.test_electrical_machines import KRAUSE, two_axis_by_hand
 from tests.limits import sample
+
+# Periodic motion by Newton's method: it closes, and what holds for moments of the angle alone holds along it.
 
 
 def fine(name, parts=3, **flywheel_):
@@ -270,3 +279,487 @@ def test_what_hardly_holds_the_speed_is_told_the_more_the_slower_the_machine(ine
     assert abs(found.speed / speed - 1) <= found.cyclic.level_error
     assert abs(found.simulation.period / period - 1) <= found.error.period <= found.error.simulation + 1e-9
     assert abs(found.simulation.speed_min / (speed * (1 - share)) - 1) <= found.error.simulation
+
+
+# The search for a steady motion with a flywheel: a motion, a stop that shows there is none; against own integration.
+
+
+TURN = 2 * math.pi
+
+
+def branch(scene):
+    machine = Machine(flywheel.load({"flywheel": {"inertia": 1}} | scene))
+    return Branch(machine, constant_speed.chosen_speed(moments_on(machine, machine.mesh, local=True))[0])
+
+
+def settled(rates, start, edges, turns=200, rtol=1e-8):
+    """Irregularity and speed at phi = 0 of the motion that a machine comes to: states y over phi, the first the speed.
+
+    `rates(phi, y, middle)` is dy/dphi in the piece around `middle`.
+    """
+    state = np.array(start, dtype=float)
+
+    def turned(state, dense):
+        high, low = -math.inf, math.inf
+        for a, b in pairwise(edges):
+            step = solve_ivp(
+                rates, (a, b), state, "LSODA", args=(0.5 * (a + b),), rtol=rtol, atol=1e-2 * rtol, dense_output=dense
+            )
+            state = step.y[:, -1]
+            if dense:
+                speeds = step.sol(np.linspace(a, b, 20001))[0]
+                high, low = max(high, speeds.max()), min(low, speeds.min())
+        return state, high, low
+
+    for _ in range(turns):
+        before, (state, _, _) = state, turned(state, False)
+        if abs(state / before - 1.0).max() < 1e-7:
+            break
+    start = float(state[0])
+    _, high, low = turned(state, True)
+    return 2 * (high - low) / (high + low), start
+
+
+WINDOW = {"load": [{"on": "crank", "torque": -120, "from": 0, "to": "60 deg"}], "drive": {"torque": "40-2*omega"}}
+
+
+def test_a_machine_without_a_motion_is_shown_to_stop_and_with_one_it_is_found():
+    """40 N m at rest against 120: 80 are lacking. Flywheels that turn end at 1.06303670 kg m²."""
+    every = branch(WINDOW)
+    for inertia in (2.0, 1.3, 1.1):
+        found = every.at(inertia, 1e-9)
+        assert found.existence is Existence.MOTION
+        assert found.stop is None
+
+    def rates(phi, y, middle):
+        return [(40 - 2 * y[0] - 120 * (middle < math.pi / 3)) / (1.1 * y[0])]
+
+    own, _ = settled(rates, [19.0], [0.0, math.pi / 3, TURN])
+    assert found.motion.run.irregularity == pytest.approx(own, rel=1e-5)
+    for inertia in (1.0, 0.0):
+        found = every.at(inertia, 1e-9)
+        assert found.existence is Existence.NONE
+        assert found.motion is None
+        assert found.stop.shortfall == pytest.approx(80.0, rel=1e-6)
+        assert 0.0 <= found.stop.phi <= math.pi / 3
+        assert found.stop.speed >= 20.0  # nothing drives it faster than 20 rad/s
+
+
+def test_the_angle_of_a_stop_is_that_of_the_motion_from_above():
+    """Followed from 20 rad/s or more: it stops in the window, J omega omega' = -80 - 2 omega, at the angle of own steps."""
+    found = branch(WINDOW).at(0.5, 1e-9)
+    speed = found.stop.speed  # at phi = 0, as the inertia is the same everywhere
+    loss = [speed]
+
+    def ended(phi, y):
+        return y[0] - 1e-3
+
+    ended.terminal = True
+    at, turns = 0.0, -1
+    for _ in range(found.stop.turns + 1):
+        inside = solve_ivp(lambda phi, y: [(-80 - 2 * y[0]) / (0.5 * y[0])], (0, math.pi / 3), loss, rtol=1e-9, events=ended)
+        turns += 1
+        if inside.status == 1:
+            at = float(inside.t[-1])
+            break
+        after = solve_ivp(lambda phi, y: [(40 - 2 * y[0]) / (0.5 * y[0])], (math.pi / 3, TURN), inside.y[:, -1], rtol=1e-9)
+        loss = after.y[:, -1]
+    assert found.stop.turns == turns
+    assert found.stop.phi == pytest.approx(at, abs=1e-5)
+
+
+SYNCHRONOUS = {
+    "type": "synchronous",
+    "power": "10 kW",
+    "poles": 8,
+    "frequency": "50 Hz",
+    "pull_out_ratio": 2,
+    "asynchronous_slip": "1 %",
+    "inertia": "0.1 kg m^2",
+}
+
+
+@pytest.mark.parametrize("ratio", [1.7, 2.0, 2.6])
+def test_a_synchronous_motor_runs_on_its_stable_branch(ratio):
+    """Light rotors were taken to the load angle pi - d: T_p sin d + c u, dd/dt = p u, by own integration."""
+    loads = [{"on": "crank", "torque": -500}, {"on": "crank", "torque": -250, "from": 0, "to": "180 deg"}]
+    drive = {"on": "motor", "motor": SYNCHRONOUS | {"pull_out_ratio": ratio}}
+    scene = {"shafts": {"motor": {"ratio": 5}}, "load": loads, "drive": drive}
+    field = 50 * TURN / 4
+    rated = 10e3 / field
+    damping = rated / (0.01 * field)
+
+    def rates(phi, y, middle):
+        lag = field - 5 * y[0]
+        moment = 5 * (ratio * rated * math.sin(y[1]) + damping * lag) - 500 - 250 * (middle < math.pi)
+        return [moment / (2.5 * y[0]), 4 * lag / y[0]]
+
+    own, _ = settled(rates, [field / 5, math.asin(125 / ratio / rated)], [0.0, math.pi, TURN])
+    result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 0}}), accuracy="normal")
+    assert result.simulation.irregularity == pytest.approx(own, rel=1e-5)
+    assert abs(result.cyclic.multiplier) < 0.2
+    assert result.run.along[0].max() < 0.5 * math.pi
+    found = branch(scene).at(0.0, 1e-9)
+    assert found.motion.run.irregularity == pytest.approx(own, rel=1e-5)
+
+
+def test_a_motor_s_current_that_swings_faster_than_the_load_is_resolved():
+    """A long window of load on a direct-current motor with 49 mH: on the machine's own cells nothing settled."""
+    motor = {
+        "type": "dc",
+        "voltage": 220,
+        "constant": 1.8377,
+        "resistance": 0.30476,
+        "inductance": 0.049351,
+        "inertia": 2.0189e-3,
+    }
+    loads = [{"on": "crank", "torque": -44.487}, {"on": "crank", "torque": -124.44, "from": "78.6 deg", "to": "335.2 deg"}]
+    scene = {"shafts": {"motor": {"ratio": 10.814}}, "load": loads, "drive": {"on": "motor", "motor": motor}}
+    first, last = math.radians(78.6), math.radians(335.2)
+    inertia = 2.0189e-3 * 10.814**2 + 0.05
+
+    def rates(phi, y, middle):
+        moment = 10.814 * 1.8377 * y[1] - 44.487 - 124.44 * (first < middle < last)
+        return [moment / inertia / y[0], (220 - 0.30476 * y[1] - 1.8377 * 10.814 * y[0]) / 0.049351 / y[0]]
+
+    own, _ = settled(rates, [11.0, 7.0], [0.0, first, last, TURN], rtol=1e-10)
+    found = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 0.05}}), accuracy="normal")
+    assert found.simulation.irregularity == pytest.approx(own, rel=1e-5)
+
+
+@pytest.mark.parametrize("asked", [{"inertia": 0}, {"inertia": 0.5}, {"irregularity": 0.01}])
+def test_the_steady_point_of_a_two_axis_motor_under_an_even_load_is_algebra(asked):
+    """Speed and multiplier by Krause's equations in currents: the linear system at the point, over one turn."""
+    scene = {"drive": {"motor": KRAUSE}, "load": [{"on": "crank", "torque": -10}], "flywheel": asked}
+    inertia = 0.089 + asked.get("inertia", 0.0)
+
+    def rates(y):  # fluxes of stator and rotor on q and d, speed
+        return two_axis_by_hand(y, -10, inertia)[0]
+
+    state = np.array([0.02, -0.47, 0.0, -0.45, 180.0])
+    for _ in range(60):  # Newton's method
+        jacobian = np.array([(rates(state + h) - rates(state - h)) / (2 * h.sum()) for h in 1e-6 * np.eye(5)]).T
+        state = state - np.linalg.solve(jacobian, rates(state))
+    found = flywheel.size(flywheel.load(scene), accuracy="normal")
+    assert found.speed == pytest.approx(state[4], rel=1e-9)
+    if "irregularity" in asked:
+        assert found.flywheel.exact == 0.0
+        assert found.flywheel.needed is False
+    else:
+        assert found.simulation.irregularity == 0.0
+    slowest = np.linalg.eigvals(jacobian).real.max()
+    assert found.cyclic.multiplier == pytest.approx(math.exp(slowest * TURN / state[4]), rel=1e-5)
+
+
+def test_a_yoke_that_weighs_nothing_at_its_dead_centres_needs_no_flywheel():
+    """The limit of light wheels, by own integration with 1e-3 and 5e-4 kg m²; none is asked of the machine itself."""
+    scene = {
+        "mechanism": {"type": "scotch-yoke", "crank": {"length": 0.05}, "yoke": {"mass": 40}},
+        "load": [{"on": "crank", "torque": -20}],
+        "drive": {"torque": "1000*(1 - omega/10)"},
+    }
+
+    def own(inertia):
+        def rates(phi, y, middle):
+            total, slope = inertia + 0.1 * math.sin(phi) ** 2, 0.2 * math.sin(phi) * math.cos(phi)
+            return [(1000 * (1 - y[0] / 10) - 20 - 0.5 * slope * y[0] ** 2) / (total * y[0])]
+
+        return settled(rates, [9.8], [0.0, math.pi, TURN], turns=2)[0]
+
+    limit = 2 * own(5e-4) - own(1e-3)
+    assert limit == pytest.approx(0.0098, rel=1e-4)
+    found = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": 0.05}}))
+    assert found.flywheel.exact == 0.0
+    assert found.flywheel.needed is False
+    assert found.simulation.irregularity == pytest.approx(limit, rel=1e-5)
+    assert any("limit of ever lighter ones" in message for message in found.messages)
+    needed = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": 0.009}}), accuracy="normal").flywheel
+    assert needed.needed
+    with pytest.raises(flywheel.SceneError, match="I\\* \\+ J = 0"):
+        flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 0}}))
+    light = branch(scene).at(0.0, 1e-9)
+    assert light.motion.vanishing
+    assert light.motion.inertia == 0.0
+
+
+def test_a_stiff_machine_that_needs_no_flywheel_is_found_to_need_none():
+    """A hydraulic motor whose relief valve opens in the window, on 1e-4 kg m²: a change fades by exp(-1e4) in a cycle."""
+    motor = {
+        "type": "hydraulic",
+        "displacement": "24.08 cm^3",
+        "flow": "62.36 l/min",
+        "pressure": "98.31 bar",
+        "volumetric_efficiency": 0.9663,
+        "mechanical_efficiency": 0.8937,
+    }
+    loads = [{"on": "crank", "torque": -0.5325}, {"on": "crank", "torque": -18.843, "from": "27.7 deg", "to": "167.5 deg"}]
+    scene = {"load": loads, "drive": {"motor": motor}, "inertia": [{"on": "crank", "value": 1e-4}]}
+    own = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": 0.1}}), accuracy="confirm")
+    assert own.flywheel.exact == 0.0
+    volume, idle = 24.08e-6 / TURN, 62.36e-3 / 60 / (24.08e-6 / TURN)
+    most = 0.8937 * 98.31e5 * volume
+
+    def rates(phi, y, middle):
+        drive = min(most, most * (idle - y[0]) / ((1 - 0.9663) * idle))
+        return [(drive - 0.5325 - 18.843 * (math.radians(27.7) < middle < math.radians(167.5))) / (1e-4 * y[0])]
+
+    expected, _ = settled(rates, [0.98 * idle], [0.0, math.radians(27.7), math.radians(167.5), TURN], turns=2)
+    assert own.simulation.irregularity == pytest.approx(expected, rel=1e-5)
+
+
+# Steps through a smooth piece: explicit, implicit, what ends them, and one steady cycle of them.
+
+
+TIGHT, ENDS = 1e-13, (0.0, 1e9)
+
+
+def stepped(rates, first, until, ends=ENDS, *, tight=TIGHT, hint=None, events=None, along=None):
+    tolerance = Tolerance(tight, np.full(2, tight))
+    return list(through(rates, 0.0, np.array(first), ends, until, tolerance, hint, events, along))
+
+
+def falling(acceleration):
+    return lambda t, state: np.array([state[1], acceleration])
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "first", "ends", "hint", "end"),
+    [
+        (2.0, [0.0, 1.0], (0.0, 6.0), None, 2.0),
+        (-2.0, [0.0, 2.0], (0.0, 0.999), 10.0, 1 - np.sqrt(1 - 0.999)),  # past the end and back within a step
+        (-2.0, [0.5, 1.0], (0.0, 5.0), None, 0.5 + np.sqrt(0.75)),  # turns back and leaves by the other end
+        (0.0, [0.0, 1.0], (0.0, 500.0), None, 100.0),  # time runs out
+    ],
+)
+def test_the_last_step_ends_exactly_where_phi_leaves_the_piece(acceleration, first, ends, hint, end):
+    steps = stepped(falling(acceleration), first, 100.0, ends, hint=hint)
+    assert steps[-1].end == pytest.approx(end, rel=1e-12)
+    assert steps[-1].dense(end)[1] == pytest.approx(first[1] + acceleration * end, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("values", "sides", "crossed", "end"),
+    [
+        (lambda t, y: np.array([2.5 - t, t - 2.0]), (1.0, -1.0), 1, 2.0),  # the first of several
+        (lambda t, y: (((t - 3.123) ** 2) - 1e-6)[None], (1.0,), 0, 3.122),  # below within a step, and back
+        (lambda t, y: (-t)[None], (1.0,), 0, 0.0),  # at once
+        (lambda t, y: ((t - 3.0) ** 2 + 1e-9)[None], (1.0,), None, 10.0),  # only touches zero
+    ],
+)
+def test_a_step_ends_where_something_watched_changes_its_sign(values, sides, crossed, end):
+    steps = stepped(falling(0.0), [0.0, 1.0], 10.0, (0.0, 50.0), hint=10.0, events=Events(values, np.array(sides)))
+    assert (steps[-1].crossed, steps[-1].end) == (crossed, pytest.approx(end, abs=1e-10))
+
+
+def of(along):
+    """Rates of a state at an instant, of those at many."""
+    return lambda t, state: along(np.array([t]), np.asarray(state)[:, None])[:, 0]
+
+
+def relaxing(rate: float):
+    """phi' = 1, y' = -rate (y - cos t) - sin t: y = cos t + (y0 - 1) exp(-rate t)."""
+
+    def along(t, states):
+        return np.array([np.ones_like(t), -rate * (states[1] - np.cos(t)) - np.sin(t)])
+
+    return of(along), RateField(along, np.ones(2))
+
+
+@pytest.mark.parametrize("rate", [1e2, 1e8])
+def test_a_stiff_relaxation_takes_few_steps_at_full_accuracy(rate):
+    rates, along = relaxing(rate)
+    steps = stepped(rates, [0.0, 3.0], 10.0, along=along)
+    assert len(steps) < 150
+    assert steps[-1].end == 10.0
+    for step in steps:
+        times = np.linspace(step.start, step.end, 7)
+        assert step.dense(times)[1] == pytest.approx(np.cos(times) + 2.0 * np.exp(-rate * times), abs=2e-12)
+
+
+def test_a_stiff_motion_ends_exactly_where_it_leaves_the_piece_or_something_watched_its_side():
+    rates, along = relaxing(1e5)
+    last = stepped(rates, [0.0, 1.0], 10.0, (0.0, 2.5), along=along)[-1]
+    assert last.end == pytest.approx(2.5, rel=1e-14)
+    assert last.dense(last.end) == pytest.approx([2.5, np.cos(2.5)], rel=1e-12)
+    events = Events(lambda t, states: (states[1] + 0.5)[None], np.array([1.0]))
+    last = stepped(rates, [0.0, 1.0], 10.0, events=events, along=along)[-1]
+    assert (last.crossed, last.end) == (0, pytest.approx(2 * np.pi / 3, rel=1e-12))
+
+
+def test_the_two_ways_agree_on_a_law_that_is_not_linear():
+    """y' = -50 (y³ - 1 - sin t): explicit steps of DOP853 and implicit ones."""
+
+    def along(t, states):
+        return np.array([np.ones_like(t), -50 * (states[1] ** 3 - 1 - np.sin(t))])
+
+    ways = (None, RateField(along, np.ones(2)))
+    ends = [stepped(of(along), [0.0, 2.0], 0.5, along=way)[-1].dense(0.5)[1] for way in ways]
+    assert ends[1] == pytest.approx(ends[0], rel=1e-11)
+
+
+def test_what_is_not_stiff_is_stepped_as_without():
+    rates, along = relaxing(1.0)
+    plain, offered = (stepped(rates, [0.0, 3.0], 10.0, tight=1e-12, along=way) for way in (None, along))
+    assert [step.end for step in plain] == [step.end for step in offered]
+
+
+def test_where_no_implicit_step_is_accepted_explicit_ones_go_on():
+    """Rates at many instants that are no numbers: Newton's method never settles."""
+    rates, along = relaxing(30.0)
+    broken = RateField(lambda t, states: along.rates(t, states) + np.where(t > 0.5, np.nan, 0.0), along.sizes, 0.0)
+    last = stepped(rates, [0.0, 1.0], 1.0, tight=1e-12, along=broken)[-1]
+    assert last.dense(1.0)[1] == pytest.approx(np.cos(1.0), abs=1e-10)
+
+
+def test_a_stretch_of_many_steps_goes_on_implicitly():
+    def along(t, states):
+        return np.array([np.ones_like(t), 40 * np.cos(40 * t)])
+
+    ways = (None, RateField(along, np.ones(2), np.inf))
+    explicit, both = (stepped(of(along), [0.0, 0.0], 3.0, along=way) for way in ways)
+    for steps in (explicit, both):
+        assert steps[-1].dense(3.0)[1] == pytest.approx(np.sin(120.0), abs=1e-11)
+    assert len(both) < len(explicit)
+
+
+def test_the_fastest_decay_is_told():
+    _, along = relaxing(250.0)
+    assert decay(along, 0.0, np.array([0.0, 1.0])) == pytest.approx(250.0, rel=1e-6)
+    growing = RateField(lambda t, states: np.array([np.ones_like(t), 3.0 * states[1]]), np.ones(2))
+    assert decay(growing, 0.0, np.array([0.0, 1.0])) == 0.0
+
+
+def test_rounding_does_not_stop_the_steps():
+    """Two large torques that nearly cancel: rates are rough by 1e-16 of them, far above the tolerance."""
+    big = 1e6
+
+    def along(t, states):
+        return np.array([np.ones_like(t), (1e7 + np.sin(t)) - big * (10.0 + 1e-5 * states[1])])
+
+    solver = Implicit(RateField(along, np.array([1.0, 1e5])), 0.0, np.array([0.0, 0.0]), 3e-14, np.full(2, 3e-14))
+    count = 0
+    while solver.t < 5.0:
+        assert solver.step(5.0 - solver.t, 1.0) is not None
+        count += 1
+    assert count < 60
+    # y' = sin t - 10 y
+    expected = (10 * np.sin(5.0) - np.cos(5.0)) / 101
+    assert solver.state[1] == pytest.approx(expected, abs=1e-8)
+
+
+def test_from_rest_a_step_starts_exactly_where_it_is():
+    """A pace of -1e-16 there would look like a motion that turns back at once."""
+
+    def along(t, states):
+        return np.array([states[1], 10.0 - 2.0 * states[1]])
+
+    solver = Implicit(RateField(along, np.ones(2)), 0.0, np.zeros(2), 1e-12, np.full(2, 1e-12))
+    dense = solver.step(4.0, 0.0)
+    assert dense is not None
+    assert (dense(0.0) == 0.0).all()
+    times = np.array([0.0, 1e-9, 1e-3])
+    assert dense(times)[1] == pytest.approx(-5.0 * np.expm1(-2.0 * times), rel=1e-9)
+    assert dense(times)[0] == pytest.approx(2.5 * (2.0 * times + np.expm1(-2.0 * times)), rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize(("gain", "width"), [(1e3, 1e-4), (1e2, 1e-3)])
+def test_a_law_that_saturates_does_not_pass_for_rounding(gain, width):
+    """y' = -gain tanh((y - cos t)/width) from far off: Newton's method goes astray in long steps, which are none to take."""
+
+    def along(t, states):
+        return np.array([np.ones_like(t), -np.sin(t) - gain * np.tanh((states[1] - np.cos(t)) / width)])
+
+    offset, last = 3.0 * width, 5.0 * width / gain + 1e-3
+    for step in stepped(of(along), [0.0, 1.0 + offset], last, along=RateField(along, np.ones(2))):
+        times = np.linspace(step.start, step.end, 5)
+        # y - cos t = d: d' = -gain tanh(d/width), so that sinh(d/width) = sinh(d0/width) exp(-gain t/width)
+        expected = np.cos(times) + width * np.arcsinh(np.sinh(offset / width) * np.exp(-gain * times / width))
+        assert step.dense(times)[1] == pytest.approx(expected, abs=2e-11)
+
+
+def cycle_of(name: str, inertia: float, *, scale: float = 1.0) -> tuple[Machine, float, list, float]:
+    """A case's cycle from the state at phi = 0 that the references give."""
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=inertia)))
+    [found] = [item for item in regimes.figures(name)["analysis"].values() if float(item["inertia"]) == inertia]
+    speed, start = float(found["speed"]), float(found["speed_at_zero"])
+    balance = float(found["balance"]) if found["balance"] is not None else 0.0
+    dynamics = Dynamics(machine, inertia * machine.scene.flywheel_ratio**2, balance)
+    u = (start / speed - 1) / scale
+    steps = one_cycle(dynamics, speed, scale, np.array([0.0, u]), 1e-12)
+    return machine, speed, steps, u
+
+
+@pytest.mark.parametrize("name", sample(["governor", "geared-loss"], 2))
+def test_a_periodic_motion_comes_back_to_where_it_started(name):
+    inertia = regimes.CASES[name].inertias[0]
+    machine, _, steps, u = cycle_of(name, inertia)
+    last = steps[-1]
+    phi, end = last.dense(last.end)[:2]
+    assert phi == pytest.approx(machine.scene.cycle, rel=1e-12)
+    assert end == pytest.approx(u, abs=1e-9)
+
+
+def test_the_scale_changes_nothing():
+    inertia = regimes.CASES["governor"].inertias[0]
+    ends = [cycle_of("governor", inertia, scale=scale)[2][-1].end for scale in (1.0, 0.01)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-10)
+
+
+@pytest.mark.slow
+def test_a_motion_along_a_jump_is_told_apart():
+    """Friction that sets in above a speed holds the motion at that speed: no step gets on."""
+    rotor = {
+        "load": [
+            {"on": "crank", "torque": -30, "from": 0, "to": "90 deg"},
+            {"on": "crank", "torque": "-60*(omega > 10)"},
+        ],
+        "drive": {"torque": "20"},
+        "flywheel": {"inertia": 2.0},
+        "regime": {"speed": 10},
+    }
+    dynamics = Dynamics(Machine(flywheel.load(rotor)), 2.0)
+    with pytest.raises(SlidingError):
+        one_cycle(dynamics, 10.0, 1.0, np.array([0.0, 0.0]), 1e-10)
+
+
+def governed(gain: float, inertia: float) -> tuple[Machine, np.ndarray]:
+    """A rotor held at 10 rad/s by a drive of a gain (N m s), and its speed less 10 at 128 angles.
+
+    v = omega - 10 obeys gain v = -80 sin phi - 20 cos 3 phi - inertia (10 + v) v', by iteration on its Fourier series.
+    """
+    scene = {
+        "load": [{"on": "crank", "torque": "-100 - 80*sin(phi) - 20*cos(3*phi)"}],
+        "inertia": [{"on": "crank", "value": inertia}],
+        "drive": {"torque": f"{100 + 10 * gain} - {gain}*omega"},
+        "flywheel": {"inertia": 0},
+        "regime": {},
+    }
+    phi, order = 2 * np.pi * np.arange(128) / 128, np.fft.fftfreq(128, 1 / 128)
+    load = 80 * np.sin(phi) + 20 * np.cos(3 * phi)
+    v = -load / gain
+    for _ in range(60):
+        slope = np.fft.ifft(np.where(np.abs(order) < 40, 1j * order * np.fft.fft(v), 0)).real
+        v = -(load + inertia * (10 + v) * slope) / gain
+    return Machine(flywheel.load(scene)), v
+
+
+@pytest.mark.parametrize("gain", sample([1e6, 1e3], 2))
+def test_a_steep_drive_is_stepped_in_few_steps_and_keeps_its_digits(gain):
+    """Up to 6e7 time constants a cycle, and a drive whose torque of 1e7 N m leaves but 100 N m."""
+    machine, v = governed(gain, 0.01)
+    scale = 0.1 * float(np.ptp(v))
+    steps = one_cycle(Dynamics(machine, 0.0), 10.0, scale, np.array([0.0, v[0] / (10 * scale)]), 3e-14)
+    found = np.concatenate([step.dense(np.linspace(step.start, step.end, 9)) for step in steps], axis=1)
+    series = np.fft.fft(v) / 128
+    exact = (series * np.exp(1j * np.outer(found[0], np.fft.fftfreq(128, 1 / 128)))).sum(axis=1).real
+    assert len(steps) < 250
+    assert np.abs(10 * scale * found[1] - exact).max() < 1e-11 * np.ptp(v) + 20 * np.finfo(float).eps * 10
+
+
+def test_a_fast_current_is_confirmed_by_the_steady_motion():
+    scene = regimes.scene("dc-inductance", inertia=0.1)
+    motor = {**scene["drive"]["motor"], "inductance": 1e-6}
+    result = flywheel.size(flywheel.load({**scene, "drive": {**scene["drive"], "motor": motor}}))
+    assert result.simulation.route == "time"
+    assert abs(result.simulation.irregularity / result.run.irregularity - 1) <= 1e-12
+    assert result.error.simulation <= 1e-9

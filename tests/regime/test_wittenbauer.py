@@ -1,11 +1,28 @@
+"""The exact flywheel, the turning moment and the motion at constant speed."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from typing import Any
+
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import flywheel
-from tests import scenes
+from flywheel import Machine, SceneError
+from flywheel.machine.equation import Moments
+from flywheel.numerics import cells as piecewise
+from flywheel.regime import constant_speed, turning_moment
+from tests import regimes, scenes
+from tests.limits import sample
+from tests.regimes import SECTION_C
 
 
 def sized(scene, rtol=None):
@@ -18,6 +35,13 @@ def test_the_certificate_brackets_the_exact_flywheel(make):
     slack = 1e-12 * flywheel_.exact
     for low, high in (flywheel_.bracket, flywheel_.torque_bracket):
         assert low - slack <= flywheel_.exact <= high + slack
+
+
+@pytest.mark.parametrize("eps", [1.0, 0.04])
+def test_the_certificate_is_as_wide_as_its_formula(eps):
+    """Its ends are (1 + eps²/4) (Imax - Imin)/eps apart; I* of the yoke goes from 0 to m r²."""
+    low, high = sized(scenes.yoke(flywheel={"irregularity": eps})).flywheel.bracket
+    assert high - low == pytest.approx((1 + eps**2 / 4) * 20 * 0.5**2 / eps, rel=1e-9)
 
 
 def test_exact_equals_approximate_where_the_inertia_is_constant():
@@ -83,3 +107,503 @@ def test_shifting_the_origin_of_phi_changes_nothing(phase):
     result = sized(scenes.yoke(mechanism=mechanism))
     assert result.flywheel.exact == pytest.approx(353.521427322012, rel=1e-12)
     assert result.energy_fluctuation == pytest.approx(551.1021, rel=1e-6)
+
+
+# The resolved cycle, the speed with a given inertia, and how far angles and the period can be trusted.
+
+
+def resolved(scene):
+    machine = flywheel.Machine(flywheel.load(scene))
+    return machine, turning_moment.resolve(machine, machine.mesh)
+
+
+def test_the_work_of_the_yoke_is_the_closed_form():
+    _, cycle = resolved(scenes.yoke())
+    phi = np.linspace(0, np.pi, 50)
+    work, variation = cycle.at(*cycle.where(phi))
+    assert_allclose(work, 500 / np.pi * phi - 500 * (1 - np.cos(phi)), atol=1e-11)
+    assert_allclose(variation, 5 * np.sin(phi) ** 2, atol=1e-13)
+
+
+def test_inertia_accumulated_from_its_slope_is_the_inertia():
+    machine, cycle = resolved(scenes.press())
+    phi = np.linspace(0, 2 * np.pi, 77)
+    _, variation = cycle.at(*cycle.where(phi))
+    assert_allclose(cycle.inertia_at_start + variation, machine.reduce(phi).inertia, rtol=1e-11)
+
+
+def test_run_puts_the_mean_of_extremes_at_the_speed_asked():
+    _, cycle = resolved(scenes.press())
+    for inertia in (20.0, 200.0, 2e6):
+        run = turning_moment.run(cycle, 4 * np.pi, inertia)
+        assert 0.5 * (run.speed_max + run.speed_min) == pytest.approx(4 * np.pi, rel=1e-14)
+
+
+def test_tiny_irregularities_keep_their_digits():
+    _, cycle = resolved(scenes.rotor())
+    swing = 50 * np.pi
+    for inertia in (1e3, 1e9, 1e14):
+        run = turning_moment.run(cycle, 10 * np.pi, inertia)
+        expected = swing / (inertia * (10 * np.pi) ** 2)
+        assert run.irregularity == pytest.approx(expected, rel=1e-12)
+        assert abs(run.irregularity / expected - 1) <= run.error
+
+
+def test_speed_over_the_cycle_obeys_the_energy_balance():
+    machine, cycle = resolved(scenes.press())
+    run = turning_moment.run(cycle, 4 * np.pi, 50.0)
+    phi = np.linspace(0, 2 * np.pi, 60)
+    omega = turning_moment.speed_over_cycle(cycle, 4 * np.pi, run, phi)
+    energy = 0.5 * (50.0 + machine.reduce(phi).inertia) * omega**2
+    work, _ = cycle.at(*cycle.where(phi))
+    assert_allclose(energy - energy[0], work - work[0], atol=1e-9 * energy.max())
+
+
+def test_the_period_is_the_integral_of_one_over_speed():
+    _machine, cycle = resolved(scenes.rotor())
+    speed, inertia = 10 * np.pi, 0.3
+    run = turning_moment.run(cycle, speed, inertia)
+    period, error = turning_moment.period(cycle, speed, run, 1e-12)
+    # constant torque on each half turn: the mean speed of each half is that of its ends
+    expected = 2 * np.pi / (0.5 * (run.speed_max + run.speed_min))
+    assert period == pytest.approx(expected, rel=1e-12)
+    assert abs(period / expected - 1) <= error
+
+
+def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
+    _, cycle = resolved(scenes.rotor())
+    least = 50 * np.pi / (2 * (10 * np.pi) ** 2)
+    assert turning_moment.run(cycle, 10 * np.pi, 1.0001 * least).irregularity == pytest.approx(2 / 1.0001, rel=1e-9)
+    with pytest.raises(turning_moment.NoMotionError):
+        turning_moment.run(cycle, 10 * np.pi, 0.9999 * least)
+
+
+def near_a_stall(amplitude, **level):
+    """A rotor of 1 kg m² under a sine at 10 rad/s: all is known in closed form, omega² = c - 2 A cos(phi)."""
+    scene = {
+        "load": [{"on": "crank", "torque": f"{amplitude}*sin(phi)"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"inertia": 1},
+    }
+    return flywheel.size(flywheel.load(scene), **level)
+
+
+@pytest.mark.parametrize("amplitude", [50.0, 99.999])
+def test_the_error_of_the_period_grows_towards_a_stall(amplitude):
+    with mpmath.workdps(30):
+        slow, fast = 10 - mpmath.mpf(amplitude) / 10, 10 + mpmath.mpf(amplitude) / 10
+        true = 4 / fast * mpmath.ellipk(4 * mpmath.mpf(amplitude) / fast**2)
+        found = near_a_stall(amplitude, simulate=False)
+        assert abs(found.simulation.period / true - 1) <= found.error.period
+        assert abs(found.simulation.speed_min / slow - 1) <= found.error.simulation
+    assert found.error.period < (1e-8 if amplitude < 99.95 else 1e-5)
+
+
+@pytest.mark.parametrize("accuracy", ["confirm", "audit"])
+def test_a_confirmed_period_has_an_error_of_its_own(accuracy):
+    found = near_a_stall(50.0, accuracy=accuracy)
+    true = 4 / 15 * float(mpmath.ellipk(200 / 225))
+    assert abs(found.simulation.period / true - 1) <= found.error.period <= found.error.simulation
+
+
+ROTOR: dict[str, Any] = {"inertia": [{"on": "crank", "value": 2.0}], "regime": {"speed": 10.0}}
+
+
+def sized_moment(scene: dict[str, Any]) -> Any:
+    return flywheel.size(flywheel.load(scene), simulate=False)
+
+
+def test_a_sine_crosses_zero_at_half_a_turn() -> None:
+    load = [{"on": "crank", "torque": "100*sin(phi)"}]
+    found = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
+    assert 0.0 < found.error.angles < 1e-12
+    assert abs(found.areas[0].end - pi) <= found.error.angles
+    assert abs(found.angle_speed_max - pi) <= found.error.extremes
+
+
+def test_a_jump_through_zero_is_known_to_rounding() -> None:
+    load = [{"on": "crank", "torque": -100.0, "from": 1.0, "to": 2.0}]
+    found = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
+    assert found.angle_speed_max == 1.0
+    assert found.angle_speed_min == 2.0
+    assert found.error.extremes < 1e-14
+
+
+def test_speeds_that_are_not_known_leave_angles_open() -> None:
+    """A given flywheel's extremes depend on the speed; the error of that is in theirs."""
+    scene = {
+        "mechanism": {"type": "slider-crank", "crank": {"length": 0.2}, "rod": {"length": 0.7}, "slider": {"mass": 30}},
+        "load": [{"on": "slider", "force": "-500*sign(v)"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 20.0},
+        "flywheel": {"inertia": 1.5},
+    }
+    loose, tight = (sized_moment({**scene, "accuracy": {"rtol": rtol}}) for rtol in (1e-3, 1e-13))
+    for key in ("angle_speed_max", "angle_speed_min"):
+        assert abs(getattr(loose, key) - getattr(tight, key)) <= loose.error.extremes + tight.error.extremes
+    assert tight.error.extremes < 1e-9
+
+
+@pytest.mark.parametrize("steep", [0.05, 60.0])
+def test_a_speed_that_has_settled_has_no_angle(steep: float) -> None:
+    """Strongly damped, the speed settles between loads: where it is least is anyone's guess, and the estimate says so."""
+    scene = {
+        "load": [{"on": "crank", "torque": 5.0, "from": 0.6, "to": 0.62}, {"on": "crank", "torque": -2.5}],
+        "inertia": [{"on": "crank", "value": 3.0}],
+        "drive": {"torque": f"{2.5 + 14.0 * steep} - {33.0 * steep}*omega"},
+        "flywheel": {"inertia": 0.1},
+        "accuracy": {"rtol": 1e-10},
+    }
+    found = sized_moment(scene)
+    assert abs(found.angle_speed_max - 0.62) <= max(1e-12, found.error.extremes)
+    assert (found.error.extremes > 1.0) == (steep > 10.0)
+    assert found.error.angles < 1e-12
+
+
+# The machine at a constant speed: where its net work is zero, what keeps it from that, and the cycle there.
+
+
+WHEEL = {"flywheel": {"inertia": 2}}
+
+
+def moments_of(scene):
+    machine = Machine(flywheel.load(scene))
+    return Moments(machine, piecewise.cells(machine.mesh))
+
+
+def speeds(scene):
+    return constant_speed.steady_speeds(moments_of(WHEEL | scene))
+
+
+def loaded(torque, drive):
+    return {"load": [{"on": "crank", "torque": torque}], "drive": {"torque": drive}}
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(0.01, 0.99))
+def test_a_straight_line_meets_the_mean_load(start, slope, share):
+    (found,) = speeds(loaded(f"{-2 * share * start!r}*(phi < pi)", f"{start!r} - {slope!r}*omega"))
+    assert found.stable
+    assert found.speed == pytest.approx((1 - share) * start / slope, rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.99, 1 - 1e-12])
+def test_an_induction_motor_meets_a_load_twice(share):
+    """The slips of 2 Tb s sb/(s² + sb²) = M are sb (Tb/M ± sqrt(Tb²/M² - 1))."""
+    break_down, sb, top = 596.4, 0.1916, 50 * np.pi / 12
+    scene = {key: regimes.TWO_SPEEDS[key] for key in ("parameters", "shafts", "drive")}
+    found = speeds(scene | {"load": [{"on": "crank", "torque": -share * break_down}]})
+    slips = sb * (1 / share + np.array([1, -1]) * np.sqrt(1 / share**2 - 1))
+    true = top * (1 - slips)
+    within = true > 0
+    assert [item.stable for item in found] == [
+        stable for stable, inside in zip([False, True], within, strict=True) if inside
+    ]
+    close = 1e-12 if share < 0.999 else 1e-6 if share < 1 - 1e-9 else 2e-3  # two roots that near are told apart no better
+    assert_allclose([item.speed for item in found], true[within], rtol=close)
+
+
+@pytest.mark.parametrize("gap", [0.2, 1e-4])
+def test_humps_that_reach_across_between_the_speeds_looked_at(gap):
+    top = 7.7
+    found = speeds(loaded("-1", f"1 + (omega - {top - gap})*({top + gap} - omega)"))
+    assert_allclose([item.speed for item in found], [top - gap, top + gap], rtol=1e-12 / gap)
+    assert [item.stable for item in found] == [False, True]
+    assert not speeds(loaded("-1", f"1 - (omega - {top})**2 - {gap}"))
+
+
+def test_stretches_where_nothing_changes_are_not_searched(monkeypatch):
+    """A governor's full torque, a fan's at low speed: no hump worth a search."""
+    searched = []
+    summit = constant_speed.summit
+    monkeypatch.setattr(constant_speed, "summit", lambda *a, **b: searched.append(a) or summit(*a, **b))
+    for name in ("governor", "engine"):
+        (found,) = constant_speed.steady_speeds(moments_of(regimes.scene(name, inertia=0.3)))
+        assert found.stable
+        assert found.speed == pytest.approx(float(regimes.figures(name)["constant"]["speed"]), rel=1e-12)
+    assert not searched
+
+
+@pytest.mark.parametrize("name", [n for n in regimes.CASES if "constant" in regimes.figures(n) and "slow" not in n])
+def test_the_cycle_at_constant_speed_is_that_of_the_references(name):
+    """Accumulated work and net work of torques at that speed, each to rounding of the work exchanged."""
+    true = regimes.figures(name)["constant"]
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=0.3)))
+    if machine.scene.unknown is None and name != "unstable":
+        found, _ = constant_speed.operating_point(machine)
+        assert found == pytest.approx(float(true["speed"]), rel=1e-11)
+    cycle = constant_speed.resolve(machine, machine.mesh, float(true["speed"]))
+    exchanged = float(true["work_exchanged"])
+    assert abs(cycle.net) < 1e-8 * exchanged
+    if true["balance"] is not None:
+        assert cycle.balance == pytest.approx(float(true["balance"]), rel=1e-7)
+    swing = [float(true["accumulated_max"]), float(true["accumulated_min"])]
+    works = np.concatenate((cycle.start[0], cycle.at(*_inner(cycle))[0]))
+    assert works.max() <= swing[0] + 1e-8 * exchanged
+    assert works.min() >= swing[1] - 1e-8 * exchanged
+
+
+def _inner(cycle):
+    cells = np.repeat(np.arange(len(cycle.mesh.half)), 9)
+    return cells, np.tile(np.linspace(-1, 1, 9), len(cycle.mesh.half))
+
+
+def test_a_law_that_switches_at_a_speed_breaks_its_cells_there():
+    """Drag past 1.2 m/s alone: the speed of zero net work, by quadrature split where the drag sets in."""
+    scene = WHEEL | {
+        "mechanism": {"type": "scotch-yoke", "crank": {"length": 0.3, "inertia": 0.5}, "yoke": {"mass": 20}},
+        "load": [{"on": "yoke", "force": "-400*max(0, abs(v) - 1.2)*sign(v)"}],
+        "drive": {"torque": "160 - 12*omega"},
+    }
+
+    def net(w):
+        edge = np.arcsin(min(1.2 / (0.3 * w), 1))
+        drag = quad(lambda p: 400 * (0.3 * np.sin(p) * w - 1.2) * 0.3 * np.sin(p), edge, np.pi / 2)[0]
+        return (160 - 12 * w) * np.pi / 2 - drag
+
+    true = brentq(net, 5, 13, xtol=1e-14)
+    machine = Machine(flywheel.load(scene))
+    speed, _ = constant_speed.operating_point(machine)
+    assert speed == pytest.approx(true, rel=1e-13)
+    cycle = constant_speed.resolve(machine, machine.mesh, speed)
+    assert abs(cycle.net) < 1e-13 * cycle.exchanged
+    edge = np.arcsin(4 / true)
+    for angle in (edge, np.pi - edge, np.pi + edge, 2 * np.pi - edge):
+        assert np.abs(cycle.mesh.edges - angle).min() < 1e-9
+
+
+def test_losses_break_cells_where_a_mesh_changes_the_side_that_drives():
+    scene = regimes.scene("geared-loss", inertia=0.05)
+    scene["load"] = [*scene["load"], {"on": "motor", "torque": "20*sin(phi) - 3"}]
+    machine = Machine(flywheel.load(scene))
+    cycle = constant_speed.resolve(machine, machine.mesh, 13.0)
+    unknown = cycle.balance
+    assert abs(cycle.net) < 1e-13 * cycle.exchanged
+    # tau = -8 (T - 3 + 20 sin phi) at constant speed, as the motor's shaft has no varying inertia
+    angle = np.arcsin((3 - unknown) / 20)
+    assert np.abs(cycle.mesh.edges - (np.pi - angle)).min() < 1e-9
+
+
+def test_a_balance_is_linear_but_for_losses():
+    moments = moments_of(regimes.scene("pump", inertia=5))
+    for speed in (6.0, 12.0):
+        unknown = constant_speed.balance_at(moments, speed)
+        assert abs(float(moments.net_work(speed, unknown))) < 1e-11 * abs(2 * np.pi * unknown)
+    lossy = moments_of(regimes.scene("geared-loss", inertia=0.05))
+    unknown = constant_speed.balance_at(lossy, 13.0)
+    assert abs(float(lossy.net_work(13.0, unknown))) < 1e-11 * 16 * np.pi * unknown
+
+
+def test_a_balance_without_effect_is_named():
+    scene = regimes.scene("pump", inertia=5)
+    scene["parameters"], scene["drive"] = {"F": "balance"}, {"torque": 20}
+    scene["load"] = [{"on": "slider", "force": "F"}]
+    with pytest.raises(SceneError, match="does no net work"):
+        constant_speed.balance_at(moments_of(scene), 10.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("runaway", "no steady speed: at every speed a cycle has net work left over (125.66"),
+        ("stalled", "a drive that cannot carry the mean load: at best, at 10.58"),
+        ("starved", "a drive that cannot carry the mean load: at best, at standstill, a cycle lacks 31.4159 J"),
+    ],
+)
+def test_why_there_is_no_speed_is_named(name, words):
+    with pytest.raises(SceneError) as caught:
+        constant_speed.operating_point(Machine(flywheel.load(regimes.BAD[name].scene)))
+    (fault,) = caught.value.faults
+    assert fault.path == "drive"
+    assert words in str(fault)
+
+
+def test_an_unstable_speed_is_named():
+    with pytest.raises(SceneError, match=r"drive: found an unstable regime: near 18\.75 rad/s"):
+        constant_speed.operating_point(Machine(flywheel.load(regimes.scene("unstable", inertia=3))))
+
+
+def test_of_several_speeds_the_greatest_stable_one_is_taken_and_all_are_told():
+    speed, (message,) = constant_speed.chosen_speed(moments_of(regimes.scene("two-speeds-fast", inertia=0.5)))
+    assert speed == pytest.approx(float(regimes.figures("two-speeds-fast")["constant"]["speed"]), rel=1e-13)
+    assert "6.57677 rad/s (unstable), 12.1242 rad/s (stable)" in message
+
+
+@pytest.mark.parametrize(("slope", "load"), [(1e4, 1e-3), (1e5, 1e-2)])
+def test_the_last_digits_of_the_speed_are_in_the_error_of_work_under_a_stiff_motor(slope, load):
+    """Torques slope (20 - omega) and -load (1 + sin phi): at the constant speed their energy fluctuates by 2 load."""
+    torques = {
+        "load": [{"on": "crank", "torque": f"-{load} - {load}*sin(phi)"}],
+        "drive": {"torque": f"{slope}*(20 - omega)"},
+    }
+    found = flywheel.size(flywheel.load({**torques, "flywheel": {"inertia": 1.0}}), simulate=False)
+    true = abs(found.as_dict()["energy_fluctuation"] / (2 * load) - 1)
+    assert true <= found.error.work < 1e-6
+
+
+KEYS = {
+    "title", "reduction", "cycle", "speed", "speed_asked", "irregularity", "balance", "power", "areas",
+    "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy", "angle_speed_max",
+    "angle_speed_min", "reduced_inertia", "flywheel", "simulation", "error",
+}  # fmt: skip
+FLYWHEEL = {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque",
+    "inertia_torque_flywheel", "needed", "limits", "binding", "broken"}  # fmt: skip
+SIMULATION = {"irregularity", "irregularity_approximate", "speed_max", "speed_min", "speed_time_mean", "period"}
+
+
+@pytest.mark.parametrize("make", sample([scenes.rotor, scenes.press], 2))
+def test_every_key_of_the_contract_is_there(make):
+    result = flywheel.size(flywheel.load(make())).as_dict()
+    assert set(result) >= KEYS
+    assert set(result["flywheel"]) == FLYWHEEL
+    assert set(result["simulation"]) >= SIMULATION
+    assert set(result["reduced_inertia"]) == {"min", "max", "mean"}
+    assert set(result["error"]) >= {"exact", "simulation"}
+    assert all(set(area) == {"from", "to", "work", "accumulated"} for area in result["areas"])
+    assert json.loads(json.dumps(result)) == result
+
+
+def test_keys_of_regimes_power_and_shafts():
+    scene = SECTION_C | {"shafts": {"fast": {"ratio": 3}}, "flywheel": {"on": "fast", "irregularity": 0.05}}
+    sizing = flywheel.size(flywheel.load(scene), simulate=False)
+    result = sizing.as_dict()
+    assert json.loads(json.dumps(result)) == result
+    assert result["constant_speed"] == pytest.approx(10 / 2.387, rel=1e-12)
+    assert 0 < result["multiplier"] < 1
+    assert result["speed_asked"] is None
+    assert result["gd2"] == 4 * result["flywheel"]["exact"]
+    crank, fast = result["shafts"]
+    assert (crank["shaft"], fast["shaft"]) == ("crank", "fast")
+    assert fast["inertia"] == pytest.approx(result["flywheel"]["exact"], rel=1e-15)
+    assert crank["inertia"] == pytest.approx(9 * fast["inertia"], rel=1e-14)
+    assert crank["energy"] == pytest.approx(fast["energy"], rel=1e-14)
+    assert fast["speed"] == 3 * result["speed"]
+    assert (result["energy"]["mean_power"], result["energy"]["peak_to_mean"]) == (0.0, None)
+    assert result["wheel"] is None
+
+
+def test_what_is_null_where():
+    sizing = flywheel.size(flywheel.load(scenes.yoke()), simulate=False).as_dict()
+    assert sizing["simulation"] is None
+    assert sizing["error"]["simulation"] is None
+    given = flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False).as_dict()
+    assert given["irregularity"] is None
+    assert {key for key, value in given["flywheel"].items() if value is None} == FLYWHEEL - {"on", "inertia"}
+    assert given["simulation"]["irregularity"] > 0
+    coasting = flywheel.load(scenes.rotor(drive={"torque": 0}, load=[], inertia=[{"on": "crank", "value": 1}]))
+    assert flywheel.size(coasting).as_dict()["coefficient_of_energy"] is None
+    nothing = scenes.rotor(load=[])
+    del nothing["drive"]
+    assert flywheel.size(flywheel.load(nothing)).as_dict()["power"] is None
+
+
+def test_areas_leave_the_machine_null():
+    scene = {"areas": {"values": [5, -5]}, "regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
+    result = flywheel.size(flywheel.load(scene)).as_dict()
+    for key in ("cycle", "power", "balance", "simulation", "coefficient_of_energy", "angle_speed_max"):
+        assert result[key] is None
+    assert result["areas"][0]["from"] is None
+    assert set(result["reduced_inertia"].values()) == {None}
+    assert result["flywheel"]["exact"] == result["flywheel"]["approximate"] == result["flywheel"]["approximate_total"]
+
+
+PHI = np.linspace(0, 6, 13)
+
+
+def test_parts_add_up_to_the_whole():
+    state = flywheel.reduce(flywheel.load(scenes.press()), PHI)
+    assert_allclose(sum(state.inertia_parts.values()), state.inertia, rtol=1e-13)
+    assert_allclose(sum(state.moment_parts.values()), state.moment, rtol=1e-12, atol=1e-9)
+
+
+def test_the_balance_is_solved_for_unless_given():
+    scene = flywheel.load(scenes.yoke())
+    solved, given = flywheel.reduce(scene, [4.0]), flywheel.reduce(scene, [4.0], balance=100.0)
+    assert_allclose(solved.moment, 500 / np.pi)
+    assert_allclose(given.moment, 100.0)
+
+
+def test_influence_coefficients_have_their_slopes():
+    scene = flywheel.load(scenes.shaper())
+    step = 1e-6
+    state = flywheel.reduce(scene, PHI)
+    higher, lower = (flywheel.reduce(scene, PHI + d) for d in (step, -step))
+    for name, gain in state.gains.items():
+        slope = (higher.gains[name] - lower.gains[name]) / (2 * step)
+        inside = PHI > 0.01
+        assert_allclose(state.gain_slopes[name][inside], slope[inside], atol=1e-8)
+        assert gain.shape == PHI.shape
+
+
+def test_ports_that_carry_nothing_have_their_coefficients_too():
+    bare = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}}
+    scene = flywheel.load({"mechanism": bare, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    state = flywheel.reduce(scene, [np.pi / 2])
+    assert_allclose(state.gains["slider-crank.slider"], -0.1)
+    assert_allclose(state.gains["slider-crank.rod"], 0.0, atol=1e-16)
+    assert_allclose(state.inertia, 0.0)
+
+
+# -- torques that depend on speed ----------------------------------------------------------------------------------------
+
+
+def test_the_moment_at_a_speed_holds_loads_dampers_and_the_drive():
+    scene = flywheel.load(regimes.scene("yoke", inertia=3))
+    state = flywheel.reduce(scene, PHI, speed=8.0)
+    gain = -0.3 * np.sin(PHI)
+    load = np.where(gain < 0, gain * (-200 - 30 * gain * 8 * np.abs(gain * 8)), 0.0)
+    assert_allclose(state.moment, 160 - 12 * 8 - 150 * gain**2 * 8 + load, rtol=1e-12, atol=1e-12)
+    assert_allclose(sum(state.moment_parts.values()), state.moment, rtol=1e-12, atol=1e-12)
+    assert set(state.moment_parts) == {"drive", "load[0] on scotch-yoke.yoke", "damper[0] on scotch-yoke.yoke"}
+    faster = flywheel.reduce(scene, PHI, speed=9.0)
+    assert_allclose(faster.inertia, state.inertia)
+    assert (faster.moment < state.moment).all()
+
+
+def test_without_a_speed_it_is_the_one_asked_for_or_that_of_zero_net_work():
+    scene = flywheel.load(regimes.scene("pump", inertia=5))
+    asked = flywheel.reduce(scene, PHI)
+    given = flywheel.reduce(scene, PHI, speed=4 * np.pi)
+    balance = float(regimes.figures("pump")["constant"]["balance"])
+    assert_allclose(asked.moment, given.moment)
+    assert_allclose(asked.moment_parts["drive"], balance, rtol=1e-9)
+    free = flywheel.reduce(flywheel.load(regimes.scene("section-c", inertia=0)), PHI)
+    assert_allclose(
+        free.moment_parts["drive"], 10 - 2.387 * float(regimes.figures("section-c")["constant"]["speed"]), atol=1e-14
+    )
+
+
+def test_a_branch_that_a_velocity_decides_is_taken_where_the_machine_stands():
+    """Drag past 1.2 m/s: at 8 rad/s none of it within 30 deg of the dead centre."""
+    load = [{"on": "yoke", "force": "-400*max(0, abs(v) - 1.2)*sign(v)"}]
+    scene = flywheel.load(regimes.scene("yoke", inertia=3) | {"load": load, "damper": []})
+    phi = np.array([0.1, np.pi / 6 - 1e-9, np.pi / 6 + 1e-3, 1.0, 3.0, 4.0])
+    velocity = -0.3 * np.sin(phi) * 8
+    force = -400 * np.maximum(0, np.abs(velocity) - 1.2) * np.sign(velocity)
+    state = flywheel.reduce(scene, phi, speed=8.0)
+    assert_allclose(state.moment_parts["load[0] on scotch-yoke.yoke"], force * -0.3 * np.sin(phi), rtol=1e-11, atol=1e-11)
+
+
+def test_losses_in_meshes_are_no_part_of_the_moment():
+    scene = regimes.scene("geared-loss", inertia=0.05)
+    plain = scene | {"shafts": {"motor": {"ratio": 8}}}
+    states = [flywheel.reduce(flywheel.load(each), PHI, balance=15.0) for each in (scene, plain)]
+    assert_allclose(states[0].moment, states[1].moment, rtol=1e-13)
+    assert_allclose(states[0].inertia, states[1].inertia, rtol=1e-13)
+
+
+@pytest.mark.parametrize("asked", [{"irregularity": 0.01}, {"inertia": 20.0}], ids=["sized", "given"])
+def test_work_left_over_is_an_error_of_angles_and_of_the_motion(asked):
+    """M* = -100 sin(phi) + N/(2 pi): beside its extremes W falls by 50 d² (d in rad), and N may lie anywhere."""
+    left, swing = 1.0, 200.0
+    drive, load = {"torque": 100 + left / (2 * pi)}, [{"on": "crank", "torque": "-100*(1 + sin(phi))"}]
+    found = sized(scenes.rotor(drive=drive, load=load, flywheel=asked, accuracy={"closure": 0.01}))
+    errors = found.errors
+    assert (2 * left / 100) ** 0.5 <= errors["angles"] <= 0.2
+    for name in ("angle_speed_max", "angle_speed_min"):  # energies are off by 2 N where the inertia is constant
+        assert (4 * left / 100) ** 0.5 <= errors[name] <= 0.3
+    wheels = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel")
+    for name in wheels if "irregularity" in asked else ("simulation",):
+        assert 0.99 * left / swing <= errors[name] <= 1.5 * left / swing
+    assert 0.99 * found.closure <= errors["work"] <= 1.5 * found.closure

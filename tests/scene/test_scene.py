@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.numerics.faults import SceneError
+from flywheel import SceneError
 from tests import regimes, scenes
 from tests.limits import sample
-from tests.machine.test_joint_friction import crank_press
+from tests.scenes import crank_press
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 SHAFT = {"regime": {"speed": "100 rpm"}, "flywheel": {"irregularity": 0.02}}

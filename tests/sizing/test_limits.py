@@ -1,6 +1,7 @@
-"""Flywheels sized for limits: each found again by shooting on equations written here, the one that binds, and refusals."""
+"""Limits of the drive and of the wheel, on every shaft."""
 
-from math import pi, radians, sqrt
+from functools import cache
+from math import pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel import SceneError
+from flywheel import SceneError, Sizing
+from flywheel.components.wheels import parts
+from flywheel.regime import turning_moment
+from flywheel.regime.branch import Existence
 from flywheel.sizing import limits
+from flywheel.sizing.limits import Point, Search, Share, State
+from flywheel.tables import sizing as report
+from tests import regimes, scenes
+from tests.oracle.inertia_scan import Textbook, irregularity, kept, mean
+
+# Flywheels sized for limits: each found again by shooting on equations written here, the one that binds, and refusals.
+
 
 RATIO, OWN, START, END, LOAD = 6.5, 0.4, radians(40), radians(100), 1200.0
 POWER, SPEED, VOLTAGE, EFFICIENCY = 7500.0, 1420 * pi / 30, 440.0, 0.88
@@ -230,3 +241,333 @@ def test_limits_stand_beside_no_irregularity_and_no_inertia():
 def test_a_sweep_takes_limits_one_by_one():
     found = flywheel.sweep(flywheel.load(punch({"motor_torque": 1.6})), {"flywheel.limits.motor_torque": [1.4, 1.8]})
     assert found["exact"].tolist() == [sized({"motor_torque": share}).flywheel.exact for share in (1.4, 1.8)]
+
+
+# The smallest flywheel, and the heavier ones that break what it keeps, against scans of inertias by textbook equations.
+
+
+SCAN = np.concatenate(([0.0], np.geomspace(1e-3, 1e2, 99)))
+
+
+def swinging(**wheel):
+    """A rotor that a sine brakes, behind a DC motor whose current swings with it."""
+    motor = {"type": "dc", "voltage": 440, "inductance": "3.5 mH", "power": 12000, "speed": "3300 rpm"}
+    return {
+        "inertia": [{"on": "crank", "value": 0.05}],
+        "load": [{"on": "crank", "torque": "-150 - 120*sin(phi)"}],
+        "shafts": {"fw": {"ratio": 2}, "motor": {"ratio": 3, "on": "fw"}},
+        "drive": {"on": "motor", "motor": motor | {"efficiency": 0.965, "inertia": 0.002}},
+        "flywheel": {"on": "fw"} | wheel,
+    }
+
+
+LIGHT_AMPS, RATED_SPEED = 12000.0 / (440.0 * 0.965), 3300 * pi / 30
+LOST = 0.5 * (440.0 * LIGHT_AMPS - 12000.0)  # half of it in the copper
+LIGHT_RESISTANCE, LIGHT_FRICTION = LOST / LIGHT_AMPS**2, LOST / RATED_SPEED**2
+LIGHT_CONSTANT = (440.0 - LIGHT_RESISTANCE * LIGHT_AMPS) / RATED_SPEED
+
+
+def at_once(omega):
+    """The current of an armature without inductance."""
+    return (440.0 - LIGHT_CONSTANT * omega) / LIGHT_RESISTANCE
+
+
+def by_hand(load: float = 1.0, inductance: float = 3.5e-3) -> Textbook:
+    return Textbook(
+        inertia=lambda phi: (0.05 + 36 * 0.002, 0.0),
+        torque=lambda omega, i: LIGHT_CONSTANT * (i if inductance else at_once(omega)) - LIGHT_FRICTION * omega,
+        load=lambda phi: -load * (150 + 120 * sin(phi)),
+        ratio=6.0,
+        speed=RATED_SPEED / 6,
+        amps=0.7 * LIGHT_AMPS,
+        current=(lambda omega, i: (at_once(omega) - i) * LIGHT_RESISTANCE / inductance) if inductance else None,
+    )
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return by_hand().motions(4 * SCAN)
+
+
+def test_an_irregularity_that_rises_with_inertia_and_falls_again(motions):
+    true = irregularity(motions[0])
+    assert true[0] < 0.026 < true.max()
+    sizing = flywheel.size(flywheel.load(swinging(irregularity=0.026)), simulate=False)
+    assert (sizing.flywheel.exact, sizing.flywheel.needed) == (0.0, False)
+    clear = np.abs(true / 0.026 - 1.0) > 1e-4
+    assert (kept(sizing, SCAN) == (true <= 0.026))[clear].all()
+    (broken,) = sizing.flywheel.broken
+    edges = irregularity(by_hand().motions(4 * np.array([broken.start, broken.end]))[0])
+    assert edges == pytest.approx(0.026, rel=1e-4)  # of steps of a degree
+    data = sizing.as_dict()
+    assert data["flywheel"]["broken"] == [{"from": broken.start, "to": broken.end}]
+    assert 0.0 < data["error"]["broken"] < 1e-9
+    assert any("not kept by heavier flywheels of 0.018437 to 0.77587 kg m^2" in told for told in sizing.messages)
+    tighter = flywheel.size(flywheel.load(swinging(irregularity=0.025)), simulate=False)
+    assert (kept(tighter, SCAN) == (true <= 0.025))[np.abs(true / 0.025 - 1.0) > 1e-4].all()
+    assert tighter.flywheel.exact > broken.start
+
+
+@pytest.mark.parametrize("name", ["motor_torque", "motor_rms", "motor_heat", "current_pulsation"])
+def test_limits_of_a_motor_with_a_current_of_its_own(name, motions):
+    rated, (omega, i) = 12000.0 / RATED_SPEED, motions
+    torque = by_hand().torque(6 * omega, i)
+    true = {
+        "motor_torque": np.abs(torque).max(axis=0) / rated,
+        "motor_rms": np.sqrt(mean(torque**2, omega)) / rated,
+        "motor_heat": mean(i**2, omega) / LIGHT_AMPS**2,
+        "current_pulsation": np.ptp(i, axis=0) / LIGHT_AMPS,
+    }[name]
+    for share in (0.3, 0.9):
+        asked = float(true.min() + share * np.ptp(true))
+        sizing = flywheel.size(flywheel.load(swinging(limits={name: asked})), simulate=False)
+        assert (kept(sizing, SCAN) == (true <= asked))[np.abs(true / asked - 1.0) > 1e-4].all(), asked
+
+
+def test_a_limit_that_is_kept_without_a_flywheel_is_not_lost_where_the_motion_is_stiff():
+    def yoke(**limits):
+        motor = {"type": "hydraulic", "displacement": "60 cm^3", "flow": "24 l/min", "pressure": "100 bar"}
+        return {
+            "mechanism": {"type": "scotch-yoke", "crank": {"length": 0.08, "inertia": 1.0}, "yoke": {"mass": 1000}},
+            "load": [{"on": "yoke", "force": "-1000*sign(v)"}],
+            "drive": {"motor": motor | {"mechanical_efficiency": 0.94, "volumetric_efficiency": 0.93}},
+            "flywheel": {"limits": limits},
+        }
+
+    volume, even = 60e-6 / (2 * pi), 24e-3 / 60 / (60e-6 / (2 * pi))
+    rated = 0.94 * volume * 100e5
+
+    def torque(omega, _):
+        below = rated * np.minimum((even - omega) / (0.07 * even), 1.0)
+        return np.where(omega <= even, below, np.maximum(below, -rated) / 0.94**2)
+
+    own = 1000 * 0.08**2
+    machine = Textbook(
+        inertia=lambda phi: (1.0 + own * sin(phi) ** 2, own * sin(2 * phi)),
+        torque=torque,
+        load=lambda phi: -1000 * 0.08 * abs(sin(phi)),
+        speed=0.95 * even,
+    )
+    omega = machine.motions([0.0])[0]
+    torques = torque(omega, 0.0)
+    sizing = flywheel.size(flywheel.load(yoke(motor_torque=1.5, motor_rms=1.0)), simulate=False)
+    assert (sizing.flywheel.exact, sizing.flywheel.needed, sizing.binding) == (0.0, False, None)
+    assert sizing.limits["motor_torque"].reached == pytest.approx(np.abs(torques).max() / rated, rel=1e-3)
+    assert sizing.limits["motor_rms"].reached == pytest.approx(np.sqrt(mean(torques**2, omega)[0]) / rated, rel=1e-2)
+
+
+def test_a_duty_whose_first_phase_idles_is_that_of_any_order():
+    phases = [{"name": "idle", "duration": "10 s", "loads": 0}, {"name": "full", "duration": "10 s"}]
+    press = {
+        "inertia": [{"on": "crank", "value": 0.0003}],
+        "load": [{"on": "crank", "torque": -20, "from": 0, "to": "120 deg"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 150},
+        "flywheel": {"irregularity": 0.1},
+    }
+    there, back = (flywheel.size(flywheel.load(press | {"duty": way}), simulate=False) for way in (phases, phases[::-1]))
+    work = 20 * (2 * pi / 3) * (2 / 3)  # of the window, less what the drive gives within it
+    assert there.flywheel.exact == back.flywheel.exact == pytest.approx(work / (0.1 * 150**2) - 0.0003, rel=1e-9)
+    assert (there.duty.governing, back.duty.governing) == ("full", "full")
+
+
+def test_heat_over_a_duty_that_is_kept_without_a_flywheel_or_with_the_least():
+    phases = [{"name": "full", "duration": "40 s"}, {"name": "half", "duration": "20 s", "loads": 0.5}]
+
+    def sized(heat, order=1):
+        scene = swinging(limits={"irregularity": 0.1, "motor_heat": heat}) | {"duty": phases[::order]}
+        del scene["drive"]["motor"]["inductance"]
+        return flywheel.size(flywheel.load(scene), simulate=False)
+
+    true = 0.0
+    for time, load in ((40.0, 1.0), (20.0, 0.5)):
+        omega = by_hand(load, inductance=0.0).motions(4 * SCAN)[0]
+        true = true + time / 60.0 * mean(at_once(6 * omega) ** 2, omega) / LIGHT_AMPS**2
+    loose = sized(1.01 * true[0])
+    assert (loose.flywheel.exact, loose.flywheel.needed, loose.binding) == (0.0, False, None)
+    assert loose.limits["motor_heat"].reached == pytest.approx(true[0], rel=1e-4)
+    asked = 0.5 * (true.min() + true.max())
+    found = sized(asked), sized(asked, -1)
+    assert (kept(found[0], SCAN) == (true <= asked))[np.abs(true / asked - 1.0) > 1e-4].all()
+    assert found[0].flywheel == found[1].flywheel
+
+
+def test_the_error_of_a_least_flywheel_covers_lighter_ones_of_which_nothing_is_known():
+    """From 0.5 kg m² down no motion is known: the least flywheel may be any of those."""
+
+    def at(inertia: float, error: float) -> Point:
+        if inertia < 0.5:
+            return Point(inertia, Existence.UNKNOWN)
+        return Point(inertia, Existence.MOTION, (None,), {"irregularity": Share(0.1 / inertia, 1e-9)})
+
+    unknown, kept = Search(at, {"irregularity": 0.3}, 1e-3, 1e3, 1e-6).spans("irregularity")
+    assert (unknown.state, kept.state) == (State.UNKNOWN, State.KEPT)
+    assert kept.first == pytest.approx(0.5, rel=0.2)
+    assert kept.error == 1.0
+
+
+PRESS = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "80 mm"},
+        "rod": {"length": "480 mm"},
+        "slider": {"mass": "420 kg"},
+    },
+    "shafts": {"motor": {"ratio": 5}},
+    "load": [{"on": "slider", "force": "-400 kN", "from": "340 deg", "to": "360 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": "60 rpm"},
+}
+
+
+def sized_built(**wheel: object) -> Sizing:
+    return flywheel.size(flywheel.load({**PRESS, "flywheel": {"irregularity": 0.15, **wheel}}), simulate=False)
+
+
+def test_a_wheel_carries_the_exact_inertia_and_keeps_the_irregularity():
+    found = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m")
+    assert found.built is not None
+    assert found.built.wheel.inertia == pytest.approx(found.flywheel.exact, rel=1e-12)
+    assert found.built.irregularity == pytest.approx(0.15, rel=1e-10)
+    assert found.built.wheel.speed == pytest.approx(2 * np.pi * 1.075, rel=1e-12)
+    assert found.built.torque is None
+
+
+def test_a_wheel_rounded_up_gives_the_irregularity_of_its_own_inertia():
+    found = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m", step="50 kg m^2")
+    assert found.built is not None
+    assert found.flywheel.exact is not None
+    inertia = 50 * np.ceil(found.flywheel.exact / 50)
+    assert found.built.wheel.inertia == pytest.approx(inertia)
+    given = flywheel.load({**PRESS, "flywheel": {"inertia": inertia}})
+    again = flywheel.size(given, simulate=False).simulation
+    assert again is not None
+    assert found.built.irregularity == pytest.approx(again.irregularity, rel=1e-10)
+
+
+def test_the_wheel_turns_with_its_own_shaft():
+    disc = {"shape": "disc", "material": "carbon steel", "outer_radius": "0.3 m"}
+    slow, fast = sized_built(**disc), sized_built(on="motor", **disc)
+    assert slow.built is not None
+    assert fast.built is not None
+    assert fast.built.wheel.speed == pytest.approx(5 * slow.built.wheel.speed)
+    assert fast.built.wheel.mass == pytest.approx(slow.built.wheel.mass / 25)
+
+
+def test_arms_pass_on_what_accelerates_the_wheel():
+    asked = {"shape": "arms", "material": "carbon steel", "outer_radius": "0.9 m", "bore": "80 mm"}
+    found = sized_built(**asked)
+    assert found.built is not None
+    assert found.run is not None
+    assert found.machine is not None
+    assert found.cycle is not None
+    phi = np.linspace(np.radians(340.0) + 1e-9, 2 * np.pi - 1e-9, 2001)
+    omega = turning_moment.speed_over_cycle(found.cycle, found.speed, found.run, phi)
+    state = flywheel.reduce(found.machine, phi)
+    alpha = (state.moment - 0.5 * state.slope * omega**2) / (state.inertia + found.run.inertia)
+    torque = found.flywheel.exact * float(np.abs(alpha).max())
+    given = sized_built(**asked, torque=torque)
+    assert given.built is not None
+    assert found.built.torque == pytest.approx(torque, rel=1e-5)
+    assert given.built.torque == torque
+    assert "N m, inertia times the greatest acceleration" in report.text(found)
+    assert "greatest acceleration" not in report.text(given)
+    place = "arms at the hub"
+    assert found.built.wheel.stresses[place] == pytest.approx(given.built.wheel.stresses[place], rel=1e-5)
+
+
+def test_a_machine_that_sets_its_own_speed_is_solved_again_with_the_wheel_as_built():
+    wheel = {"shape": "disc", "material": "grey cast iron", "outer_radius": "0.4 m", "step": "1 kg m^2"}
+    found = flywheel.size(flywheel.load({**regimes.SECTION_C, "flywheel": {"irregularity": 0.1, **wheel}}), simulate=False)
+    given = flywheel.size(flywheel.load({**regimes.SECTION_C, "flywheel": {"inertia": 6.0}}), simulate=False)
+    assert found.built is not None
+    assert given.simulation is not None
+    assert found.built.wheel.inertia == pytest.approx(6.0)
+    assert found.built.irregularity == pytest.approx(given.simulation.irregularity, rel=1e-9)
+
+
+def test_no_wheel_where_no_flywheel_is_needed():
+    scene = {"drive": {"torque": 5}, "load": [{"on": "crank", "torque": -5}], "regime": {"speed": 10}}
+    asked = {"irregularity": 0.1, "shape": "disc", "material": "carbon steel", "outer_radius": "0.4 m"}
+    found = flywheel.size(flywheel.load({**scene, "flywheel": asked}), simulate=False)
+    assert found.built is None
+    assert any("no wheel" in message for message in found.messages)
+
+
+def test_a_wheel_for_a_diagram_of_areas():
+    asked = {"irregularity": 0.02, "shape": "rim", "material": "grey cast iron", "outer_radius": "0.5 m"}
+    scene = {"areas": {"values": [30, -50, 20], "scale": "100 J"}, "regime": {"speed": "300 rpm"}, "flywheel": asked}
+    found = flywheel.size(flywheel.load(scene))
+    assert found.built is not None
+    assert found.built.wheel.inertia == pytest.approx(found.flywheel.exact, rel=1e-9)
+    assert found.built.irregularity == pytest.approx(0.02, rel=1e-9)
+
+
+# The flywheel of a sizing on every shaft, with its wheel made wider.
+
+
+SHAFTS = {"slow": {"ratio": 0.5}, "fast": {"ratio": 4, "efficiency": 0.9}}
+
+
+@cache
+def sized_on_shafts(**given):
+    wheel = {"on": "fast", "irregularity": 0.04, **given}
+    return flywheel.size(flywheel.load(scenes.yoke(shafts=SHAFTS, flywheel=wheel)), simulate=False)
+
+
+def test_every_shaft_s_flywheel_stores_the_same_energy():
+    sizing = sized_on_shafts()
+    rows = {row.shaft: row for row in sizing.shafts}
+    assert list(rows) == ["crank", "slow", "fast"]
+    assert rows["fast"].inertia == sizing.flywheel.exact
+    for row in rows.values():
+        assert row.energy == pytest.approx(rows["fast"].energy, rel=1e-14)
+        assert row.gd2 == 4 * row.inertia
+        assert row.mass is None
+
+
+@pytest.mark.parametrize("shape", ["disc", "rim"])
+def test_a_wheel_made_wider_has_the_inertia_of_its_shaft(shape):
+    sizing = sized_on_shafts(shape=shape, material="carbon steel", outer_radius="0.5 m")
+    wheel = sizing.built.wheel
+    for row in sizing.shafts:
+        body = wheel.body
+        wider = body._replace(width=body.width * row.inertia / wheel.inertia)
+        (part,) = parts(wider, wheel.material.density)
+        assert part.inertia == pytest.approx(row.inertia, rel=1e-12)
+        assert part.mass == pytest.approx(row.mass, rel=1e-12)
+        assert row.radius == 0.5
+        assert row.rim_speed == pytest.approx(0.5 * row.ratio * sizing.run.speed_max, rel=1e-12)
+
+
+def test_the_report_says_what_the_table_holds_for():
+    plain = report.text(sized_on_shafts())
+    assert "The same flywheel on every shaft" in plain
+    assert "losses in meshes" in plain
+    assert "made wider" not in plain
+    assert "made wider or narrower" in report.text(
+        sized_on_shafts(shape="disc", material="carbon steel", outer_radius="0.5 m")
+    )
+    alone = flywheel.size(flywheel.load(scenes.yoke()), simulate=False)
+    assert "every shaft" not in report.text(alone)
+
+
+def test_a_wheel_that_is_rounded_up_is_compared_as_it_is_built():
+    sizing = sized_on_shafts(shape="disc", material="carbon steel", outer_radius="0.5 m", step="5 kg m^2")
+    wheel = sizing.built.wheel
+    rows = {row.shaft: row for row in sizing.shafts}
+    assert wheel.inertia == pytest.approx(25.0)
+    assert wheel.inertia > 1.1 * sizing.flywheel.exact
+    assert (rows["fast"].inertia, rows["fast"].mass) == (wheel.inertia, pytest.approx(wheel.mass, rel=1e-14))
+    assert rows["crank"].gd2 == pytest.approx(4 * 16 * 25.0)
+    text = " ".join(report.text(sizing).split())
+    assert "Rounded up: it has 25 kg m² for 22." in text
+    assert "all other figures are those of the exact inertia" in text
+    assert "Rounded up" not in report.text(sized_on_shafts(shape="disc", material="carbon steel", outer_radius="0.5 m"))
+
+
+def test_gd2_stands_beside_the_inertias():
+    text = report.text(flywheel.size(flywheel.load(scenes.yoke()), simulate=False))
+    assert "GD² = 4 J: 1414.09 exact, 1395.96 by the areas, 1416.91 by the torque, kg m²." in text
+    given = report.text(flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False))
+    assert any(line.split()[-3:] == ["1200", "kg", "m²"] for line in given.splitlines() if "GD²" in line)

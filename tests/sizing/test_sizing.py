@@ -1,11 +1,20 @@
+"""Sizing, its estimates of error and the simulation that confirms it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import flywheel
+from flywheel.machine.programs import Programs
 from flywheel.tables import sizing as report
-from tests import scenes
+from tests import regimes, scenes
+from tests.limits import sample
 
 
 def sized(scene, rtol=None):
@@ -231,3 +240,288 @@ def test_a_motor_of_an_unusual_slip_is_told_of():
     odd, usual = (sized(scene | {"drive": {"motor": motor | {"frequency": mains}}}) for mains in ("60 Hz", "50 Hz"))
     assert any("slip is 0.206" in message and "frequency" in message for message in odd.messages)
     assert not any("slip" in message for message in usual.messages)
+
+
+@pytest.mark.parametrize(
+    "make", sample([pytest.param(scenes.ALL[n], id=n) for n in ("shaper", "press", "rotor", "yoke")], 4)
+)
+def test_a_time_simulation_confirms_the_irregularity_asked_for(make):
+    result = flywheel.size(flywheel.load(make()))
+    found = result.simulation
+    assert found.route == "time"
+    assert abs(found.irregularity / result.scene.irregularity - 1) <= result.error.simulation <= 1e-9
+    assert 0.5 * (found.speed_max + found.speed_min) == pytest.approx(result.speed, rel=1e-10)
+    assert abs(found.closure) < 1e-9
+    assert found.speed_time_mean == pytest.approx(result.scene.cycle / found.period, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_the_approximate_flywheel_gives_another_irregularity():
+    result = flywheel.size(flywheel.load(scenes.yoke(regime={"speed": 100})))
+    assert result.simulation.irregularity_approximate == pytest.approx(0.7393285787, rel=1e-8)
+
+
+@pytest.mark.parametrize("eps", sample([1e-12, 1e-8], 2))
+def test_tiny_irregularities_are_confirmed_too(eps):
+    result = flywheel.size(flywheel.load(scenes.yoke(flywheel={"irregularity": eps})))
+    assert result.simulation.irregularity == pytest.approx(eps, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
+    sawtooth = scenes.rotor(load=[{"on": "crank", "torque": "abs(sin(400*phi))"}])
+    sizing = flywheel.size(flywheel.load(sawtooth))
+    assert sizing.machine.restarts.size > 1500
+    assert sizing.simulation.route == "quadrature"
+    assert any("not confirmed in time: its 1600 smooth pieces" in message for message in sizing.messages)
+    assert sizing.left_out
+
+
+def test_a_motion_that_takes_too_many_steps_is_told_by_quadrature(monkeypatch):
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST", 500)
+    sizing = flywheel.size(flywheel.load(scenes.press()))
+    assert sizing.simulation.route == "quadrature"
+    assert sizing.simulation.irregularity == pytest.approx(0.05, rel=1e-12)
+    assert any("the motion takes too many steps" in message for message in sizing.messages)
+    assert sizing.cost.stages["simulation"].evaluations < 600
+
+
+@pytest.mark.slow
+def test_an_unstable_motion_held_by_a_balance_is_sized_though_stepping_leaves_it():
+    falling = {"load": [{"on": "crank", "torque": "-400*(1 + cos(phi))/omega"}], "drive": {"torque": "balance"}}
+    scene = falling | {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 5}, "flywheel": {"irregularity": 1.8}}
+    sizing = flywheel.size(flywheel.load(scene))
+    assert sizing.flywheel.exact == pytest.approx(0.139349049222, rel=1e-9)
+    assert sizing.simulation.route == "quadrature"
+    assert any("not confirmed in time" in message for message in sizing.messages)
+
+
+@pytest.mark.slow
+def test_what_stepping_loses_is_not_reported():
+    """Next to standstill only rounding is left of the least speed."""
+    bare = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"mass": 2}}
+    scene = {"mechanism": bare, "regime": {"speed": 10}, "flywheel": {"irregularity": 1.999999}}
+    sizing = flywheel.size(flywheel.load(scene))
+    assert sizing.simulation.route == "quadrature"
+    assert 0.0 < sizing.simulation.speed_min < sizing.simulation.speed_max < 20.0
+
+
+def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_its_figure(monkeypatch):
+    from flywheel.sizing import confirmation
+
+    calls = iter([confirmation._cycle_in_time])
+
+    def once(*arguments):
+        step = next(calls, None)
+        if step is None:
+            raise confirmation.SlidingError
+        return step(*arguments)
+
+    monkeypatch.setattr(confirmation, "_cycle_in_time", once)
+    sizing = flywheel.size(flywheel.load(scenes.press()))
+    assert sizing.simulation.route == "time"
+    assert sizing.simulation.irregularity_approximate is None
+    assert any("approximate flywheel cannot be followed" in message for message in sizing.messages)
+
+
+def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
+    result = flywheel.size(
+        flywheel.load(scenes.yoke(load=[]))
+    )  # areas ask for no flywheel, the dead centres have no inertia
+    assert result.simulation.irregularity_approximate is None
+    assert any("approximate" in message for message in result.messages)
+
+
+def test_a_recording_that_is_not_the_machine_confirms_nothing(monkeypatch):
+    """A constant of the recorded walk is off by a millionth: the figures may rest on it, the motion in time does not."""
+    recorded = Programs._recorded_motion
+
+    def off(traced, anchor):
+        piece = recorded(traced, anchor)
+        assert piece is not None
+        first, *rest = piece.program.places
+        return piece._replace(program=piece.program._replace(places=(first * (1.0 + 1e-6), *rest)))
+
+    monkeypatch.setattr(Programs, "_recorded_motion", off)
+    sizing = flywheel.size(flywheel.load(scenes.ALL["press"]()))
+    assert sizing.simulation is not None
+    assert sizing.simulation.route == "quadrature"
+    assert any("a recording that is not the machine" in message for message in sizing.messages)
+
+
+# Every figure of a sizing has its estimated error, and none is further off: position, speed, cycles that do not close.
+
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted(ROOT.glob("examples/**/*.toml"))
+ROUNDING = 4e-16
+
+# what the scene says, what costs and errors themselves are, and bounds, which hold their errors already
+TOLD = {"cycle", "speed_asked", "irregularity", "rtol", "cost", "error", "bounds"}
+TOLD |= {"flywheel.inertia", "simulation.closure", "wheel.irregularity_error", "wheel.material", "shafts.ratio"}
+
+
+def numbers(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """The paths of all numbers; members of a list stand under its own key."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from numbers(item, (*path, key))
+    elif isinstance(value, list):
+        for item in value:
+            yield from numbers(item, path)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path
+
+
+def error_of(errors: dict[str, Any], path: tuple[str, ...]) -> float | None:
+    """The error of a figure: under its own key, or under that of its block; flywheels and heats have theirs side by side."""
+    found: Any = errors
+    beside = path[0] == "flywheel" or (
+        path[0] == "energy" and len(path) > 1 and path[1] in errors and path[1] not in ("period", "work")
+    )
+    for key in path[1:] if beside else path:
+        if isinstance(found, dict):
+            found = found.get(key)
+    return found if isinstance(found, int | float) else None
+
+
+def without_error(result: dict[str, Any]) -> set[str]:
+    paths = {path for path in numbers(result) if not {".".join(path[:n]) for n in range(1, 4)} & TOLD}
+    return {".".join(path) for path in paths if error_of(result["error"], path) is None}
+
+
+def sized_estimate(scene: Any, **options: Any) -> dict[str, Any]:
+    return flywheel.size(flywheel.load(scene), **options).as_dict()
+
+
+@pytest.mark.parametrize("path", sample(EXAMPLES, 9), ids=lambda path: path.stem)
+def test_every_number_of_every_example_has_its_error(path: Path) -> None:
+    scene = flywheel.load(path)
+    if scene.stroke is not None or (scene.irregularity is None and scene.inertia is None):
+        return
+    result = flywheel.size(scene, simulate=False).as_dict()
+    assert without_error(result) == set()
+    assert all(error >= 0.0 for path in numbers(result["error"]) if (error := error_of(result["error"], path)) is not None)
+
+
+WHEEL = {"shape": "arms", "material": "cast iron", "outer_radius": 0.6, "arms": 6, "bore": 0.08}
+SCENES = {
+    "wheel": scenes.yoke(flywheel={"irregularity": 0.04, "shape": "disc", "material": "carbon steel", "outer_radius": 0.6}),
+    "shafts": scenes.yoke(shafts={"fast": {"ratio": 3}}, flywheel={"on": "fast", "irregularity": 0.04}),
+    "analysis": scenes.yoke(flywheel={"inertia": 300}),
+    "no need": scenes.yoke(inertia=[{"on": "crank", "value": 1000}]),
+    "open": scenes.yoke(drive={"torque": 160}, accuracy={"closure": 0.05}),
+    "areas": {"areas": {"values": [5, -4.9]}, "regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}},
+    "areas given": {"areas": {"values": [5, -5]}, "regime": {"speed": 3}, "flywheel": {"inertia": 10}},
+} | {name: regimes.scene(name, irregularity=0.05) for name in ("kloss-press", "geared-loss", "dc-inductance")}
+
+
+@pytest.mark.parametrize(
+    ("name", "accuracy"), [*sample([(n, "normal") for n in SCENES], 2), *sample([(n, "audit") for n in SCENES], 18)]
+)
+def test_every_number_has_its_error(name: str, accuracy: str) -> None:
+    assert without_error(sized_estimate(SCENES[name], accuracy=accuracy)) == set()
+
+
+# --- speed-dependent machines, against 30 digits ------------------------------------------------------------------------
+
+OTHER = ("unstable", "two-speeds-slow")  # motions that the toolkit refuses, or leaves for the faster one
+ANALYSES = [(name, inertia) for name, case in regimes.CASES.items() for inertia in case.inertias if name not in OTHER]
+
+
+@pytest.mark.parametrize(("name", "inertia"), sample(ANALYSES, 8))
+def test_figures_of_motions_are_off_by_no_more_than_they_say(name: str, inertia: float) -> None:
+    true = regimes.figures(name)["analysis"][f"{inertia:g}"]
+    result = sized_estimate(regimes.scene(name, inertia=inertia), simulate=False)
+    found = {key: result[key] for key in ("speed", "power", "multiplier")}
+    errors = {key: result["error"][key] for key in found}
+    for key, value in (("period", "period"), ("work", "drive_work")):
+        found[value], errors[value] = result["energy"] and result["energy"][key], result["error"]["energy"]
+    for key, value in found.items():
+        if value is None or true.get(key) is None:
+            continue
+        scale = 1.0 if key == "multiplier" else abs(float(true[key]))
+        assert abs(value - float(true[key])) <= errors[key] * scale + ROUNDING * max(scale, 1e-300), key
+
+
+# --- cycles that do not close ---------------------------------------------------------------------------------------------
+
+
+def figures(result: dict[str, Any], exchanged: float) -> dict[str, tuple[float, float]]:
+    """Figures and the scales of their errors."""
+    wheel, works = result["flywheel"], ("accumulated_max", "accumulated_min", "energy_fluctuation")
+    names = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
+    found = {name: (wheel[name], wheel["approximate_total"]) for name in names}
+    return found | {name: (result[name], exchanged) for name in works}
+
+
+MACHINES = {
+    "yoke": scenes.yoke(),
+    "fast yoke": scenes.yoke(regime={"speed": "60 rad/s"}),
+    "rotor": scenes.rotor(flywheel={"irregularity": 0.02}),
+}
+PLACED = {
+    "spread": lambda work: {"torque": work / (2 * np.pi)},
+    "early": lambda work: {"torque": work / 0.3, "from": 0.2, "to": 0.5},
+    "late": lambda work: {"torque": work / 0.05, "from": 6.0, "to": 6.05},
+    "middle": lambda work: {"torque": work / 1.0, "from": 2.6, "to": 3.6},
+}
+
+
+@pytest.mark.parametrize("share", [1e-4, -0.03])
+@pytest.mark.parametrize("place", ["spread", "late"])
+@pytest.mark.parametrize("name", sample(MACHINES, 2))
+def test_what_a_cycle_leaves_over_may_belong_anywhere(name: str, place: str, share: float) -> None:
+    """A machine with work left over, and the same where a torque takes it up: no figure moves by more."""
+    scene = MACHINES[name]
+    balanced = flywheel.size(flywheel.load(scene), simulate=False)
+    left = share * balanced.cycle.exchanged
+    found = sized_estimate(
+        scene | {"drive": {"torque": balanced.balance.value + left / (2 * np.pi)}, "accuracy": {"closure": 0.05}},
+        simulate=False,
+    )
+    true = sized_estimate(scene | {"load": [*scene["load"], {"on": "crank", **PLACED[place](-left)}]}, simulate=False)
+    assert true["reached"]
+    assert not found["reached"]
+    assert any("left over" in message for message in found["messages"])
+    scale = balanced.cycle.exchanged + abs(left)
+    closed = figures(true, scale)
+    for key, (value, size) in figures(found, scale).items():
+        assert abs(value - closed[key][0]) <= found["error"][key] * max(abs(value), size) + 1e-12 * size, key
+        assert found["error"][key] <= 60 * abs(share), key
+    for key in ("angle_speed_max", "angle_speed_min"):
+        gap = abs(found[key] - true[key])
+        assert min(gap, found["cycle"] - gap) <= found["error"][key], key
+    work = found["power"] * found["cycle"] / found["speed"]
+    assert abs(left) <= found["error"]["power"] * abs(work) * (1 + 1e-9)  # the drive's, if it is that which is off
+
+
+@pytest.mark.parametrize("accuracy", ["normal", "confirm", "audit"])
+def test_an_analysis_of_a_cycle_that_does_not_close(accuracy: str) -> None:
+    scene = scenes.yoke(flywheel={"inertia": 300})
+    balanced = flywheel.size(flywheel.load(scene), accuracy="normal")
+    torque = balanced.balance.value * 1.01
+    found = flywheel.size(
+        flywheel.load(scene | {"drive": {"torque": torque}, "accuracy": {"closure": 0.05}}), accuracy=accuracy
+    )
+    assert not found.reached
+    for name in ("irregularity", "speed_max", "speed_min", "period"):
+        value, true = getattr(found.simulation, name), getattr(balanced.simulation, name)
+        assert value is None or abs(value / true - 1) <= found.error.simulation
+    assert found.error.simulation <= 0.1
+
+
+@pytest.mark.parametrize("left", [0.5, 0.05, -0.4])
+def test_areas_that_do_not_add_up_to_nothing(left: float) -> None:
+    """Whichever area the rest belongs to, the flywheel is no further off than told."""
+    areas = [10.0, -6.0, 4.0, -8.0 + left]
+    asked = {"regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
+    found = flywheel.size(flywheel.load({"areas": {"values": areas}, **asked}))
+    assert not found.reached
+    assert "left over" in found.messages[0]
+    for k in range(4):
+        mended = [area - left * (j == k) for j, area in enumerate(areas)]
+        true = flywheel.size(flywheel.load({"areas": {"values": mended}, **asked}))
+        assert true.reached
+        assert abs(found.flywheel.exact / true.flywheel.exact - 1) <= found.error.exact * 1.1
+    assert found.error.exact <= 2 * abs(left) / 10

@@ -1,17 +1,97 @@
-"""Whole comparisons of two small scenes: the errors told are those against 30-digit figures."""
+"""Methods compared: what is asked, measured and shown."""
+
+from __future__ import annotations
 
 import json
 import sys
+import time
+from math import pi
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import flywheel
+from flywheel import Fault, Machine, SceneError, Tradeoff
+from flywheel.numerics.budget import count
 from flywheel.study import steppers, tradeoff
-from flywheel.study.reference import Question
-from flywheel.study.tradeoff import FAMILIES, Measured, Run
+from flywheel.study.reference import Question, Reference, answer
+from flywheel.study.steppers import NoAnswerError
+from flywheel.study.tradeoff import (
+    DONE,
+    FAILED,
+    FAMILIES,
+    LEFT,
+    OUT_OF_TIME,
+    Measured,
+    Method,
+    MethodRow,
+    OutOfTimeError,
+    Run,
+    limited,
+)
 from tests.limits import sample
-from tests.scenes import press, rotor, yoke
+from tests.scenes import press, rotor, shaper, yoke
+
+# Comparisons made by hand, for tests of what is told and drawn.
+
+
+REFERENCE = Reference(2.0, 1e-14, "Gauss' rule", "the closed form is 1e-15 apart, within its estimate")
+
+
+def row(family: str, setting: str = "", error: float | None = 1e-3, seconds: float = 1e-3, **changes: Any) -> MethodRow:
+    """A method that was run to its end, unless its error is None."""
+    name = f"{family}, {setting}" if setting else family
+    own = MethodRow(name, family, name[-16:], "done", 2.0, error, False, seconds, seconds, seconds, 7, 100, None, "", "")
+    if error is None:
+        own = own._replace(outcome="not run", value=None, meets=None, seconds=None, repeats=0, evaluations=None)
+    else:
+        own = own._replace(meets=error + REFERENCE.doubt <= 1e-6, value=2 * (1 + error))
+    return own._replace(**changes)
+
+
+def compared(*rows: MethodRow, **changes: Any) -> Tradeoff:
+    """A comparison of these, of which none is the cheapest yet."""
+    own: dict[str, Any] = {
+        "title": "Rotor",
+        "figure": "exact flywheel",
+        "unit": "kg m²",
+        "rtol": 1e-6,
+        "reference": REFERENCE,
+        "scale": 2.5,
+        "rows": rows,
+        "cheapest": None,
+        "level": (),
+        "cheapest_promised": None,
+        "cannot": {},
+        "budget": 60.0,
+        "seconds": 1.0,
+        "interrupted": False,
+    }
+    return Tradeoff(**{**own, **changes})
+
+
+def whole() -> Tradeoff:
+    """One with something of everything."""
+    rows = (
+        row("accumulated areas", "", 0.02, 6e-4, leaves_out="that I* varies over the cycle"),
+        *(row("plain grid", f"{count} angles", 3 / count, 1e-7 * count, leaves_out="angles between") for count in (36, 360)),
+        *(row("exact, closed form", f"rtol {rtol}", 3e-16, 6.4e-4, promised=float(rtol)) for rtol in ("0.001", "1e-06")),
+        row("time stepping, RK4", "36 steps, restarted", 4e-7, 0.4),
+        row("time stepping, RK4", "36 steps", 3e-3, 0.35, leaves_out="jumps within steps"),
+        row("time stepping, Euler", "360 steps, restarted", 1.2e-2, 0.6),
+        row("time stepping, Euler", "360 steps", None, leaves_out="jumps within steps", reason="the budget was spent"),
+        row("Lagrange's multipliers", "rtol 1e-06, restarted", None, outcome="no answer", reason="the machine stops"),
+    )
+    cheapest = "exact, closed form, rtol 1e-06"
+    level = ("exact, closed form, rtol 0.001",)
+    cannot = {"whole bond graph": "it takes no springs"}
+    return compared(*rows, cheapest=cheapest, level=level, cheapest_promised=cheapest, cannot=cannot)
+
+
+# Whole comparisons of two small scenes: the errors told are those against 30-digit figures.
+
 
 FOLDER = Path(__file__).parents[1] / "references"
 REFERENCES = {entry["scene"]: entry for entry in json.loads((FOLDER / "references.json").read_text())}
@@ -192,3 +272,327 @@ def test_what_is_asked_can_be_kept(rtol):
 def test_something_else_is_no_scene():
     with pytest.raises(TypeError, match="Machine or a Scene"):
         flywheel.tradeoff({"load": []})
+
+
+# What becomes of methods that are run within a budget, with methods made up.
+
+
+def method(answer, name="made up", setting=""):
+    return Method(name, setting, name, answer)
+
+
+def raising(error):
+    def answer():
+        raise error
+
+    return method(answer)
+
+
+def endless():
+    while True:
+        count(1)
+
+
+def run_of(answer, budget=10.0):
+    return tradeoff.measured([method(answer)], budget).runs[0]
+
+
+def test_an_answer_has_its_times_and_evaluations():
+    calls = []
+
+    def answer():
+        calls.append(1)
+        count(5)
+        return 3.0
+
+    found = run_of(answer)
+    assert (found.outcome, found.value, found.evaluations) == (DONE, 3.0, 5)
+    assert len(found.times) == len(calls) - 1  # the first warms up
+    assert min(found.times) <= found.seconds <= max(found.times)
+
+
+def test_a_slow_method_is_run_once(monkeypatch):
+    monkeypatch.setattr(tradeoff, "_ENOUGH", 0.0)
+    calls = []
+    assert len(run_of(lambda: calls.append(1) or 1.0).times) == len(calls) == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (NoAnswerError("no motion"), "no motion"),
+        (SceneError([Fault("load", "x", "y")]), "load: found x, expected y"),
+        (ZeroDivisionError(), "ZeroDivisionError"),
+        (ValueError("one\ntwo"), "one"),
+    ],
+)
+def test_a_method_that_fails_says_why(error, reason):
+    found = tradeoff.measured([raising(error), method(lambda: 1.0)], 10.0)
+    assert [(run.outcome, run.reason) for run in found.runs] == [(FAILED, reason), (DONE, "")]
+    assert (found.runs[0].value, found.runs[0].seconds) == (None, None)
+
+
+def test_an_answer_that_is_not_finite_is_none():
+    assert run_of(lambda: float("nan"))[1:3] == (FAILED, None)
+
+
+def test_a_method_ends_with_its_time():
+    found = run_of(endless, 0.01)
+    assert (found.outcome, found.value) == (OUT_OF_TIME, None)
+
+
+def test_finer_settings_of_a_method_that_took_too_long_are_not_begun():
+    rough, fine, other = method(endless, "a", "rough"), method(lambda: 1.0, "a", "fine"), method(lambda: 1.0, "b", "fine")
+    found = tradeoff.measured([rough, fine, other], 1.0)
+    assert [run.outcome for run in found.runs] == [OUT_OF_TIME, LEFT, DONE]
+    assert "took too long" in found.runs[1].reason
+
+
+def test_nothing_is_begun_when_the_budget_is_spent(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(tradeoff.time, "perf_counter", lambda: now[0])
+
+    def slow():
+        now[0] += 2.0
+        return 1.0
+
+    found = tradeoff.measured([method(slow), method(slow, "other")], 1.0)
+    assert [run.outcome for run in found.runs] == [DONE, LEFT]
+    assert not found.interrupted
+
+
+def test_what_was_finished_before_an_interruption_stays():
+    third = method(lambda: 3.0)
+    found = tradeoff.measured([method(lambda: 1.0), raising(KeyboardInterrupt()), third], 10.0)
+    assert [run.outcome for run in found.runs] == [DONE, LEFT, LEFT]
+    assert found.interrupted
+    assert found.runs[2].method is third
+
+
+def test_progress_is_told_before_each():
+    told = []
+    tradeoff.measured([method(lambda: 1.0, "a"), method(lambda: 1.0, "b")], 10.0, lambda *where: told.append(where))
+    assert told == [(0, 2, "a"), (1, 2, "b")]
+
+
+def timed(times, answer=lambda: 1.0):
+    return Run(method(answer), DONE, 1.0, times)
+
+
+def test_those_near_the_fastest_are_run_again_in_turns():
+    order = []
+    fast, near = timed((1e-3,), lambda: order.append("fast") or 1.0), timed((1.5e-3,), lambda: order.append("near") or 1.0)
+    found, stopped = tradeoff.decided([fast, near, timed((0.5,)), Run(method(endless), LEFT)])
+    assert not stopped
+    assert order == ["fast", "near"] * (len(order) // 2)
+    assert [len(run.times) for run in found] == [len(order) // 2] * 2
+
+
+def test_one_alone_is_not_run_again():
+    alone = timed((1e-3,))
+    assert tradeoff.decided([alone, timed((0.5,), lambda: pytest.fail("run again"))]) == ([alone], False)
+    assert tradeoff.decided([]) == ([], False)
+
+
+def test_an_interruption_of_the_last_round_leaves_the_times_there_are():
+    def interrupt():
+        raise KeyboardInterrupt
+
+    near = [timed((1e-3,)), timed((1.1e-3,), interrupt)]
+    assert tradeoff.decided(near) == (near, True)
+
+
+# What is concluded from a comparison, in all cases.
+
+
+GRID = row("plain grid", "36 angles", 1e-7, 1e-4)
+EXACT = row("exact, closed form", "rtol 1e-06", 3e-16, 6e-4, promised=1e-6)
+LOOSE = row("exact, closed form", "rtol 0.001", 3e-16, 5e-4, promised=1e-3)
+RESULT_LEFT = row("whole bond graph", "rtol 1e-06", None)
+
+
+def test_nothing_keeps_it():
+    found = compared(row("plain grid", "36 angles", 0.1))
+    assert found.sentence == "No method that was run keeps the relative error of 1e-06 on this scene."
+
+
+def test_the_cheapest_promises_it():
+    found = compared(GRID, EXACT, cheapest=EXACT.name, cheapest_promised=EXACT.name)
+    assert found.sentence.startswith(
+        "Cheapest that keeps a relative error of 1e-06 on this scene: exact, closed form, rtol 1e-06"
+    )
+    assert "0.6 ms" in found.sentence
+    assert "does not know" not in found.sentence
+
+
+@pytest.mark.parametrize("best", [GRID, LOOSE])
+def test_the_cheapest_does_not_know_it(best):
+    found = compared(best, EXACT, cheapest=best.name, cheapest_promised=EXACT.name)
+    assert "the cheapest that promises it is exact, closed form, rtol 1e-06" in found.sentence
+
+
+def test_none_that_promises_it_was_run():
+    found = compared(GRID, RESULT_LEFT, cheapest=GRID.name)
+    assert found.sentence.endswith("none that does was run to its end.")
+
+
+def test_those_that_are_level_are_named():
+    found = compared(LOOSE, EXACT, cheapest=EXACT.name, level=(LOOSE.name,), cheapest_promised=EXACT.name)
+    assert "level with it within the noise: exact, closed form, rtol 0.001." in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("rows", "interrupted", "complete"),
+    [
+        ((GRID, EXACT), False, True),
+        ((GRID, row("whole bond graph", "", None, outcome="no answer")), False, True),
+        ((GRID, row("whole bond graph", "", None, outcome="out of time")), False, False),
+        ((GRID, RESULT_LEFT), False, False),
+        ((GRID, EXACT), True, False),
+    ],
+)
+def test_what_is_whole(rows, interrupted, complete):
+    assert compared(*rows, interrupted=interrupted).complete is complete
+
+
+def test_rows_are_found_by_name():
+    assert compared(GRID, EXACT).row(EXACT.name) is EXACT
+
+
+def test_data_are_plain():
+    found = whole()
+    data = json.loads(json.dumps(found.as_dict()))
+    assert [entry["name"] for entry in data["rows"]] == [own.name for own in found.rows]
+    assert data["sentence"] == found.sentence
+    assert data["reference"]["value"] == 2.0
+
+
+# What all methods are asked for, and how errors are relative.
+
+
+def asked_and_sizing(scene):
+    machine = Machine(flywheel.load(scene))
+    sizing = flywheel.size(machine, simulate=False)
+    return Question.of(sizing), sizing
+
+
+def test_a_sizing_asks_for_the_exact_flywheel():
+    asked, sizing = asked_and_sizing(yoke())
+    assert (asked.figure, asked.unit) == ("exact flywheel", "kg m²")
+    assert answer(sizing) == sizing.flywheel.exact
+    assert asked.scale == pytest.approx(sizing.energy_fluctuation / (0.04 * sizing.speed**2), rel=1e-12)
+
+
+def test_an_analysis_asks_for_the_irregularity():
+    asked, sizing = asked_and_sizing(yoke(flywheel={"inertia": 300}))
+    assert (asked.figure, asked.unit, asked.scale) == ("irregularity", "", 0.0)
+    assert answer(sizing) == pytest.approx(sizing.run.irregularity, rel=1e-12)
+
+
+def test_errors_of_a_flywheel_near_nothing_are_relative_to_the_scale():
+    asked, _ = asked_and_sizing(yoke())
+    assert asked.error(1.01 * asked.scale, asked.scale) == pytest.approx(0.01)
+    assert asked.error(0.01 * asked.scale, 0.0) == pytest.approx(0.01)
+    assert asked.error(1.02 * 3 * asked.scale, 3 * asked.scale) == pytest.approx(0.02)
+
+
+def test_inertia_on_a_shaft_goes_to_the_crank_by_the_square_of_its_ratio():
+    asked, _ = asked_and_sizing(shaper(flywheel={"irregularity": 0.1, "on": "bull"}))
+    assert asked.crank == 0.25
+
+
+# A time that is over ends what works, and only what is inside.
+
+
+def test_evaluations_are_counted_while_there_is_time():
+    with limited(time.perf_counter() + 60.0) as tally:
+        count(3)
+        count(4)
+    assert tally.evaluations == 7
+
+
+def test_the_first_evaluation_past_the_end_raises():
+    with pytest.raises(OutOfTimeError), limited(time.perf_counter() - 1.0):
+        count(1)
+
+
+def test_outside_there_is_no_limit():
+    with limited(time.perf_counter() - 1.0):
+        pass
+    count(1)
+
+
+def test_what_is_inside_keeps_the_limit_around_it():
+    now = time.perf_counter()
+    with pytest.raises(OutOfTimeError), limited(now - 1.0), limited(now + 60.0):
+        count(1)
+
+
+# A plain grid, against the script that people write.
+
+
+COUNT = 91  # no angle on a jump
+
+
+def asked(scene):
+    machine = Machine(flywheel.load(scene))
+    return Question.of(flywheel.size(machine, simulate=False))
+
+
+def script(machine):
+    """Angles one by one: W by the trapezoidal rule, balanced by a constant torque, and I*."""
+    angles = [2 * pi * k / COUNT for k in range(COUNT + 1)]
+    states = [machine.reduce(np.array([angle])) for angle in angles]
+    loads = [float(state.moment[0]) for state in states]
+    inertia = [float(state.inertia[0]) for state in states]
+    net = sum((loads[k] + loads[k + 1]) / 2 * (2 * pi / COUNT) for k in range(COUNT))
+    torque, work = -net / (2 * pi), [0.0]
+    for k in range(COUNT):
+        work.append(work[-1] + ((loads[k] + loads[k + 1]) / 2 + torque) * (2 * pi / COUNT))
+    return work, inertia
+
+
+def test_a_sizing_is_that_of_a_script():
+    own = asked(press())
+    speed, eps = 4 * pi, 0.05
+    work, inertia = script(own.machine)
+    high = max(w - (1 + eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
+    low = min(w - (1 - eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
+    assert steppers.by_grid(own, COUNT) == pytest.approx((high - low) / (eps * speed**2), rel=1e-11)
+
+
+def test_an_analysis_is_that_of_a_script():
+    own = asked(yoke(flywheel={"inertia": 300}))
+    work, inertia = script(own.machine)
+
+    def speeds(level):
+        return [(2 * (level + w) / (300 + i)) ** 0.5 for w, i in zip(work, inertia, strict=True)]
+
+    low, high = -min(work), 1e6
+    for _ in range(200):  # bisection for the mean of extremes
+        middle = (low + high) / 2
+        omega = speeds(middle)
+        low, high = (middle, high) if max(omega) + min(omega) < 4 * pi else (low, middle)
+    wanted = 2 * (max(omega) - min(omega)) / (max(omega) + min(omega))
+    assert steppers.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_the_error_goes_down_with_the_angles():
+    own = asked(press())
+    true = flywheel.size(own.machine, simulate=False).flywheel.exact
+    errors = [abs(steppers.by_grid(own, count) / true - 1) for count in (36, 360, 3600)]
+    assert errors[2] < errors[1] / 5 < errors[0] / 25
+
+
+def test_torques_that_depend_on_speed_are_taken_at_a_constant_one():
+    scene = {
+        "inertia": [{"on": "crank", "value": 2}],
+        "drive": {"torque": "100 - 4*omega"},
+        "load": [{"on": "crank", "torque": "-60", "from": 0, "to": "180 deg"}],
+        "flywheel": {"irregularity": 0.01},
+    }
+    machine = Machine(flywheel.load(scene))
+    samples = steppers.sampled(machine, 3600)
+    assert samples.speed == pytest.approx((100 - 30) / 4, rel=1e-3)  # no net work in a cycle
+    assert samples.work[-1] == pytest.approx(0.0, abs=0.1)
+    assert samples.work.min() == pytest.approx(-30 * pi, rel=2e-3)

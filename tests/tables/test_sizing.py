@@ -1,22 +1,42 @@
-"""The printed table: every kind of scene reads well, in order, in at most 100 columns."""
+"""Tables of a sizing: regimes, strokes, wheels, transients."""
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import math
 import re
 from ast import literal_eval
 from functools import cache
+from math import log
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from click.testing import CliRunner
+from numpy.testing import assert_allclose
 
 import flywheel
+from flywheel import Sizing, run_down, run_up, transient
+from flywheel.cli import main
+from flywheel.components.wheel_stresses import material
+from flywheel.components.wheels import WheelAsked, choose
+from flywheel.reference import text
 from flywheel.regime import turning_moment
-from flywheel.sizing.results import Sizing
+from flywheel.sizing.results import Cyclic
+from flywheel.tables import motions, rows
 from flywheel.tables import rows as outcome
 from flywheel.tables import sizing as report
+from flywheel.tables.sizing import candidates
+from flywheel.tables.sizing import wheel_rows as wheel_rows
 from tests.limits import sample
+from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C, figures
 from tests.scenes import press, rotor, yoke
+
+# The printed table: every kind of scene reads well, in order, in at most 100 columns.
+
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
 SCENES = sorted((Path(__file__).parents[1] / "references" / "scenes").glob("*.toml"))
@@ -209,3 +229,423 @@ def test_nothing_acts() -> None:
     assert "nothing acts on the machine" in text
     assert "no steady motion" not in text
     assert "no drive in the scene" in text
+
+
+# What the report says of machines whose torques depend on speed.
+
+
+PRESS = {key: value for key, value in KLOSS.items() if key not in ("parameters", "drive", "inertia")} | {
+    "drive": {
+        "on": "motor",
+        "motor": {
+            "type": "induction", "power": "3 kW", "speed": "1440 rpm", "poles": 4, "frequency": "50 Hz",
+            "breakdown_ratio": 2.5, "inertia": "0.02 kg m^2",
+        },
+    },
+    "regime": {"speed": "121 rpm"},
+    "flywheel": {"on": "motor", "irregularity": 0.04},
+}  # fmt: skip
+
+
+@cache
+def _sized_once(scene: str) -> Sizing:
+    return flywheel.size(flywheel.load(REGIMES[scene]), simulate=False)
+
+
+def sized_regime(scene: dict[str, Any]) -> Sizing:
+    return flywheel.size(flywheel.load(scene), simulate=False)
+
+
+REGIMES: dict[str, dict[str, Any]] = {
+    "section C": SECTION_C | {"flywheel": {"inertia": 5}},
+    "section C sized": SECTION_C | {"flywheel": {"irregularity": 0.05}},
+    "press": PRESS,
+    "pump": PUMP | {"flywheel": {"irregularity": 0.05}},
+    "geared": GEARED | {"flywheel": {"irregularity": 0.05}},
+}
+
+
+def regime_number(text: str, pattern: str) -> float:
+    found = re.search(pattern + r"\s+(-?[0-9.e+-]+)", text)
+    assert found, f"{pattern} not in\n{text}"
+    return float(found[1])
+
+
+@pytest.mark.parametrize("name", REGIMES)
+def test_reports_fit_and_hide_no_nan(name: str) -> None:
+    text = report.text(_sized_once(name))
+    assert max(map(len, text.splitlines())) <= rows.WIDTH
+    assert not {"nan", "None", "inf"} & set(text.split())
+    assert "Proven" not in text
+
+
+def test_the_multiplier_is_told_with_what_it_means() -> None:
+    expected = float(figures("section-c")["analysis"]["5"]["multiplier"])
+    period = float(figures("section-c")["analysis"]["5"]["period"])
+    text = report.text(_sized_once("section C"))
+    cycles = log(0.01) / log(expected)
+    assert regime_number(text, "cycle multiplier") == pytest.approx(expected, rel=1e-5)
+    assert regime_number(text, "settles to 1 % in") == pytest.approx(cycles, rel=2e-3)
+    assert regime_number(text, "settles to 1 % in .* cycles,") == pytest.approx(cycles * period, rel=1e-2)
+    assert "1 - multiplier" not in text
+
+
+@pytest.mark.parametrize(
+    ("multiplier", "damping", "expected"),
+    [
+        (0.5, 0.5, log(0.01) / log(0.5)),
+        (0.01, 0.99, 1.0),
+        (1.0, 1e-15, log(100) * 1e15),
+        (0.0, 1.0, 0.0),
+        (0.9, 0.4, log(0.01) / log(0.9)),  # of a pair that turns: |m| = 0.9, its real part 0.6
+    ],
+)
+def test_cycles_to_settle(multiplier: float, damping: float, expected: float) -> None:
+    assert report.settling_cycles(Cyclic(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_what_never_settles_is_said_to() -> None:
+    lossy = yoke(
+        shafts={"m": {"ratio": 5, "efficiency": 0.9}},
+        inertia=[{"on": "m", "value": 1}],
+        drive={"on": "m", "torque": "balance"},
+    )
+    text = report.text(sized_regime(lossy))
+    assert "no torque brings a change of speed back" in text
+    assert "1 - multiplier" not in text
+    driven = [{"on": "crank", "torque": "3*omega - 90 + 50*sin(phi)"}]
+    grows = report.text(sized_regime(rotor(load=driven, drive={"torque": "balance"})))
+    assert "a change grows from cycle to cycle" in grows
+
+
+def test_speed_asked_stands_beside_the_speed_taken() -> None:
+    text = report.text(_sized_once("press"))
+    assert regime_number(text, "asked for") == pytest.approx(121)
+    assert regime_number(text, "mean of extremes") == pytest.approx(_sized_once("press").speed * 30 / 3.141592653589793)
+    assert abs(regime_number(text, "mean of extremes") - 121) > 0.01
+    assert "off the speed asked for" in text
+    assert "asked for  " not in report.text(_sized_once("pump"))  # a balance keeps the speed
+    assert "asked for  " not in report.text(_sized_once("section C"))
+
+
+def test_areas_are_those_of_a_constant_speed() -> None:
+    sizing, text = _sized_once("section C"), report.text(_sized_once("section C"))
+    expected = 10 / 2.387  # weights do no net work
+    assert sizing.cyclic is not None
+    assert sizing.cyclic.constant_speed == pytest.approx(expected, rel=1e-12)
+    assert regime_number(text, "take the torques at a constant") == pytest.approx(expected, rel=1e-6)
+    assert "Areas of the turning moment at constant speed" in text
+    plain = report.text(sized_regime(yoke()))
+    assert "constant speed, and" not in plain
+    assert "How the motion holds itself" not in plain
+
+
+def test_a_candidate_s_irregularity_is_that_of_its_own_motion() -> None:
+    sizing = _sized_once("section C sized")
+    for candidate in candidates(sizing)[1:]:
+        given = sized_regime(SECTION_C | {"flywheel": {"inertia": candidate.inertia}}).simulation
+        assert candidate.gives is not None
+        assert given is not None
+        assert candidate.gives[0] == pytest.approx(given.irregularity, rel=1e-9)
+        assert candidate.motion is not None
+        assert candidate.motion.speed != sizing.speed
+
+
+def test_far_off_figures_are_explained_without_naming_the_wrong_cause() -> None:
+    text = report.text(sized_regime(SECTION_C | {"flywheel": {"irregularity": 0.48}}))
+    assert "takes torques at a constant speed" in text
+    assert "at this speed the varying inertia" not in text
+
+
+# `flywheel reduce` along a stroke: names and units of its own where the driver slides.
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.toml"
+LEVER = """
+mechanism.type = "linkage"
+mechanism.driver = "pivot"
+mechanism.bodies = {frame = {points = {O = [0.1, 0]}}, arm = {mass = 3, points = {P = [0.2, 0]}}}
+mechanism.joints = [{name = "pivot", type = "pin", between = ["frame.O", "arm.P"]}]
+stroke = {from = "10 deg", to = "100 deg", speed = 2, acceleration = 3}
+"""
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def lever(tmp_path):
+    path = tmp_path / "lever.toml"
+    path.write_text(LEVER)
+    return path
+
+
+def test_json_of_a_driver_that_slides():
+    data = json.loads(run("reduce", EXAMPLE, "--json", "--at", "190 mm", "--at", "0.1 m").stdout)
+    state = flywheel.reduce(flywheel.load(EXAMPLE), [0.19, 0.1])
+    assert data["reduction"] == "slide"
+    assert data["stroke"] == {"from": -0.06, "to": 0.19, "speed": 0.3289474, "acceleration": 0.0}
+    assert data["x"] == [0.19, 0.1]
+    assert_allclose(data["reduced_mass"], state.inertia)
+    assert_allclose(data["reduced_mass_slope"], state.slope)
+    assert_allclose(data["reduced_force"], state.moment)
+    assert_allclose(data["driving_force"], 0.5 * state.slope * 0.3289474**2 - state.moment)
+    assert_allclose(sum(map(sum, data["mass_parts"].values())), state.inertia.sum())
+    assert_allclose(1e3 * data["velocities"]["toggle-clamp.platen"][0], 0.02179, atol=5e-6)
+    assert_allclose(1e3 * data["accelerations"]["toggle-clamp.platen"][0], -235.27, atol=5e-3)
+    assert not {"phi", "inertia", "moment"} & set(data)
+
+
+def test_the_clamp_has_the_masses_of_its_source():
+    """At full stretch, where all lies on the platen's line: from the speeds there, to the digits that they have here."""
+    v, turn, coupler, rod = 0.3289474, -0.7616, 4.0698, 0.6445  # m/s and rad/s
+    half = 0.0475 * coupler  # the coupler stands at 1.89156 rad; its upper pin is the block's
+    across = math.hypot(-v + half * math.sin(1.89156), half * math.cos(1.89156))
+    energy = (33.2930 + 10.0088) * v**2 + 16.1475 * (0.11 * turn) ** 2 + 0.1195 * turn**2
+    energy += 1.3051 * across**2 + 0.0022 * coupler**2
+    energy += 16.7364 * (0.22 * turn + 0.13 * rod) ** 2 + 0.1699 * rod**2
+    data = json.loads(run("reduce", EXAMPLE, "--json", "--at", "190 mm").stdout)
+    assert_allclose(data["reduced_mass"], energy / v**2, rtol=2e-5)
+    platen = [column[0] for name, column in data["mass_parts"].items() if name.endswith("platen")]
+    assert_allclose(platen, (298.4963 + 97.4437) * data["gains"]["toggle-clamp.platen"][0] ** 2)
+    weight = 16.1475 * 0.11 * turn + 16.7364 * (0.22 * turn + 0.13 * rod) - 1.3051 * half * math.cos(1.89156)
+    assert_allclose(data["reduced_force"], -9.80665 * weight / v, rtol=2e-4)
+
+
+def test_json_of_a_driver_that_turns(lever):
+    data = json.loads(run("reduce", lever, "--json", "--at", "60 deg").stdout)
+    assert data["reduction"] == "crank"
+    assert_allclose(data["inertia"], 3 * 0.2**2)
+    assert_allclose(data["driving_torque"], 3 * 3 * 0.2**2)
+    assert not {"x", "reduced_mass", "driving_force"} & set(data)
+
+
+def test_every_key_is_explained(lever):
+    for scene in (EXAMPLE, lever):
+        data = json.loads(run("reduce", scene, "--json", "--points", 2).stdout)
+        assert all(f"`{key}`" in text("stroke") for key in {*data, *data["stroke"]} - {"title"})
+
+
+def test_csv_runs_from_end_to_end_with_its_units():
+    rows = list(csv.DictReader(run("reduce", EXAMPLE, "--points", 6).stdout.splitlines()))
+    assert_allclose([float(row["x [m]"]) for row in rows], [-0.06, -0.01, 0.04, 0.09, 0.14, 0.19])
+    state = flywheel.reduce(flywheel.load(EXAMPLE), [0.19])
+    last = {key: float(value) for key, value in rows[-1].items()}
+    assert_allclose(last["m* [kg]"], state.inertia)
+    assert_allclose(last["dm*/dx [kg/m]"], state.slope)
+    for name, unit in (("rod", "1/m"), ("platen", "1")):
+        assert_allclose(last[f"g toggle-clamp.{name} [{unit}]"], state.gains[f"toggle-clamp.{name}"])
+    assert_allclose(last["dg/dx toggle-clamp.rod [1/m^2]"], state.gain_slopes["toggle-clamp.rod"])
+    assert_allclose(last["dg/dx toggle-clamp.platen [1/m]"], state.gain_slopes["toggle-clamp.platen"])
+    assert_allclose(last["v toggle-clamp.rod [rad/s]"], 0.6445, atol=5e-5)
+    assert_allclose(last["a toggle-clamp.platen [m/s^2]"], -0.23527, atol=5e-6)
+    assert {"F* [N]", "F_drive [N]"} <= set(last)
+
+
+@pytest.mark.parametrize(
+    ("at", "code", "words"), [("30 deg", 2, "no position"), ("0.2 m", 1, "x: found 0.2 m"), ("5", 2, "no")]
+)
+def test_places_that_a_stroke_does_not_have(at, code, words):
+    result = run("reduce", EXAMPLE, "--at", at)
+    assert (result.exit_code, result.stdout) == (code, "")
+    assert words in result.stderr
+
+
+def test_a_crank_has_angles(lever):
+    result = run("reduce", lever, "--at", "30 mm")
+    assert result.exit_code == 2
+    assert "'30 mm' is no angle with its unit" in result.stderr
+
+
+def test_sizing_refuses_in_one_line():
+    result = run("size", EXAMPLE)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert "a one-way stroke, which has no cycle and so no flywheel" in line
+
+
+@pytest.mark.parametrize("option", [[], ["--simplify"]])
+def test_the_graph_shows_the_slide(option):
+    result = run("graph", EXAMPLE, *option)
+    assert result.exit_code == 0, result.stderr
+    assert "1:slide" in result.stdout
+    assert "crank " not in result.stdout.replace("bell_crank", "")
+
+
+# A wheel in a report and in JSON.
+
+
+IRON = material("grey cast iron")
+ARMED = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=100.0)
+
+
+def test_rows_of_a_wheel_with_arms():
+    wheel = choose(200.0, 20.0, ARMED)
+    found = {name: (value, unit) for name, value, unit in wheel_rows(wheel)}
+    assert found["shape"] == ("arms", "")
+    assert found["outer radius"] == ("1000", "mm")
+    assert found["inertia"] == ("200", "kg m²")
+    assert found["arms"] == ("6", "")
+    assert found["hub diameter"] == ("200", "mm")
+    assert float(found["mass"][0]) == pytest.approx(wheel.mass, rel=1e-5)
+    assert float(found["stress, rim at the arms"][0]) == pytest.approx(wheel.stresses["rim at the arms"] / 1e6, rel=1e-5)
+    assert found["safety factor, by strength"][0].startswith(f"{wheel.safety:.4g}"[:4])
+    assert {"mass, rim", "mass, arms", "mass, hub", "inertia, hub"} <= found.keys()
+    assert len(found) == len(wheel_rows(wheel))
+
+
+def test_rows_of_other_wheels():
+    own = material(density=7000.0, allowable=5e6)
+    thin = {name: value for name, value, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("rim", own, "thin", width=0.1)))}
+    assert thin["shape"] == "rim, taken as thin"
+    assert thin["safety factor, by allowable stress"] == "1"
+    assert "bore" not in thin
+    bored = [
+        name for name, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("disc", material(density=7e3), width=0.1, bore=0.1)))
+    ]
+    assert "bore" in bored
+    assert not any("safety" in name or "allowable" in name or name == "thickness" for name in bored)
+    lightest = [name for name, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("lightest", own, max_radius=0.4)))]
+    assert "the lightest disc instead" in lightest
+
+
+def test_what_is_stressed_too_much_is_marked():
+    bent = choose(200.0, 20.0, ARMED._replace(torque=20000.0))
+    marked = {name for name, _, unit in wheel_rows(bent) if unit == "MPa, above the allowable"}
+    assert marked == {f"stress, {place}" for place, value in bent.stresses.items() if value > 11.5e6}
+    assert "stress, arms at the hub" in marked
+    assert not any("above" in unit for _, _, unit in wheel_rows(choose(200.0, 5.0, ARMED)))
+
+
+@pytest.mark.parametrize("asked", [ARMED, WheelAsked("disc", IRON, width=0.1), WheelAsked("lightest", IRON, max_radius=0.5)])
+def test_json(asked):
+    wheel = choose(20.0, 20.0, asked)
+    found = json.loads(json.dumps(wheel.as_dict(), allow_nan=False))
+    assert found["inertia"] == wheel.inertia
+    assert found["stresses"] == dict(wheel.stresses)
+    assert found["material"]["density"] == 7200.0
+    assert (found["arms"] is None) == (wheel.body.arms is None)
+    assert found["greatest_stress"] == max(found["stresses"].values())
+    assert (found["compared"] is None) == (asked.shape != "lightest")
+
+
+SCENE = {
+    "title": "Fan",
+    "inertia": [{"on": "crank", "value": 2}],
+    "drive": {"torque": "20 - 4*omega"},
+    "flywheel": {"inertia": 0},
+}
+STALL = SCENE | {"load": [{"on": "crank", "torque": -60, "from": "90 deg", "to": "180 deg"}]}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return run_up(flywheel.load(SCENE), "2 s")
+
+
+def test_the_text_has_the_end_the_regime_and_the_energies(found):
+    text = motions.transient_text(found)
+    assert text.startswith("Fan\nFrom 0 deg, 0 rad/s (0 rpm): ended at")
+    assert "first at 95 % of it           after 1.497866 s" in text
+    assert "= kinetic energy gained" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.fixture(scope="module")
+def stalled():
+    return motions.transient_text(run_up(flywheel.load(STALL), "20 s", rtol=1e-5))
+
+
+def test_a_stall_is_the_first_thing_that_is_said(stalled):
+    text = stalled
+    assert "stalled at crank angle" in text.splitlines()[1]
+    assert "no regime:" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_csv_is_the_motion_evenly_in_time(found):
+    rows = list(csv.reader(io.StringIO(motions.transient_csv(found, 5))))
+    assert rows[0][:4] == ["t [s]", "phi [rad]", "omega [rad/s]", "alpha [rad/s^2]"]
+    values = np.array(rows[1:], dtype=float)
+    np.testing.assert_allclose(values[:, 0], [0, 0.5, 1, 1.5, 2])
+    np.testing.assert_allclose(values[:, 2], 5 * (1 - np.exp(-2 * values[:, 0])), rtol=1e-8, atol=1e-12)
+
+
+def test_json_has_the_motion_and_everything_else(found):
+    data = json.loads(motions.transient_json(found, 3))
+    assert data["samples"]["t"] == [0.0, 1.0, 2.0]
+    assert data["samples"]["current"] is None
+    assert data["energy"]["drive"] == pytest.approx(found.energy.drive)
+
+
+def test_a_dc_motor_adds_its_current():
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25}
+    scene = flywheel.load(
+        {"inertia": [{"on": "crank", "value": 0.1}], "drive": {"motor": motor}, "flywheel": {"inertia": 0}}
+    )
+    found = transient(scene, end="0.1 s")
+    assert motions.transient_csv(found, 2).splitlines()[0].endswith(",current [A]")
+    assert float(motions.transient_csv(found, 2).splitlines()[1].rsplit(",", 1)[1]) == pytest.approx(120.0)
+    assert "heat in the motor's armature" in motions.transient_text(found)
+
+
+def test_a_stroke_is_told_in_metres():
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": {"mass": 2.0}}
+    guide = {"name": "O", "type": "slide", "between": ["frame.O", "ram.origin"]}
+    linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
+    force = [{"on": "slide", "force": "100 - 40*v"}]
+    scene = flywheel.load({"mechanism": linkage, "load": force, "stroke": {"from": 0.1, "to": 0.5, "speed": 1}})
+    found = transient(scene, end="stop")
+    assert "the driver reached the stroke's end at 0.5 m" in motions.transient_text(found)
+    assert "rpm" not in motions.transient_text(found)
+    rows = motions.transient_csv(found, 2).splitlines()
+    assert rows[0].startswith("t [s],x [m],v [m/s]")
+    assert [float(row.split(",")[1]) for row in rows[1:]] == pytest.approx([0.1, 0.5])
+
+
+@pytest.fixture(scope="module")
+def pulsed():
+    pulse = {"on": "crank", "torque": -30, "from": "90 deg", "to": "91 deg"}
+    return transient(flywheel.load(SCENE | {"load": [pulse]}), start=4.0, end="1 turn")
+
+
+def test_csv_and_json_may_have_both_sides_of_every_switch(pulsed):
+    rows = np.array([row.split(",") for row in motions.transient_csv(pulsed, 3, breaks=True).splitlines()[1:]], dtype=float)
+    t, phi, moment = rows[:, 0], rows[:, 1], rows[:, 4]
+    assert rows.shape[0] == 3 + 4
+    assert np.all(np.diff(t) >= 0.0)
+    k = int(np.argmax(np.isclose(phi, np.pi / 2)))
+    assert moment[k] - moment[k + 1] == pytest.approx(30.0, rel=1e-9)
+    assert moment[k + 3] - moment[k + 2] == pytest.approx(30.0, rel=1e-9)
+    assert len(json.loads(motions.transient_json(pulsed, 3, breaks=True))["samples"]["t"]) == 7
+    assert len(motions.transient_csv(pulsed, 3).splitlines()) == 1 + 3
+
+
+def test_a_run_down_is_told_without_what_it_cannot_have():
+    scene = SCENE | {"load": [{"on": "crank", "torque": "-2*sign(omega)"}]}
+    text = motions.transient_text(run_down(flywheel.load(scene)))
+    assert "speed at the end              0 rad/s (0 rpm)" in text
+    assert "95 %" not in text
+    assert "after 0 s" not in text
+
+
+def test_moments_before_and_after_losses_are_told_apart(found, stalled):
+    geared = STALL | {"shafts": {"motor": {"ratio": 2, "efficiency": 0.8}}, "drive": {"on": "motor", "torque": 10}}
+    text = " ".join(
+        motions.transient_text(run_up(flywheel.load(geared | {"regime": {"speed": 5}}), "20 s", rtol=1e-5)).split()
+    )
+    assert "the loss in its meshes holds M* = " in text
+    assert ",M* after losses [N m]," in motions.transient_csv(found, 2)
+    assert "losses" not in stalled
+
+
+def test_every_store_has_its_energy():
+    """Kinetic energies of the bodies and the flywheel add up to the whole."""
+    found = motions.transient_json(flywheel.transient(flywheel.load(press()), end="0.5 s"), 5)
+    data = json.loads(found)
+    kinetic = np.sum(list(data["stores"]["kinetic"].values()), axis=0)
+    np.testing.assert_allclose(kinetic, data["samples"]["kinetic"], rtol=1e-12)
+    assert set(data["stores"]["potential"]) == {f"weight of press.{body}" for body in ("crank", "rod", "slider")}
+    assert set(data["errors"]["stores"]["potential"]) == set(data["stores"]["potential"])

@@ -1,4 +1,4 @@
-"""Drive lines of textbooks: gear trains with losses, flywheels chosen by the motor's torque, heat of a start."""
+"""Drive lines of textbooks, and motions by other programs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import pytest
 
 import flywheel
 from tests.limits import sample
+from tests.validation.test_books import CASES, G, agree, inputs, sized
 
-from .common import CASES, G, agree, inputs, sized
+# Drive lines of textbooks: gear trains with losses, flywheels chosen by the motor's torque, heat of a start.
+
 
 FOOT = 0.3048
 
@@ -198,3 +200,33 @@ def test_dubey_6_7_heat_of_a_start() -> None:
     start = flywheel.simulate(flywheel.load(scene), 0.0, 0.0, true["t_s"])
     assert start.omega[-1] == pytest.approx(0.95 * synchronous, rel=1e-8)
     agree("dubey-6.7", t_s=float(start.t[-1]))
+
+
+# Moving slider-cranks: a multibody program's runs, and the energy equation at 25 digits.
+
+
+def slider_crank(crank: dict[str, float], rod: dict[str, float], slider: float, **more: Any) -> flywheel.Machine:
+    kind = {"type": "slider-crank", "crank": crank, "rod": rod, "slider": {"mass": slider}}
+    scene = {"mechanism": kind, **more, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}}
+    return flywheel.Machine(flywheel.load(scene))
+
+
+def test_free_for_a_second() -> None:
+    case = inputs("xtool-exudyn-free")
+    crank = {"length": case["r"], "inertia": case["I1"]}
+    rod = {"length": case["l"], "mass": case["m2"], "inertia": case["I2"], "com": case["l"] / 2}
+    motion = flywheel.simulate(slider_crank(crank, rod, case["m3"]), phi=0.0, omega=case["w0"], until=1.0)
+    agree("xtool-exudyn-free", omega_1s=motion.omega[-1], phi_1s=motion.phi[-1])
+
+
+def uniform(length: float, mass: float) -> dict[str, float]:
+    return {"length": length, "mass": mass, "inertia": mass * length**2 / 12, "com": length / 2}
+
+
+@pytest.mark.slow
+def test_driven_from_rest() -> None:
+    case = inputs("exudyn-driven")
+    crank, rod = uniform(case["r"], case["m1"]), uniform(case["l"], case["m2"])
+    machine = slider_crank(crank, rod, case["m3"], drive={"torque": case["torque"]})
+    motion = flywheel.simulate(machine, phi=0.0, omega=0.0, until=case["t"])
+    agree("exudyn-driven", phi=motion.phi[-1], omega=motion.omega[-1])

@@ -1,17 +1,11 @@
-"""Motors: torque against speed, current and heat of each kind; uses `numerics` alone."""
+"""Motors: torque against speed, current and heat of each kind; uses `numerics` and `language` alone."""
 
-from flywheel.components.motors.curve import Curve
+from flywheel.components.motors.curves import Constant, Curve, Engine, Hydraulic, Line, line_from_no_load, line_through
 from flywheel.components.motors.direct_current import DC, dc_from_plate
-from flywheel.components.motors.engine import Engine
-from flywheel.components.motors.equivalent_circuit import EquivalentCircuit
-from flywheel.components.motors.hydraulic import Hydraulic
 from flywheel.components.motors.induction import Induction, Plate
-from flywheel.components.motors.motor import Constant, Line, Motor, Point, line_from_no_load, line_through
+from flywheel.components.motors.motor import Connection, Motor, Point, Start, Switch
 from flywheel.components.motors.starting import (
-    Connection,
-    Start,
     Started,
-    Switch,
     field_steps,
     resistance_steps,
     soft_start,
@@ -19,7 +13,7 @@ from flywheel.components.motors.starting import (
     transformer,
 )
 from flywheel.components.motors.synchronous import Synchronous
-from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction
+from flywheel.components.motors.two_axis import EquivalentCircuit, Impedances, TwoAxisInduction
 
 __all__ = [
     "DC",

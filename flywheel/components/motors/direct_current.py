@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flywheel.components.motors.circuit import Circuit, GraphState, Slopes, StateName, States
-from flywheel.components.motors.motor import EVERYWHERE, Array, Line, Motor, Point, Span, wrong_numbers, wrong_point
+from bondgraph.elements import GY, I, R, Se
+from bondgraph.graph import Builder, Part
+from flywheel.components.energy import Energy
+from flywheel.components.motors.curves import Line
+from flywheel.components.motors.motor import (
+    EVERYWHERE,
+    Array,
+    Circuit,
+    Fact,
+    GraphState,
+    Motor,
+    Point,
+    Slopes,
+    Span,
+    StateName,
+    States,
+    wrong_numbers,
+    wrong_point,
+)
+from flywheel.language import text as _
 from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
-
-if TYPE_CHECKING:
-    from bondgraph import Part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +75,10 @@ class DC(Motor):
     friction: float = 0.0
     nameplate: Point | None = None
     title: ClassVar[str] = "DC motor"
-    tells_heat: ClassVar[bool] = True
+    formula: ClassVar[str] = "T = k (U − k ω)/R − b ω, b its friction: a straight line that falls with speed."
+    heated: ClassVar[str | None] = "copper_heat"
+    starts: ClassVar[tuple[str, ...]] = ("resistance", "field")
+    takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""
@@ -111,6 +130,84 @@ class DC(Motor):
         """Heat R i² in the armature, W, at currents (A)."""
         return self.resistance * current * current
 
+    def heat(self, omega: Any, states: States = ()) -> Any:
+        """Copper heat of the armature, W, by its current where that is a state of its own."""
+        return np.asarray(self.copper_heat(states[0] if len(states) else self.current(omega)))
+
+    def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
+        """Current of the armature over the rated one, or in A, from torques as connected."""
+        return np.asarray(self.current_of_torque(omega, torque) / (running.rated_current or 1.0))
+
+    def split_heat(self, omega: Array, torque: Array, running: Motor) -> tuple[Array | None, Array | None]:
+        """Copper heat (W) of the armature itself, and of what is added to its resistance."""
+        current = self.current_of_torque(omega, torque)
+        own = running.resistance if isinstance(running, DC) else self.resistance
+        return own * current * current, (self.resistance - own) * current * current
+
+    def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+        """R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"), W."""
+        current = self.current_of_torque(omega, torque)
+        found = {"copper": self.copper_heat(current)}
+        if self.friction:
+            found["windage"] = self.friction * omega * omega
+        if self.inductance:
+            found["inductance"] = self.inductance * current * self.current_rate(omega, current)
+        return found
+
+    def with_resistance(self, share: float) -> DC:
+        """The motor with a resistance before its armature, over the armature's own."""
+        self._check_inductance()
+        return replace(self, resistance=self.resistance * (1.0 + share))
+
+    def with_field(self, share: float) -> DC:
+        """The motor with another field, over its own."""
+        self._check_inductance()
+        return replace(self, constant=self.constant * share)
+
+    def _check_inductance(self) -> None:
+        if self.inductance:
+            found = f"an armature with an inductance of {self.inductance:g} H"
+            advice = "over a start the current follows the speed at once: leave the inductance out"
+            raise SceneError([Fault("type", found, "a motor without inductance beside a start by steps", advice)])
+
+    def facts(self) -> Iterator[Fact]:
+        """Its constants, and the straight line that follows from them."""
+        yield from super().facts()
+        table, line = _("Constants of the motor"), self.quasi_static
+        voltage = Fact(_("voltage at the armature"), "U", self.voltage, "V", table=table)
+        resistance = Fact(_("resistance of the armature"), "R_a", self.resistance, "Ω", table=table)
+        constant = Fact(_("motor constant"), "k_m", self.constant, "N m/A", table=table)
+        friction = Fact(_("friction"), "b", self.friction, "N m s", table=table)
+        yield from (voltage, resistance, constant, friction)
+        if self.inductance:
+            yield Fact(_("inductance of the armature"), "L_a", self.inductance, "H", table=table)
+        yield Fact(_("Current at any speed, when it is steady"), "i", formula="i = (U - k_m*omega)/R_a")
+        at_rest = (constant, voltage, resistance)
+        yield Fact(_("Torque at rest"), "T_0", line.at_rest, "N m", "T_0 = k_m*U/R_a", at_rest)
+        fall = (constant, resistance, friction)
+        yield Fact(_("Fall of the torque with speed"), "c", line.fall, "N m s", "c = k_m**2/R_a + b", fall)
+        yield Fact(_("Torque at any speed"), "T", formula="T(omega) = T_0 - c*omega")
+        if self.inductance:
+            yield Fact(
+                _("The current has an inertia of its own: along the motion L di/dt = U − R i − k ω is solved with it.")
+            )
+
+    def heat_facts(self, energy: Energy) -> Iterator[Fact]:
+        """Current and copper heat of its armature."""
+        if energy.copper_heat is None or energy.current_rms is None:
+            yield from super().heat_facts(energy)
+            return
+        words, mean = (
+            _("Root of the mean square of the armature's current over time"),
+            "i_rms = sqrt(integral(i**2, t, 0, tau)/tau)",
+        )
+        current = Fact(words, "i_rms", energy.current_rms, "A", mean)
+        yield current
+        numbers, share = (Fact("", "R_a", self.resistance, "Ω"), current), energy.copper_heat_share
+        share = float("nan") if share is None else share
+        heat = _("Copper heat of the armature")
+        yield Fact(heat, "Q_c", energy.copper_heat, "W", "Q_c = R_a*i_rms**2", numbers, share=share)
+
     @property
     def rated_current(self) -> float | None:
         """Current at the rated point, A; None where the constants were not derived from one."""
@@ -150,8 +247,6 @@ class DC(Motor):
         >>> print(*DC(voltage=48.0, resistance=0.4, constant=0.25, inertia=0.004).graph().elements)
         armature rotor voltage resistance constant inertia
         """
-        from bondgraph import GY, Builder, I, R, Se
-
         b = Builder().one("armature", "electric").one("rotor", "rotation")
         b.on("armature", Se("voltage", self.voltage), R("resistance", self.resistance))
         if self.inductance:

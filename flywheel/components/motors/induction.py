@@ -7,17 +7,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors.motor import Array, Motor, Point, Span, wrong_numbers
+from flywheel.components.energy import Energy
+from flywheel.components.motors.motor import Array, Fact, Motor, Point, Span, States, wrong_numbers
+from flywheel.language import text as _
 from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
-from flywheel.numerics.expressions import Expression, expression_of, parse
+from flywheel.numerics.expressions import Expression, compiled
 from flywheel.numerics.faults import Fault, SceneError
 
 USUAL_SLIP = 0.13
@@ -228,7 +230,10 @@ class Induction(Motor):
     plate: Plate = BARE
     added_resistance: float = 0.0
     title: ClassVar[str] = "induction motor"
-    tells_heat: ClassVar[bool] = True
+    formula: ClassVar[str] = "Kloss: T = 2 Tₘ/(s/sₖ + sₖ/s), Tₘ the breakdown torque, sₖ its slip, s = 1 − ω/ω₀."
+    heated: ClassVar[str | None] = "rotor_heat"
+    starts: ClassVar[tuple[str, ...]] = ("star-delta", "transformer", "soft", "resistance")
+    takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse values out of range, and those that contradict each other."""
@@ -328,13 +333,17 @@ class Induction(Motor):
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
         reach, plate = self.breakdown_slip * self.synchronous_speed, self.plate
-        u = f"({expression_of(self.synchronous_speed)} - omega)"
-        kloss = f"{expression_of(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {expression_of(reach**2)})"
+        kloss = compiled(
+            "{top}*({field} - omega)/(({field} - omega)**2 + {square})",
+            top=2 * self.breakdown_torque * reach,
+            field=self.synchronous_speed,
+            square=reach**2,
+        )
         if plate.starting_torque is None and plate.starting_current is None:
-            return parse(kloss)
+            return kloss
         start = plate.starting_torque  # a current that is corrected alone ends the pieces there, too
         missing = 0.0 if start is None else start * self.rated.torque - float(self._kloss(0.0))
-        return parse(self._down_to_rest(kloss, missing))
+        return self._down_to_rest(kloss, missing)
 
     def _kloss(self, omega: ArrayLike) -> Array:
         """Torque by Kloss's formula alone, N m."""
@@ -378,37 +387,45 @@ class Induction(Motor):
         """The line current over the rated one as an expression of `omega`: see `current_share`."""
         without = self._share_by_circuit()
         if self.plate.starting_current is None:
-            return parse(without)
-        missing = self.plate.starting_current - float(parse(without).evaluate({"omega": np.float64(0.0)}, np))
-        return parse(self._down_to_rest(without, missing))
+            return without
+        missing = self.plate.starting_current - float(without.evaluate({"omega": np.float64(0.0)}, np))
+        return self._down_to_rest(without, missing)
 
-    def _share_by_circuit(self) -> str:
-        parts, slip = self.line_current, self._slip_text
-        torque = f"{expression_of(2 * self.breakdown_ratio * self.breakdown_slip)}*{slip}"
-        torque = f"({torque}/({slip}**2 + {expression_of(self.breakdown_slip**2)}))"  # over the rated one
+    def _share_by_circuit(self) -> Expression:
+        parts = self.line_current
+        slip = compiled("({field} - omega)/{field}", field=self.synchronous_speed)
+        square = self.breakdown_slip**2
         if parts.losses == parts.magnetizing == parts.idle == 0.0:
             reach = math.hypot(self.own_breakdown_slip, self.rated_slip) / self.rated_slip
-            return f"{expression_of(reach)}*abs({slip})/sqrt({slip}**2 + {expression_of(self.breakdown_slip**2)})"
-        magnetizing = expression_of(parts.idle)
+            return compiled("{reach}*abs({slip})/sqrt({slip}**2 + {square})", reach=reach, slip=slip, square=square)
+        top = 2 * self.breakdown_ratio * self.breakdown_slip  # of the torque over the rated one
+        torque = compiled("{top}*{slip}/({slip}**2 + {square})", top=top, slip=slip, square=square)
+        magnetizing = compiled("{idle}", idle=parts.idle)
         if parts.idle != parts.magnetizing:
-            rated = expression_of(self.rated_slip * (1.0 + self.added_resistance))
-            heat = f"{torque}*{slip}/{rated}"  # of the rotor itself, over the rated one
-            magnetizing += f" + {expression_of(2.0 * (parts.magnetizing - parts.idle))}*({heat})/(1 + {heat})"
-        load = f"{expression_of(parts.active)}*{torque}"
-        reactive = f"{load}*{slip}/{expression_of(self.breakdown_slip)} + {magnetizing}"
-        return f"sqrt(({load} + {expression_of(parts.losses)})**2 + ({reactive})**2)"
+            rated = self.rated_slip * (1.0 + self.added_resistance)
+            heat = compiled(
+                "{torque}*{slip}/{rated}", torque=torque, slip=slip, rated=rated
+            )  # the rotor's, over the rated one
+            rise = 2.0 * (parts.magnetizing - parts.idle)
+            magnetizing = compiled("{idle} + {rise}*{heat}/(1 + {heat})", idle=parts.idle, rise=rise, heat=heat)
+        return compiled(
+            "sqrt(({load} + {losses})**2 + ({load}*{slip}/{breakdown} + {magnetizing})**2)",
+            load=compiled("{active}*{torque}", active=parts.active, torque=torque),
+            losses=parts.losses,
+            slip=slip,
+            breakdown=self.breakdown_slip,
+            magnetizing=magnetizing,
+        )
 
-    @property
-    def _slip_text(self) -> str:
-        speed = expression_of(self.synchronous_speed)
-        return f"(({speed} - omega)/{speed})"
-
-    def _down_to_rest(self, law: str, missing: float) -> str:
+    def _down_to_rest(self, law: Expression, missing: float) -> Expression:
         """A law of omega that is raised by what misses at rest, from breakdown down to there: see the class."""
-        least = expression_of(self.stable[0])
-        x = f"(1 - omega/{least})"
-        raised = f"{law} + {expression_of(missing)}*{x}**2*(3 - 2*{x})"
-        return f"{law} if omega >= {least} else ({raised} if omega >= 0 else {law} + {expression_of(missing)})"
+        return compiled(
+            "{law} if omega >= {least} else "
+            "({law} + {missing}*(1 - omega/{least})**2*(3 - 2*(1 - omega/{least})) if omega >= 0 else {law} + {missing})",
+            law=law,
+            least=self.stable[0],
+            missing=missing,
+        )
 
     def current(self, omega: ArrayLike) -> Array | None:
         """Line current (A) at speeds omega (rad/s), of their shape; None where the rated one is not known."""
@@ -454,6 +471,77 @@ class Induction(Motor):
         """
         speeds = np.asarray(omega, dtype=float)
         return np.asarray(self.torque(speeds) * (self.synchronous_speed - speeds))
+
+    def heat(self, omega: Any, states: States = ()) -> Any:
+        """Heat in the rotor, W."""
+        return self.rotor_heat(omega)
+
+    def split_heat(self, omega: Array, torque: Array, running: Motor) -> tuple[Array | None, Array | None]:
+        """Heat (W) in the rotor's own winding, and in the resistors behind its slip rings."""
+        heat, added = torque * (self.synchronous_speed - omega), self.added_resistance
+        return heat / (1.0 + added), heat * added / (1.0 + added)
+
+    def locked_rotor_limit(self, cold: bool = False) -> float | None:
+        """The integral of (I/I_n)² dt (s) that the plate's time of the locked rotor allows."""
+        time = self.plate.locked_rotor_time_cold if cold else self.plate.locked_rotor_time
+        return None if time is None else float(self.current_share(0.0)) ** 2 * time
+
+    def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+        """T (omega_s - omega) ("rotor"), and with an efficiency the stator's copper and constant losses ("iron"), W."""
+        stator, constant = self.stator_heat(omega), self.constant_losses
+        known = {} if stator is None or constant is None else {"stator": stator, "iron": np.full_like(omega, constant)}
+        return known | {"rotor": torque * (self.synchronous_speed - omega)}
+
+    def with_resistance(self, share: float) -> Induction:
+        """The motor with resistors behind its slip rings."""
+        given = [name for name in ("starting_torque", "starting_current") if getattr(self.plate, name) is not None]
+        if given:
+            expected = "none beside resistance steps"
+            advice = "what it corrects belongs to cages; a rotor with slip rings follows Kloss's formula"
+            raise SceneError([Fault("type", f"a motor with {' and '.join(given)}", expected, advice)])
+        return replace(self, added_resistance=share)
+
+    def facts(self) -> Iterator[Fact]:
+        """Kloss's formula with its numbers."""
+        *plate, torque = super().facts()
+        yield from (*plate, torque)
+        rated, table = plate[1], _("Mains (Hz) and catalogue")
+        frequency = Fact(_("frequency of the mains"), "f", self.frequency, table=table)
+        poles = Fact(_("number of poles"), "p", float(self.poles), table=table)
+        ratio = Fact(_("breakdown torque over rated torque"), "lamda", self.breakdown_ratio, table=table)
+        yield from (frequency, poles, ratio)
+        numbers = (frequency, poles)
+        field = Fact(_("Synchronous speed"), "omega_s", self.synchronous_speed, "rad/s", "omega_s = 4*pi*f/p", numbers)
+        yield field
+        slip = Fact(_("Rated slip"), "s_n", self.rated_slip, "", "s_n = (omega_s - omega_n)/omega_s", (field, rated))
+        yield slip
+        yield Fact(_("Breakdown torque"), "T_b", self.breakdown_torque, "N m", "T_b = lamda*T_n", (ratio, torque))
+        through, numbers = _("Breakdown slip, such that the curve passes through the rated point"), (slip, ratio)
+        yield Fact(through, "s_b", self.breakdown_slip, "", "s_b = s_n*(lamda + sqrt(lamda**2 - 1))", numbers)
+        yield Fact(_("Slip at any speed"), "s", formula="s = (omega_s - omega)/omega_s")
+        yield Fact(_("Torque (Kloss)"), "T", formula="T(s) = 2*T_b/(s/s_b + s_b/s)")
+
+    def heat_facts(self, energy: Energy) -> Iterator[Fact]:
+        """Heat of its rotor, line current and heat of its stator by what its name plate says."""
+        if energy.rotor_heat is None:
+            yield from super().heat_facts(energy)
+            return
+        words, mean = (
+            _("Heat of the rotor on the mean over time: torque times slip speed"),
+            "Q_r = integral(T*(omega_s - omega_d), t, 0, tau)/tau",
+        )
+        yield Fact(words, "Q_r", energy.rotor_heat, "W", mean, share=energy.rotor_heat_share)
+        if (share := energy.stator_heat_share) is None:
+            return
+        words = _("Heat of the stator's copper over that at the rated point, by the line current")
+        copper = Fact(words, "u_s", share, "", "u_s = integral((I/I_n)**2, t, 0, tau)/tau", share=share)
+        yield copper
+        if self.rated_current is not None and energy.current_rms is not None:
+            words, rated = (
+                _("Root of the mean square of the line current over time"),
+                Fact("", "I_n", self.rated_current, "A"),
+            )
+            yield Fact(words, "I_rms", energy.current_rms, "A", "I_rms = I_n*sqrt(u_s)", (rated, copper))
 
     def electric_power(self, omega: ArrayLike) -> Array | None:
         """Power taken from the mains, W, at speeds omega (rad/s): T omega_s, stator heat and constant losses.

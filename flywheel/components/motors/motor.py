@@ -1,4 +1,4 @@
-"""What every motor can be asked: its torque at a speed, the law that is compiled for the machine, the marks of its curve.
+"""What every type of motor is and can be asked: words, torque, current, heat, states of its own, how it is started.
 
 1. A motor is frozen data. Its torque acts on the shaft that it drives, positive in the shaft's rotation; `omega` is that
    shaft's speed (rad/s). Nothing but the speed decides the torque.
@@ -7,32 +7,36 @@
    There a load that asks for more finds a slower motor that gives more; anywhere else it stalls it.
 4. `covers` is the range of speeds that the motor's data speak of. Outside it the law goes on, as each kind says, but it is
    a guess.
+5. What a type has beyond its torque is a class variable or a method that it overrides: `Motor` has neither current nor heat.
+   Whoever shows a motor, follows it or starts it asks these, and no one asks for its class.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors.circuit import Circuit
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
-from flywheel.numerics.expressions import Expression, expression_of, parse
-from flywheel.numerics.faults import Fault, SceneError
-
-if TYPE_CHECKING:
-    from flywheel.components.motors.starting import Start
+from bondgraph.graph import Part
+from bondgraph.numerics import root
+from flywheel.components.energy import Energy
+from flywheel.language import text as _
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults
+from flywheel.numerics.expressions import Expression, Node, numeral, variable
+from flywheel.numerics.faults import Fault
+from flywheel.numerics.jets import Jet, jet_namespace
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]
 
 EVERYWHERE: Span = (-math.inf, math.inf)
+T, OMEGA = variable("t"), variable("omega")
 _DOUBLINGS = 200  # of a step away from the known end of a branch, until a torque is enclosed
 
 
@@ -52,6 +56,185 @@ class Point(NamedTuple):
         return self.speed * self.torque
 
 
+class Fact(NamedTuple):
+    """What a report has to say of a motor: words, symbol, value (SI) and unit, in a `table` of that caption if there is one.
+
+    With a `formula` it is how the value follows from those of the symbols in `numbers`; words alone are a remark. `share` is
+    a heat over that at the rated point, NaN where there is none.
+    """
+
+    words: str
+    symbol: str = ""
+    value: float | None = None
+    unit: str = ""
+    formula: str = ""
+    numbers: tuple[Fact, ...] = ()
+    table: str = ""
+    share: float | None = None
+
+
+# -- states of its own ---------------------------------------------------------------------------------------------------
+
+States = Sequence[Any] | NDArray[np.float64]
+"""One value per state, each a number or an array: a tuple, or an array whose first axis is the states'."""
+
+
+class StateName(NamedTuple):
+    """A state by name, with its unit in SI and whether it is an angle that turns on for ever where the motor slips."""
+
+    name: str
+    unit: str
+    turns: bool = False
+
+
+class GraphState(NamedTuple):
+    """Where a state is in the motor's part of a bond graph: a flow "f" of a 1-junction or a displacement "q" of a spring.
+
+    The state is `factor` times that.
+    """
+
+    kind: str
+    name: str
+    factor: float = 1.0
+
+
+class Slopes(NamedTuple):
+    """Derivatives at speeds and states: of the torque by speed and by each state, of each rate by speed and by each state.
+
+    Units: N m s/rad, N m per unit of a state; per second, a state's unit per rad, and per unit of the other state.
+    `rates_by_states[j][k]` is that of rate j by state k. Each is a number or an array.
+    """
+
+    torque_by_speed: Any
+    torque_by_states: tuple[Any, ...]
+    rates_by_speed: tuple[Any, ...]
+    rates_by_states: tuple[tuple[Any, ...], ...]
+
+
+class Circuit(ABC):
+    """A motor whose torque follows n states x of its own: T(omega, x), dx/dt = f(omega, x), omega the speed of its shaft.
+
+    `names` are its states, `scales` their sizes, by which errors are measured; `in_graph` is where the motor's part of a
+    bond graph has them, empty where there is no such part. `only_speed` is the one speed (rad/s) at which its states can
+    stand still under load, None where they can at any: a synchronous motor's.
+    """
+
+    names: tuple[StateName, ...]
+    scales: tuple[float, ...]
+    in_graph: tuple[GraphState, ...] = ()
+    only_speed: float | None = None
+    greatest_torque: float = math.inf  # N m, that it gives at that speed
+
+    @abstractmethod
+    def torque(self, omega: Any, states: States) -> Any:
+        """Torque on the shaft, N m, at speeds (rad/s) and states."""
+
+    @abstractmethod
+    def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
+        """Rates of change of the states, per second."""
+
+    @abstractmethod
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives of torque and rates."""
+
+    @abstractmethod
+    def steady(self, omega: Any) -> tuple[Any, ...]:
+        """The states that stand still at constant speeds (rad/s); where they do not, those that give the mean torque."""
+
+    def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
+        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None where it is not at any."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def standing(self, states: States, time: Any) -> tuple[Any, ...]:
+        """The states after times (s) at rest, from those at its beginning."""
+
+    def current(self, omega: Any, states: States) -> Any:
+        """The current that the motor takes, A (where it alternates, its root mean square); None where that is unknown."""
+        return None
+
+    @property
+    def unfed(self) -> tuple[float, ...]:
+        """The states of a motor at rest that has just been switched on."""
+        return (0.0,) * len(self.names)
+
+
+# -- how it is started ---------------------------------------------------------------------------------------------------
+
+
+class Switch(NamedTuple):
+    """When a connection ends: at a time after switching on (s), or when its shaft first comes to a speed (rad/s)."""
+
+    time: float | None = None
+    speed: float | None = None
+
+    def __str__(self) -> str:
+        return f"{self.time:.6g} s" if self.speed is None else f"{self.speed * 30 / math.pi:.6g} rpm"
+
+
+class Connection(NamedTuple):
+    """A motor as it is connected for a while: torque T(omega) v², current I(omega) v, at a share v of the voltage.
+
+    motor: as its resistances and field then are, at full voltage.
+    until: when it ends.
+    voltage: v; with a `ramp` that at t = 0, rising evenly to 1 in so many seconds.
+    line: line current over that of the motor's terminals at that voltage: v of a transformer, 1/sqrt(3) of a star.
+    torque_limit: of a soft start that lowers the voltage so far, N m.
+    current_limit: the same, over the rated line current.
+    """
+
+    motor: Motor
+    until: Switch
+    voltage: float = 1.0
+    line: float = 1.0
+    ramp: float = 0.0
+    torque_limit: float | None = None
+    current_limit: float | None = None
+
+    def law(self) -> Node:
+        """The torque on the shaft, N m, by `omega` and `t`."""
+        torque, factor = self.motor.law().tree, self._voltage_squared()
+        if factor is not None:
+            torque = product(torque, factor)
+        return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
+
+    def _voltage_squared(self) -> Node | None:
+        """The square of the voltage's share, as the ramp and a limit of current have it; None where it is full."""
+        factor, current = None, self.motor.share_law()
+        if self.ramp:
+            rising = Node(
+                "sum", (numeral(self.voltage), product(numeral((1.0 - self.voltage) / self.ramp), T)), signs=("+", "+")
+            )
+            ramp = Node("if", (before(self.ramp), rising, numeral(1.0)))
+            factor = product(ramp, ramp)
+        elif self.voltage != 1.0:
+            factor = numeral(self.voltage**2)
+        if self.current_limit is not None and current is not None:
+            limit = Node("product", (numeral(self.current_limit**2), current.tree, current.tree), signs=("*", "/", "/"))
+            factor = Node("min", (limit, factor or numeral(1.0)))
+        return factor
+
+
+def product(*factors: Node) -> Node:
+    """Expressions multiplied."""
+    return Node("product", factors, signs=("*",) * len(factors))
+
+
+def before(time: float) -> Node:
+    """Tells whether `t` is less than a time, s."""
+    return Node("compare", (T, numeral(time)), signs=("<",))
+
+
+class Start(NamedTuple):
+    """How a motor is started: what it is called, and its connections in turn before the one that it runs in."""
+
+    title: str
+    connections: tuple[Connection, ...]
+
+
+# -- the motor -----------------------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, kw_only=True)
 class Motor(ABC):
     """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
@@ -62,8 +245,18 @@ class Motor(ABC):
     inertia: float = 0.0
     start: Start | None = None
     title: ClassVar[str]
-    tells_heat: ClassVar[bool] = False
-    """Whether the kind tells what heats it."""
+    formula: ClassVar[str] = ""
+    """Its torque in a sentence; none where its expression says it."""
+    heated: ClassVar[str | None] = None
+    """The figure of a sizing's `Energy` that heats it; None where torque against speed alone does not tell."""
+    starts: ClassVar[tuple[str, ...]] = ()
+    """The starts that it can have."""
+    governed: ClassVar[bool] = False
+    """Whether a governor holds it: its rated point is full load, and it has no windings that get hot."""
+    keeps_step: ClassVar[bool] = False
+    """Whether it runs at one speed alone, by its load angle."""
+    takes_power: ClassVar[bool] = False
+    """Whether `powers` tells what it takes beside the power of its shaft."""
 
     @abstractmethod
     def law(self) -> Expression:
@@ -91,7 +284,7 @@ class Motor(ABC):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What seems odd about its data, one sentence each."""
+        """Doubts about its data, one sentence each."""
         return ()
 
     @property
@@ -104,9 +297,114 @@ class Motor(ABC):
         """Current at the rated point, A, of a stator's line or an armature; None where the data do not tell."""
         return None
 
-    def current_share(self, omega: ArrayLike) -> Array | None:
-        """Current over the rated one at steady speeds omega (rad/s), of their shape; None where the kind does not tell."""
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The measured points of its curve, where it has any."""
+        return ()
+
+    @property
+    def breakdown_torque(self) -> float | None:
+        """The greatest torque, N m, where its name plate has it."""
         return None
+
+    @property
+    def static(self) -> Motor | None:
+        """The same motor with states that follow the speed at once, where the two are to be compared."""
+        return None
+
+    def current(self, omega: ArrayLike) -> Any:
+        """Current (A) at steady speeds omega (rad/s), of their shape; None where the type or the data do not tell."""
+        return None
+
+    def current_share(self, omega: ArrayLike) -> Array | None:
+        """Current over the rated one at steady speeds omega (rad/s), of their shape; None where the type does not tell."""
+        return None
+
+    def share_law(self) -> Expression | None:
+        """The current over the rated one as an expression of `omega`, where an alternating voltage is to limit it."""
+        return None
+
+    def current_along(self, omega: Array, time: Array, switched: Array) -> Array | None:
+        """Current (A) along a motion, at speeds (rad/s) and times (s); `switched` are times that tell the connection."""
+        found = self.current(omega)
+        return None if found is None else np.asarray(found)
+
+    def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
+        """Current of the windings over the rated one of the motor as it is `running`, as connected with other torques.
+
+        Where that has no rated current, A. None where the type does not tell.
+        """
+        share = self.current_share(omega)
+        if share is None:
+            return None
+        full = self.torque(omega)
+        with np.errstate(all="ignore"):
+            square = np.where(full == 0.0, 1.0, torque / full)
+        return np.asarray(share * np.sqrt(np.maximum(square, 0.0)))
+
+    def heat(self, omega: Any, states: States = ()) -> Any:
+        """Heat (W) of rotor or armature at speeds omega (rad/s) and states of its own; None where the type does not tell."""
+        return None
+
+    def heat_along(self, omega: Array, time: Array, switched: Array, states: States) -> Array | None:
+        """The same along a motion; arguments as in `current_along`."""
+        return None if self.heated is None else np.asarray(self.heat(omega, states))
+
+    def split_heat(self, omega: Array, torque: Array, running: Motor) -> tuple[Array | None, Array | None]:
+        """Heat (W) in the winding itself, and in resistors beside it, of a motor as connected with other torques."""
+        return None, None
+
+    def stator_heat(self, omega: ArrayLike) -> Array | None:
+        """Copper heat of the stator, W, at speeds omega (rad/s); None where the type or the data do not tell."""
+        return None
+
+    @property
+    def rated_stator_heat(self) -> float | None:
+        """Copper heat of the stator at rated load, W; None where the type or the data do not tell."""
+        return None
+
+    def total_heat(self, omega: Any, states: States = ()) -> Any:
+        """Heat (W) of all windings that it tells, at speeds omega (rad/s) and states of its own."""
+        stator, heat = self.stator_heat(omega), self.heat(omega, states)
+        return heat if stator is None else heat + stator
+
+    def heat_share(self, omega: Any, states: States = ()) -> Array:
+        """The same over that at the rated point."""
+        assert self.rated is not None
+        return np.asarray(self.total_heat(omega, states) / self.total_heat(np.array(self.rated.speed)))
+
+    def locked_rotor_limit(self, cold: bool = False) -> float | None:
+        """The integral of (I/I_n)² dt that it bears on starting (s), by its locked rotor's time; None where not told."""
+        return None
+
+    def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+        """Powers that it takes beside its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
+        return {}
+
+    def with_resistance(self, share: float) -> Motor:
+        """The motor with a resistance added to rotor or armature, over the winding's own."""
+        raise NotImplementedError
+
+    def with_field(self, share: float) -> Motor:
+        """The motor with another field, over its own."""
+        raise NotImplementedError
+
+    def graph(self) -> Part | None:
+        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft; None where it is its law."""
+        return None
+
+    def facts(self) -> Iterator[Fact]:
+        """Facts for a report, from its name plate on."""
+        if (point := self.rated) is not None:
+            plate = _("Name plate")
+            power = Fact(_("rated power"), "P_n", point.power, "W", table=plate)
+            speed = Fact(_("rated speed"), "omega_n", point.speed, "rad/s", table=plate)
+            yield from (power, speed)
+            yield Fact(_("Rated torque"), "T_n", point.torque, "N m", "T_n = P_n/omega_n", (power, speed))
+
+    def heat_facts(self, energy: Energy) -> Iterator[Fact]:
+        """Facts for a report on its heat over a cycle."""
+        yield Fact(_("Torque against speed alone does not tell what heats this motor."))
 
     @property
     def starting_torque(self) -> float:
@@ -127,8 +425,6 @@ class Motor(ABC):
 
     def slope_at(self, omega: ArrayLike) -> Array:
         """Slope dT/domega (N m s/rad) at speeds omega (rad/s), of their shape; at a kink, that of the side that is used."""
-        from flywheel.numerics.jets import Jet, jet_namespace
-
         speeds = np.asarray(omega, dtype=float)
         found = self._law.evaluate({"omega": Jet(speeds, np.ones_like(speeds))}, jet_namespace(np))
         return np.zeros_like(speeds) + (found.first if isinstance(found, Jet) else 0.0)
@@ -143,11 +439,7 @@ class Motor(ABC):
         low, high = (self._within(end, torque, side) for end, side in zip(self.stable, (-1.0, 1.0), strict=True))
         if not self.torque(low) >= torque >= self.torque(high):
             return None
-        from scipy.optimize import brentq
-
-        return float(
-            brentq(lambda omega: float(self.torque(omega)) - torque, low, high, xtol=1e-15 * (high - low), rtol=1e-15)
-        )
+        return root(lambda omega: float(self.torque(omega)) - torque, low, high)
 
     def _within(self, end: float, torque: float, side: float) -> float:
         """A finite end of the running branch, beyond the place where it reaches a torque."""
@@ -172,144 +464,3 @@ def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tu
 def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> list[Fault]:
     """The faults of a rated point, which must drive."""
     return number_faults(speed, point.speed, POSITIVE) + number_faults(torque, point.torque, POSITIVE)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Constant(Motor):
-    """A torque that no speed changes: T = T0.
-
-    Args:
-        value: T0, N m, above 0.
-        inertia: of the rotor, kg m².
-
-    Raises:
-        SceneError: for values out of range.
-
-    Valid where something else limits the speed: it has no no-load speed and no running branch. By definition.
-
-    >>> Constant(value=40.0).torque([0.0, 100.0]).tolist()
-    [40.0, 40.0]
-
-    """
-
-    value: float
-    title: ClassVar[str] = "constant torque"
-
-    def __post_init__(self) -> None:
-        """Refuse values out of range."""
-        refuse(wrong_numbers(self, ("value",)))
-
-    def law(self) -> Expression:
-        """The torque on the shaft, N m."""
-        return parse(expression_of(self.value))
-
-    @property
-    def no_load_speed(self) -> float | None:
-        """None: the torque never falls to zero."""
-        return None
-
-    @property
-    def stable(self) -> Span | None:
-        """None: the torque never falls."""
-        return None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Line(Motor):
-    """A torque that falls in a straight line: T = T0 - c omega.
-
-    Args:
-        at_rest: T0, N m, above 0.
-        fall: c, N m s/rad, above 0.
-        nameplate: the rated point, where the line was drawn through one.
-        inertia: of the rotor, kg m².
-
-    Raises:
-        SceneError: for values out of range.
-
-    Valid between rest and no-load speed for a shunt or permanent-magnet DC motor, and near the no-load speed for any motor
-    whose torque falls to zero there. The line goes on beyond both, where the motor brakes. Source: Norton, Design of
-    Machinery, chapter 2 (motors and drivers); the course's machine has T = 10 - 2.387 omega.
-
-    >>> motor = Line(at_rest=10.0, fall=2.387)
-    >>> motor.law().text, round(motor.no_load_speed, 4), motor.speed_at(5.226)
-    ('10.0 - 2.387*omega', 4.1894, 2.0)
-
-    """
-
-    at_rest: float
-    fall: float
-    nameplate: Point | None = None
-    title: ClassVar[str] = "motor with a straight line"
-
-    def __post_init__(self) -> None:
-        """Refuse values out of range."""
-        refuse(wrong_numbers(self, ("at_rest", "fall")))
-
-    def law(self) -> Expression:
-        """The torque on the shaft, N m."""
-        return parse(f"{expression_of(self.at_rest)} - {expression_of(self.fall)}*omega")
-
-    @property
-    def no_load_speed(self) -> float:
-        """Speed T0/c at which the torque has fallen to zero, rad/s."""
-        return self.at_rest / self.fall
-
-    @property
-    def stable(self) -> Span:
-        """Every speed."""
-        return EVERYWHERE
-
-    @property
-    def rated(self) -> Point | None:
-        """The point of the name plate, where the line was drawn through one."""
-        return self.nameplate
-
-    def speed_at(self, torque: float) -> float:
-        """Speed (T0 - T)/c at which the motor gives a torque, rad/s."""
-        return (self.at_rest - torque) / self.fall
-
-
-def line_from_no_load(no_load_speed: float, starting_torque: float, inertia: float = 0.0) -> Line:
-    """The line through rest and no-load speed: c = T0/omega_0.
-
-    Args:
-        no_load_speed: omega_0, rad/s, above 0.
-        starting_torque: T0, N m, above 0.
-        inertia: of the rotor, kg m².
-
-    Raises:
-        SceneError: for values out of range.
-
-    >>> line_from_no_load(150.0, 30.0).fall
-    0.2
-
-    """
-    refuse(wrong_point(Point(no_load_speed, starting_torque), "no_load_speed", "starting_torque"))
-    return Line(at_rest=starting_torque, fall=starting_torque / no_load_speed, inertia=inertia)
-
-
-def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Line:
-    """The line through a rated point and no-load speed: c = T_n/(omega_0 - omega_n), T0 = c omega_0.
-
-    Args:
-        no_load_speed: omega_0, rad/s, above the rated speed.
-        rated: omega_n (rad/s) and T_n (N m), above 0.
-        inertia: of the rotor, kg m².
-
-    Raises:
-        SceneError: for values out of range, or a rated speed that is not below the no-load speed.
-
-    Valid near the rated point; for an induction motor not below its breakdown speed, where a line promises far too much.
-
-    >>> motor = line_through(157.0, Point(150.0, 35.0))
-    >>> motor.fall, motor.at_rest
-    (5.0, 785.0)
-
-    """
-    refuse(wrong_point(rated) + wrong_point(Point(no_load_speed, rated.torque), "no_load_speed"))
-    if not rated.speed < no_load_speed:
-        found, expected = f"{rated.speed:.6g} rad/s", f"a rated speed below the no-load speed of {no_load_speed:.6g} rad/s"
-        raise SceneError([Fault("speed", found, expected)])
-    fall = rated.torque / (no_load_speed - rated.speed)
-    return Line(at_rest=fall * no_load_speed, fall=fall, nameplate=rated, inertia=inertia)

@@ -9,109 +9,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors.direct_current import DC
-from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Array, Motor, Point, Span
+from flywheel.components.motors.motor import Array, Connection, Motor, Point, Span, Start, States, Switch, before
 from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
-from flywheel.numerics.expressions import Expression, Node, numeral, variable
+from flywheel.numerics.expressions import Expression, Node
 from flywheel.numerics.faults import Fault, SceneError
 
-T, OMEGA = variable("t"), variable("omega")
+_TAKEN = {
+    "star-delta": ("a start by {kind} of a {motor}", "an induction motor, or a table of one"),
+    "transformer": ("a start by {kind} of a {motor}", "an induction motor, or a table of one"),
+    "soft": ("a soft start of a {motor}", "an induction motor, or a table of one"),
+    "resistance": ("resistance steps of a {motor}", "an induction or a DC motor"),
+    "field": ("field steps of a {motor}", "a DC motor"),
+}
+"""Each start of a motor that does not have it, and those that have."""
 
 
-class Switch(NamedTuple):
-    """When a connection ends: at a time after switching on (s), or when its shaft first comes to a speed (rad/s)."""
-
-    time: float | None = None
-    speed: float | None = None
-
-    def __str__(self) -> str:
-        return f"{self.time:.6g} s" if self.speed is None else f"{self.speed * 30 / math.pi:.6g} rpm"
-
-
-class Connection(NamedTuple):
-    """A motor as it is connected for a while: torque T(omega) v², current I(omega) v, at a share v of the voltage.
-
-    motor: as its resistances and field then are, at full voltage.
-    until: when it ends.
-    voltage: v; with a `ramp` that at t = 0, rising evenly to 1 in so many seconds.
-    line: line current over that of the motor's terminals at that voltage: v of a transformer, 1/sqrt(3) of a star.
-    torque_limit: of a soft start that lowers the voltage so far, N m.
-    current_limit: the same, over the rated line current.
-    """
-
-    motor: Motor
-    until: Switch
-    voltage: float = 1.0
-    line: float = 1.0
-    ramp: float = 0.0
-    torque_limit: float | None = None
-    current_limit: float | None = None
-
-    def law(self) -> Node:
-        """The torque on the shaft, N m, by `omega` and `t`."""
-        factor = self._square()
-        torque = self.motor.law().tree
-        if factor is not None:
-            torque = _times(torque, factor)
-        return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
-
-    def _square(self) -> Node | None:
-        """The square of the voltage's share, as the ramp and a limit of current have it; None where it is full."""
-        found = None
-        if self.ramp:
-            rising = _sum(numeral(self.voltage), _times(numeral((1.0 - self.voltage) / self.ramp), T))
-            ramp = Node("if", (_below(T, self.ramp), rising, numeral(1.0)))
-            found = _times(ramp, ramp)
-        elif self.voltage != 1.0:
-            found = numeral(self.voltage**2)
-        if self.current_limit is not None and isinstance(self.motor, Induction):
-            share = self.motor.share_law().tree
-            limit = Node("product", (numeral(self.current_limit**2), share, share), signs=("*", "/", "/"))
-            found = Node("min", (limit, found or numeral(1.0)))
-        return found
-
-    def current(self, omega: Array, torque: Array, own: Motor) -> Array | None:
-        """Current of the windings at speeds (rad/s) and torques that it then gives (N m), over the rated one of `own`.
-
-        Of a DC motor the armature's, in A where it has no rated one. None where the kind does not tell. The line takes
-        `line` times that.
-        """
-        if isinstance(self.motor, DC) and isinstance(own, DC):
-            return np.asarray(self.motor.current_of_torque(omega, torque) / (own.rated_current or 1.0))
-        share = self.motor.current_share(omega)
-        if share is None:
-            return None
-        full = self.motor.torque(omega)
-        with np.errstate(all="ignore"):
-            square = np.where(full == 0.0, 1.0, torque / full)
-        return np.asarray(share * np.sqrt(np.maximum(square, 0.0)))
-
-
-def _times(*factors: Node) -> Node:
-    return Node("product", factors, signs=("*",) * len(factors))
-
-
-def _sum(*parts: Node) -> Node:
-    return Node("sum", parts, signs=("+",) * len(parts))
-
-
-def _below(left: Node, right: float) -> Node:
-    return Node("compare", (left, numeral(right)), signs=("<",))
-
-
-class Start(NamedTuple):
-    """How a motor is started: what it is called, and its connections in turn before the one that it runs in."""
-
-    title: str
-    connections: tuple[Connection, ...]
+def check_start(motor: Motor, kind: str) -> None:
+    """Refuse a start that a type of motor does not have."""
+    if kind not in motor.starts:
+        found, expected = _TAKEN[kind]
+        raise SceneError([Fault("type", found.format(kind=kind, motor=motor.title), expected)])
 
 
 def _checked(untils: Sequence[Switch]) -> None:
@@ -132,6 +55,7 @@ def star_delta(motor: Motor, until: Switch) -> Start:
     Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (star-delta starting); Chapman, Electric Machinery
     Fundamentals, 5th ed., section 6.8; IEC 60947-4-1.
 
+    >>> from flywheel.components.motors import Induction
     >>> motor = Induction(power=7500.0, speed=151.8, poles=4, frequency=50.0, breakdown_ratio=2.5)
     >>> star = Started.of(motor, star_delta(motor, Switch(time=3.0)), (3.0,))
     >>> [round(float(star.torque_at(100.0, t) / motor.torque(100.0)), 9) for t in (2.0, 4.0)]
@@ -188,7 +112,7 @@ def soft_start(
         faults.append(Fault("voltage", f"{voltage:g} without a ramp", 'a ramp beside it, such as "5 s"'))
     elif not ramp and torque_limit is None and current_limit is None:
         faults.append(Fault("type", "a soft start that limits nothing", "a ramp, a torque_limit or a current_limit"))
-    if current_limit is not None and not isinstance(motor, Induction):
+    if current_limit is not None and motor.share_law() is None:
         faults.append(Fault("current_limit", f"a motor of which no current is known ({motor.title})", "an induction motor"))
     if until is None and motor.rated is None and (torque_limit is not None or current_limit is not None):
         faults.append(Fault("until", "nothing, of a motor without a rated speed", 'a time or speed, such as "1400 rpm"'))
@@ -218,6 +142,7 @@ def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Swit
     stays, its slip grows. Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (slip-ring rotor); Chapman, Electric
     Machinery Fundamentals, 5th ed., sections 6.7 and 8.8 (DC starters).
 
+    >>> from flywheel.components.motors import Induction
     >>> motor = Induction(power=7500.0, speed=151.8, poles=4, frequency=50.0, breakdown_ratio=2.5)
     >>> start = resistance_steps(motor, [1 / motor.breakdown_slip - 1], [Switch(speed=100.0)])
     >>> round(float(start.connections[0].motor.torque(0.0)) / motor.breakdown_torque, 12)
@@ -233,22 +158,12 @@ def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Swit
             found = f"a resistance of {share:g} after one of {added[i - 1]:g}"
             raise SceneError([Fault(f"added[{i}]", found, "resistances that fall")])
     _checked(untils)
-    if isinstance(motor, DC):
-        _check_inductance(motor)
-        motors: list[Motor] = [replace(motor, resistance=motor.resistance * (1.0 + share)) for share in added]
-    elif isinstance(motor, Induction):
-        given = [name for name in ("starting_torque", "starting_current") if getattr(motor.plate, name) is not None]
-        if given:
-            expected = "none beside resistance steps"
-            advice = "what it corrects belongs to cages; a rotor with slip rings follows Kloss's formula"
-            raise SceneError([Fault("type", f"a motor with {' and '.join(given)}", expected, advice)])
-        motors = [replace(motor, added_resistance=share) for share in added]
-    else:
-        raise SceneError([Fault("type", f"resistance steps of a {motor.title}", "an induction or a DC motor")])
-    return Start("resistance steps", tuple(Connection(one, until) for one, until in zip(motors, untils, strict=True)))
+    check_start(motor, "resistance")
+    steps = zip(added, untils, strict=True)
+    return Start("resistance steps", tuple(Connection(motor.with_resistance(share), until) for share, until in steps))
 
 
-def field_steps(motor: DC, field: Sequence[float], untils: Sequence[Switch]) -> Start:
+def field_steps(motor: Motor, field: Sequence[float], untils: Sequence[Switch]) -> Start:
     """A DC motor that starts with another field: constant k times a share, until it is switched to its own.
 
     A motor that runs with a weakened field starts with the full one, a share above 1. Source: Chapman, Electric Machinery
@@ -258,17 +173,9 @@ def field_steps(motor: DC, field: Sequence[float], untils: Sequence[Switch]) -> 
         raise SceneError([Fault("until", f"{len(field)} fields and {len(untils)} ends", "an end for each field")])
     refuse([fault for i, share in enumerate(field) for fault in number_faults(f"field[{i}]", share, POSITIVE)])
     _checked(untils)
-    _check_inductance(motor)
-    pairs = zip(field, untils, strict=True)
-    steps = tuple(Connection(replace(motor, constant=motor.constant * share), until) for share, until in pairs)
-    return Start("field steps", steps)
-
-
-def _check_inductance(motor: DC) -> None:
-    if motor.inductance:
-        found = f"an armature with an inductance of {motor.inductance:g} H"
-        advice = "over a start the current follows the speed at once: leave the inductance out"
-        raise SceneError([Fault("type", found, "a motor without inductance beside a start by steps", advice)])
+    check_start(motor, "field")
+    steps = zip(field, untils, strict=True)
+    return Start("field steps", tuple(Connection(motor.with_field(share), until) for share, until in steps))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -286,8 +193,8 @@ class Started(Motor):
     @classmethod
     def of(cls, motor: Motor, start: Start, times: Sequence[float]) -> Started:
         """A motor by its start, whose first switches come at `times`; it stays in the connection after the last of them."""
-        held = start.connections[: len(times) + 1]
-        return cls(own=motor, connections=held, times=tuple(times), inertia=motor.inertia)
+        connections = start.connections[: len(times) + 1]
+        return cls(own=motor, connections=connections, times=tuple(times), inertia=motor.inertia)
 
     def law(self) -> Expression:
         """The torque on the shaft, N m, by `omega` and `t`."""
@@ -296,7 +203,7 @@ class Started(Motor):
             laws.append(self.own.law().tree)
         tree = laws[-1]
         for time, law in zip(reversed(self.times), reversed(laws[:-1]), strict=True):
-            tree = Node("if", (_below(T, time), law, tree))
+            tree = Node("if", (before(time), law, tree))
         return Expression(f"torque of a {self.own.title} as it is started", tree)
 
     @property
@@ -331,38 +238,39 @@ class Started(Motor):
         return found
 
     def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
-        """Line or armature current over the rated one at speeds (rad/s) and times (s); None where the kind does not tell.
+        """Line or armature current over the rated one at speeds (rad/s) and times (s); None where the type does not tell.
 
         Of a DC motor without a rated current, A. `within` are times that tell the connection, at a switch either side of it.
         """
 
         def line(one: Connection, speed: Array, torque: Array) -> Array | None:
-            current = one.current(speed, torque, self.own)
+            current = one.motor.windings_share(speed, torque, self.own)
             return None if current is None else current * one.line
 
         return self._by_connection(omega, time, within, line)
 
     def windings_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Current of the windings over the rated one: what heats them, in star as in delta."""
-        return self._by_connection(omega, time, within, lambda one, speed, torque: one.current(speed, torque, self.own))
+        return self._by_connection(omega, time, within, lambda one, *at: one.motor.windings_share(*at, self.own))
 
     def heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Heat (W) in an induction motor's rotor or a DC motor's armature itself, without resistors that are added."""
-        return self._by_connection(omega, time, within, lambda one, speed, torque: self._heat(one, speed, torque)[0])
+        return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[0])
 
     def added_heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Heat (W) in the resistors that are added to rotor or armature."""
-        return self._by_connection(omega, time, within, lambda one, speed, torque: self._heat(one, speed, torque)[1])
+        return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[1])
 
-    def _heat(self, one: Connection, speed: Array, torque: Array) -> tuple[Array | None, Array | None]:
-        """Heat in the winding itself, and in the resistors beside it."""
-        if isinstance(one.motor, Induction):
-            heat, added = torque * (one.motor.synchronous_speed - speed), one.motor.added_resistance
-            return heat / (1.0 + added), heat * added / (1.0 + added)
-        if isinstance(one.motor, DC) and isinstance(self.own, DC):
-            current = one.motor.current_of_torque(speed, torque)
-            return self.own.copper_heat(current), (one.motor.resistance - self.own.resistance) * current * current
-        return None, None
+    def current_along(self, omega: Array, time: Array, switched: Array) -> Array | None:
+        """Line or armature current (A) along a motion; None where it is not known."""
+        share, rated = self.current_at(omega, time, switched), self.rated_current
+        if rated is None and self.own.current(0.0) is not None:  # of a DC motor: `current_at` is in A
+            rated = 1.0
+        return None if share is None or rated is None else rated * share
+
+    def heat_along(self, omega: Array, time: Array, switched: Array, states: States) -> Array | None:
+        """Heat (W) of rotor or armature along a motion."""
+        return self.heat_at(omega, time, switched)
 
     def _by_connection(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None, figure: Any) -> Array | None:
         """A figure of each connection by its speeds and torques, at the speeds and times of that one."""
@@ -382,3 +290,8 @@ class Started(Motor):
                 return None
             found[here] = value
         return found
+
+
+def as_started(motor: Motor) -> Started:
+    """A motor along a motion, which may have no start."""
+    return motor if isinstance(motor, Started) else Started(own=motor, connections=(), times=(), inertia=motor.inertia)

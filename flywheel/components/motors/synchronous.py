@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flywheel.components.motors.circuit import Circuit, GraphState, Slopes, StateName, States
-from flywheel.components.motors.motor import Array, Motor, Point, Span, wrong_numbers
+from bondgraph.elements import C, I, R, Sf
+from bondgraph.graph import Builder, Part
+from bondgraph.numerics import root
+from flywheel.components.energy import Energy
+from flywheel.components.motors.motor import (
+    Array,
+    Circuit,
+    Fact,
+    GraphState,
+    Motor,
+    Point,
+    Slopes,
+    Span,
+    StateName,
+    States,
+    wrong_numbers,
+)
+from flywheel.language import text as _
 from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
-
-if TYPE_CHECKING:
-    from bondgraph import Part
 
 MOST_SALIENCY = 2.0
 """The greatest reluctance torque, over that of the field, that is believed: a machine of salient poles has 0.1 to 0.5."""
 
 FIELD_BAND = 0.01
 """Share of synchronous speed over which the field is given, from `field_at` on."""
-
-_BISECTIONS = 200
 
 
 def pull_out(saliency: float) -> tuple[float, float]:
@@ -49,7 +60,7 @@ def pull_out(saliency: float) -> tuple[float, float]:
 def saliency_of(load_angle: float, pull_out_ratio: float) -> float | None:
     """The saliency r with which the rated torque stands at a load angle; None where none up to `MOST_SALIENCY` does.
 
-    (sin d_n + r sin 2 d_n)/max(sin d + r sin 2 d) = 1/lambda, by bisection.
+    (sin d_n + r sin 2 d_n)/max(sin d + r sin 2 d) = 1/lambda.
 
     Args:
         load_angle: d_n, rad, electrical, above 0.
@@ -63,16 +74,9 @@ def saliency_of(load_angle: float, pull_out_ratio: float) -> float | None:
     def share(r: float) -> float:
         return (math.sin(load_angle) + r * math.sin(2.0 * load_angle)) / pull_out(r)[1] - 1.0 / pull_out_ratio
 
-    low, high = 0.0, MOST_SALIENCY
-    if abs(share(low)) <= 4e-16:
+    if abs(share(0.0)) <= 4e-16:
         return 0.0
-    if share(low) * share(high) > 0.0:
-        return None
-    rising = share(high) > 0.0
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if (share(middle) > 0.0) == rising else (middle, high)
-    return 0.5 * (low + high)
+    return None if share(0.0) * share(MOST_SALIENCY) > 0.0 else root(share, 0.0, MOST_SALIENCY)
 
 
 def damper_slope(greatest: float | None, slip_speed: float) -> float:
@@ -145,6 +149,9 @@ class Synchronous(Motor):
     field_at: float | None = None
     field_time: float = 0.0
     title: ClassVar[str] = "synchronous motor"
+    formula: ClassVar[str] = "T = Tₚ sin δ + Tᵣ sin 2δ + c (ω₀ − ω), dδ/dt = p (ω₀ − ω), δ the load angle."
+    keeps_step: ClassVar[bool] = True
+    takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""
@@ -270,6 +277,27 @@ class Synchronous(Motor):
         slip_speed = self.synchronous_speed - np.asarray(omega, dtype=float)
         return np.asarray(self.damper_torque(slip_speed) * slip_speed)
 
+    def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+        """Heat of the damper winding ("rotor"), and the rest of T (omega_s - omega), which the field stores ("field"), W."""
+        heat = self.damper_heat(omega)
+        return {"rotor": heat, "field": torque * (self.synchronous_speed - omega) - heat}
+
+    def facts(self) -> Iterator[Fact]:
+        """The torque by its load angle."""
+        yield from super().facts()
+        field, reluctance = Fact("", "T_p", self.field_torque, "N m"), Fact("", "T_r", self.reluctance_torque, "N m")
+        words, law = (
+            _("Greatest torque at which it keeps step, by its load angle"),
+            "T_po = T_p*sin(delta) + T_r*sin(2*delta)",
+        )
+        numbers = (field, reluctance, Fact("", "delta", self.pull_out_angle, "rad"))
+        yield Fact(words, "T_po", self.pull_out_torque, "N m", law, numbers)
+        yield Fact(_("The load angle turns on with the slip: along the motion dδ/dt = p (ω_s − ω) is solved with it."))
+
+    def heat_facts(self, energy: Energy) -> Iterator[Fact]:
+        """That its load angle judges it."""
+        yield Fact(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."))
+
     @cached_property
     def circuit(self) -> LoadAngle:
         """The load angle, and the field where it is switched."""
@@ -288,8 +316,6 @@ class Synchronous(Motor):
         rotor field mains slip slip.rate load_angle damper
 
         """
-        from bondgraph import Builder, C, I, R, Sf
-
         if self.field_at is not None:
             raise SceneError([Fault("field_at", "a field that is switched", "a field always on, as in a bond graph")])
         p, d = self.pole_pairs, self.field_torque
@@ -297,11 +323,14 @@ class Synchronous(Motor):
         def torque(q: Any, ns: Any = np) -> Any:
             return d * ns.sin(p * q) + self.reluctance_torque * ns.sin(2.0 * p * q)
 
+        def damper(f: Any) -> Any:
+            return self.damper_torque(f)
+
         b = Builder().one("rotor", "rotation").zero("field", "rotation")
         b.port("field", Sf("mains", self.synchronous_speed))
         parts = [C("load_angle", torque)]
         if self.damping:
-            parts.append(R("damper", self.damper_torque if math.isfinite(self.damper_reach) else self.damping))
+            parts.append(R("damper", damper if math.isfinite(self.damper_reach) else self.damping))
         b.between("field", "rotor", *parts, name="slip")
         if self.inertia:
             b.port("rotor", I("inertia", self.inertia))
@@ -334,6 +363,8 @@ class LoadAngle(Circuit):
     def torque(self, omega: Any, states: States) -> Any:
         """Torque on the shaft, N m."""
         motor, d = self.motor, states[0]
+        if isinstance(d, float) and not math.isfinite(d):  # a step tried too far
+            return math.nan
         sin = math.sin if isinstance(d, float) else np.sin
         field = motor.field_torque if motor.field_at is None else motor.field_torque * states[1]
         found = field * sin(d) + motor.damper_torque(motor.synchronous_speed - omega)
@@ -380,29 +411,15 @@ class LoadAngle(Circuit):
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states in step at which a net work (or torque), which grows with the load angle up to pull-out, is 0.
 
-        By regula falsi (Illinois). None where it is not 0 at any angle below pull-out: the motor cannot carry that.
+        None where it is not 0 at any angle below pull-out: the motor cannot carry that.
         """
         field = () if self.motor.field_at is None else (1.0,)
-        high = self.motor.pull_out_angle
-        low = -high
-        at_low, at_high = net((low, *field)), net((high, *field))
-        if not at_low <= 0.0 <= at_high:
-            return None
-        side = 0
-        for _ in range(_BISECTIONS):
-            middle = (low * at_high - high * at_low) / (at_high - at_low) if at_high > at_low else high
-            if not low < middle < high:
-                middle = 0.5 * (low + high)
-            if high - low <= 4e-16 or not low < middle < high:
-                break
-            found = net((middle, *field))
-            if found == 0.0:
-                return (middle, *field)
-            if found > 0.0:
-                high, at_high, at_low, side = middle, found, at_low * (0.5 if side > 0 else 1.0), 1
-            else:
-                low, at_low, at_high, side = middle, found, at_high * (0.5 if side < 0 else 1.0), -1
-        return (middle, *field)
+        most = self.motor.pull_out_angle
+
+        def at(angle: float) -> float:
+            return net((angle, *field))
+
+        return (root(at, -most, most), *field) if at(-most) <= 0.0 <= at(most) else None
 
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:
         """The load angle of a rotor at rest, past which the poles run; its field dies away."""

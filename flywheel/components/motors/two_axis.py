@@ -1,23 +1,25 @@
-"""Induction motors with their electrical transients: four fluxes in the frame that turns with the field (two-axis model).
+"""The equivalent circuit of induction motors, and motors with their electrical transients by it (two-axis model).
 
-`Impedances` are those of the equivalent circuit of a phase, `TwoAxisInduction` is the motor, `Fluxes` its states.
+`EquivalentCircuit` is what textbooks solve, and what Kloss's formula simplifies: with the stator's resistance left out, the
+circuit's torque is that formula. `TwoAxisInduction` is a motor by its `Impedances` whose four fluxes, in the frame that
+turns with the field, are its states.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.records import NamedTuple
-from flywheel.components.motors.circuit import Circuit, Slopes, StateName, States
 from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Motor
-from flywheel.numerics.arguments import number_faults, refuse
-from flywheel.numerics.expressions import Expression, expression_of, parse
+from flywheel.components.motors.motor import Array, Circuit, Motor, Slopes, StateName, States
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
+from flywheel.numerics.expressions import Expression, compiled, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
 
 ALIKE = 0.2
@@ -35,6 +37,97 @@ class Impedances(NamedTuple):
     magnetizing_reactance: float
     rotor_resistance: float
     rotor_reactance: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class EquivalentCircuit:
+    """Stator R_1 + jX_1, and magnetizing jX_m beside the rotor R_2/s + jX_2: one phase of a star, referred to the stator.
+
+    Args:
+        voltage: between the lines, V.
+        synchronous_speed: of the field, rad/s.
+        stator_resistance: R_1, ohm, 0 or above.
+        stator_reactance: X_1, ohm, 0 or above.
+        rotor_resistance: R_2, ohm.
+        rotor_reactance: X_2, ohm.
+        magnetizing_reactance: X_m, ohm.
+
+    Raises:
+        SceneError: for values out of range.
+
+    With Thevenin's voltage U_th = U jX_m/(R_1 + j(X_1 + X_m)) and impedance R_th + jX_th behind the stator,
+    T = 3 |U_th|² R_2 s/(omega_s ((R_th s + R_2)² + s² (X_th + X_2)²)), greatest at s_b = R_2/sqrt(R_th² + (X_th + X_2)²).
+    Valid for a balanced supply and constant parameters; iron and friction losses are outside it. Source: Chapman, Electric
+    Machinery Fundamentals, 5th ed., sections 6.4 and 6.5; Fitzgerald et al., Electric Machinery, 6th ed., sections 6.4 and
+    6.5; IEEE 112.
+
+    Chapman's example 6-3 (460 V, 60 Hz, 4 poles, slip 2.2 %) prints 18.88 A at 33.6 degrees behind and 62.8 N m:
+
+    >>> motor = EquivalentCircuit(voltage=460.0, synchronous_speed=60 * math.pi, stator_resistance=0.641,
+    ...                           rotor_resistance=0.332, stator_reactance=1.106, rotor_reactance=0.464,
+    ...                           magnetizing_reactance=26.3)
+    >>> current = complex(motor.current(0.022))
+    >>> round(abs(current), 2), round(math.degrees(cmath.phase(current)), 1), round(float(motor.torque(0.022)), 1)
+    (18.89, -33.7, 62.8)
+
+    """
+
+    voltage: float
+    synchronous_speed: float
+    stator_resistance: float
+    stator_reactance: float
+    rotor_resistance: float
+    rotor_reactance: float
+    magnetizing_reactance: float
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        may_be_none = ("stator_resistance", "stator_reactance")
+        pairs = [(one.name, NOT_NEGATIVE if one.name in may_be_none else POSITIVE) for one in fields(self)]
+        refuse([fault for name, expected in pairs for fault in number_faults(name, getattr(self, name), expected)])
+
+    @property
+    def thevenin(self) -> tuple[complex, complex]:
+        """Voltage (V) and impedance (ohm) that the rotor sees."""
+        stator, field = complex(self.stator_resistance, self.stator_reactance), 1j * self.magnetizing_reactance
+        share = field / (stator + field)
+        return self.voltage / math.sqrt(3.0) * share, stator * share
+
+    def current(self, slip: ArrayLike) -> NDArray[np.complex128]:
+        """Line current (A, its root mean square, as a phasor on the voltage's) at slips, of their shape."""
+        slips = np.asarray(slip, dtype=float)
+        field, stator = 1j * self.magnetizing_reactance, complex(self.stator_resistance, self.stator_reactance)
+        admittance = 1.0 / field + slips / (self.rotor_resistance + 1j * self.rotor_reactance * slips)
+        return np.asarray(self.voltage / math.sqrt(3.0) / (stator + 1.0 / admittance))
+
+    def torque(self, slip: ArrayLike) -> Array:
+        """Torque of the air gap, N m, at slips, of their shape; what friction takes is not taken off."""
+        slips, (source, inner) = np.asarray(slip, dtype=float), self.thevenin
+        resistance, reactance = inner.real * slips + self.rotor_resistance, (inner.imag + self.rotor_reactance) * slips
+        power = 3.0 * abs(source) ** 2 * self.rotor_resistance * slips / (resistance**2 + reactance**2)
+        return np.asarray(power / self.synchronous_speed)
+
+    @property
+    def breakdown_slip(self) -> float:
+        """Slip at which torque is greatest."""
+        inner = self.thevenin[1]
+        return self.rotor_resistance / math.hypot(inner.real, inner.imag + self.rotor_reactance)
+
+    @property
+    def breakdown_torque(self) -> float:
+        """The greatest torque as a motor, N m: 3 |U_th|²/(2 omega_s (R_th + sqrt(R_th² + (X_th + X_2)²)))."""
+        source, inner = self.thevenin
+        most = inner.real + math.hypot(inner.real, inner.imag + self.rotor_reactance)
+        return 3.0 * abs(source) ** 2 / (2.0 * self.synchronous_speed * most)
+
+    def power_factor(self, slip: float) -> float:
+        """Cosine of the angle by which the current lags, at a slip."""
+        return math.cos(cmath.phase(complex(self.current(slip))))
+
+
+def equivalent_circuit(impedances: Impedances, voltage: float, synchronous_speed: float) -> EquivalentCircuit:
+    """The circuit of impedances at a voltage (V, between the lines), with the speed (rad/s) of the field."""
+    return EquivalentCircuit(voltage=voltage, synchronous_speed=synchronous_speed, **impedances._asdict())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,18 +177,14 @@ class TwoAxisInduction(Induction):
         refuse(faults)
 
     @cached_property
-    def _thevenin(self) -> tuple[float, complex]:
-        """Voltage (V, root mean square of a phase) and impedance (ohm) behind the magnetizing reactance."""
-        z = self.impedances
-        stator, magnetizing = complex(z.stator_resistance, z.stator_reactance), 1j * z.magnetizing_reactance
-        seen = stator * magnetizing / (stator + magnetizing)
-        return self.voltage / math.sqrt(3.0) * abs(magnetizing / (stator + magnetizing)), seen
+    def equivalent(self) -> EquivalentCircuit:
+        """The circuit of a phase."""
+        return equivalent_circuit(self.impedances, self.voltage, self.synchronous_speed)
 
     @property
     def breakdown_slip(self) -> float:
         """Slip r/sqrt(R² + X²) at which torque is greatest."""
-        _, seen = self._thevenin
-        return self.impedances.rotor_resistance / math.hypot(seen.real, seen.imag + self.impedances.rotor_reactance)
+        return self.equivalent.breakdown_slip
 
     @property
     def breakdown_torque(self) -> float:
@@ -104,13 +193,39 @@ class TwoAxisInduction(Induction):
 
     def law(self) -> Expression:
         """The torque on the shaft where the fluxes follow the speed, N m."""
-        voltage, seen = self._thevenin
+        voltage, seen = self.equivalent.thevenin
         r, x = self.impedances.rotor_resistance, seen.imag + self.impedances.rotor_reactance
         field = self.synchronous_speed
         u = f"({expression_of(field)} - omega)"
-        factor = 3.0 * voltage**2 * r  # in u = s omega_s
+        factor = 3.0 * abs(voltage) ** 2 * r  # in u = s omega_s
         base = f"({expression_of(seen.real)}*{u} + {expression_of(r * field)})**2"
         return parse(f"{expression_of(factor)}*{u}/({base} + {expression_of(x * x)}*{u}**2)")
+
+    @property
+    def rated_current(self) -> float:
+        """Current of a line at rated load, A: that of the plate, or where it tells none that of the circuit."""
+        return self.line_current.rated or float(self._line_law.evaluate({"omega": np.float64(self.speed)}, np))
+
+    def share_law(self) -> Expression:
+        """The line current over the rated one as an expression of `omega`, where the fluxes follow the speed."""
+        return compiled("{current}/{rated}", current=self._line_law, rated=self.rated_current)
+
+    @cached_property
+    def _line_law(self) -> Expression:
+        """The line current, A: U/(sqrt(3) |Z|) with Z = R + jX + jX_m (r/s + jx)/(r/s + j(x + X_m)), s the slip."""
+        z = self.impedances
+        stator, rotor = z.stator_reactance + z.magnetizing_reactance, z.rotor_reactance + z.magnetizing_reactance
+        return compiled(
+            "{voltage}*sqrt(({r}**2 + ({rotor}*{slip})**2)/(({one} - {two}*{slip})**2 + ({three} + {four}*{slip})**2))",
+            voltage=self.voltage / math.sqrt(3.0),
+            r=z.rotor_resistance,
+            rotor=rotor,
+            slip=compiled("({field} - omega)/{field}", field=self.synchronous_speed),
+            one=z.stator_resistance * z.rotor_resistance,
+            two=z.stator_reactance * rotor + z.magnetizing_reactance * z.rotor_reactance,
+            three=z.rotor_resistance * stator,
+            four=z.stator_resistance * rotor,
+        )
 
     def speed_at(self, torque: float) -> float | None:
         """Speed (rad/s) on the running branch at which it gives a torque (N m); None above the breakdown torque."""
@@ -121,11 +236,28 @@ class TwoAxisInduction(Induction):
         """The fluxes of stator and rotor."""
         return Fluxes(self)
 
+    def heat(self, omega: Any, states: States = ()) -> Any:
+        """Heat in the rotor, W, by the fluxes where they are given."""
+        return self.rotor_heat(omega) if self.circuit is None or not len(states) else self.circuit.rotor_heat(states)
+
+    def total_heat(self, omega: Any, states: States = ()) -> Any:
+        """Heat of rotor and stator, W, by the fluxes, those that stand still where none are given."""
+        if self.circuit is None:
+            return super().total_heat(omega)
+        own = states if len(states) else self.circuit.steady(omega)
+        return self.circuit.rotor_heat(own) + self.circuit.stator_heat(own)
+
+    def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
+        """Copper heats ("stator", "rotor"), and what the fluxes store ("field"), W."""
+        if self.circuit is None:
+            return super().powers(omega, torque)
+        stator, rotor = self.circuit.stator_heat(states), self.circuit.rotor_heat(states)
+        return {"stator": stator, "rotor": rotor, "field": self.circuit.power(states) - torque * omega - stator - rotor}
+
     @property
-    def static(self) -> TwoAxisInduction:
+    def static(self) -> Motor | None:
         """The same motor with fluxes that follow the speed at once."""
-        own = {one.name: getattr(self, one.name) for one in fields(self)}
-        return StaticCurve(**own)
+        return StaticCurve(**{one.name: getattr(self, one.name) for one in fields(self)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,6 +267,10 @@ class StaticCurve(TwoAxisInduction):
     @cached_property
     def circuit(self) -> None:
         """None: it has no state of its own."""
+
+    @property
+    def static(self) -> None:
+        """None: it is that itself."""
 
 
 class Fluxes(Circuit):
@@ -276,16 +412,9 @@ def impedances_of(motor: Induction) -> Impedances:
         return Impedances(resistance, half, magnetizing, rotor, half)
 
     def lacking(x: Any) -> list[float]:
-        z = made(x)
-        stator, shunt = complex(z.stator_resistance, z.stator_reactance), 1j * z.magnetizing_reactance
-        branch = complex(z.rotor_resistance / slip, z.rotor_reactance)
-        taken = phase / (stator + shunt * branch / (shunt + branch))
-        seen = stator * shunt / (stator + shunt)
-        open_voltage = phase * abs(shunt / (stator + shunt))
-        torque = 3.0 * open_voltage**2 * branch.real / abs(seen + branch) ** 2 / motor.synchronous_speed
-        reach = math.hypot(seen.real, seen.imag + z.rotor_reactance)
-        most = 1.5 * open_voltage**2 / (seen.real + reach) / motor.synchronous_speed
-        return [math.log(torque / rated), math.log(most / greatest), math.log(abs(taken) / current)]
+        circuit = equivalent_circuit(made(x), plate.voltage or 0.0, motor.synchronous_speed)
+        pairs = (circuit.torque(slip), rated), (circuit.breakdown_torque, greatest), (abs(circuit.current(slip)), current)
+        return [math.log(float(value) / wanted) for value, wanted in pairs]
 
     start = [math.log(0.5), math.log(phase / (0.5 * current * leakage)), math.log(motor.breakdown_slip)]
     solution: Any = root(lacking, start, method="hybr", options={"xtol": 1e-14})

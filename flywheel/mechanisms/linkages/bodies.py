@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
 from scipy.linalg.lapack import dgesv
 
+from bondgraph.motion.runge_kutta import DormandPrince, Step
+from bondgraph.motion.stepping import TIGHTEST
 from flywheel.mechanisms.linkages.equations import lift_at
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit
@@ -702,32 +703,32 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
 
 # -- stepping: the eighth order, with a correction after each step where a route asks for one --------------------------
 
-TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
 _MOST_STEPS = 100_000
-Rates = Callable[[float, Array], Array]
+Rates = Callable[[float, Any], Array]
 CREEPING = 1e-9  # of the way so far: steps below it, before what cannot be reached, have come to its edge
 
 
 class Steps:
     """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates."""
 
-    def __init__(self, rates: Rates, s: Array, states: Array, evaluations: int, dense: Sequence[Any] = ()) -> None:
+    def __init__(self, rates: Rates, s: Array, states: Array, evaluations: int, dense: Sequence[Step] = ()) -> None:
         self.rates, self.s, self.states, self.evaluations = rates, s, states, evaluations
-        self.dense: dict[int, Callable[[float], Array]] = dict(enumerate(dense))
+        self.dense = dict(enumerate(dense))
 
     def at(self, s: float) -> Array:
-        """State at any s on the way, by the dense output of the step there."""
+        """State at any s on the way, by the dense output of the step there; one that was not kept is taken anew."""
         k = min(int(np.searchsorted(self.s[1:], s)), len(self.s) - 2)
         if k not in self.dense:
-            self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1])).dense_output()
+            self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1]))
         return self.dense[k](s)
 
 
-def one_step(rates: Rates, low: float, state: Array, high: float) -> Any:
-    """DOP853 after a single step from low to high, whatever its error."""
-    solver: Any = DOP853(rates, low, state, high, first_step=high - low, rtol=1.0, atol=np.inf)
-    solver.step()
-    return solver
+def one_step(rates: Rates, low: float, state: Array, high: float) -> Step:
+    """A single step from low to high, whatever its error."""
+    everything = [np.inf] * state.size
+    step = DormandPrince(rates, low, state.tolist(), high, 1.0, everything, high - low).step()
+    assert step is not None
+    return step
 
 
 def integrate(
@@ -743,13 +744,13 @@ def integrate(
     dense: bool = False,
     longest: float = np.inf,
 ) -> Steps:
-    """Follow dy/ds = rates(s, y) from `begin` by DOP853 to `until`, or to the step after which `reached` says so.
+    """Follow dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
 
     rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
     state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
     integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
-    returns a place within, the last step is taken anew to there. `dense`: keep every step's dense output, for who looks
-    into most steps; otherwise a step that is looked into is taken anew. `longest`: of all steps.
+    returns a place within, the last step is taken anew to there. `dense`: keep all steps, for who looks into most of them.
+    `longest`: of all steps.
 
     Raises:
         SceneError: where the motion ends before, with the reason that the rates give.
@@ -760,40 +761,42 @@ def integrate(
     if not np.isfinite(rates(begin, state)).all():  # the start itself must be sound
         raise SceneError([Fault("simulate", "loads that are not finite at the start", "finite ones")])
     reason = Fault("rtol", "a motion that cannot be followed at this tolerance", "another one", "loosen it")
-    barred = False  # since the last step that did not creep
+    barred, evaluations = False, 0  # whether a barred place was met since the last step that did not creep
 
-    def guarded(s: float, state: Array) -> Array:
-        nonlocal reason, barred
+    def guarded(s: float, state: Sequence[float]) -> Array:
+        nonlocal reason, barred, evaluations
+        evaluations += 1
+        y = np.array(state)
         try:
-            return rates(s, state) if isfinite(state.dot(state)) else np.full_like(state, np.nan)
+            return rates(s, y) if isfinite(y.dot(y)) else np.full_like(y, np.nan)
         except UnreachableError as error:
             reason, barred = error.fault, True
-            return np.full_like(state, np.nan)
+            return np.full_like(y, np.nan)
 
-    absolute: Any = atol  # one for each variable, which the stubs do not know
-    solver: Any = DOP853(guarded, begin, state, until, rtol=max(rtol, TIGHTEST), atol=absolute, max_step=longest)
-    s, states, evaluations, outputs = [begin], [np.array(state)], 0, list[Any]()
-    while solver.status == "running" and not (reached and reached(solver.y)):
-        solver.step()
-        if event is not None and solver.status != "failed":
-            end = event(s[-1], float(solver.t), solver.dense_output())
+    solver = DormandPrince(guarded, begin, state.tolist(), until, max(rtol, TIGHTEST), atol.tolist())
+    s, states, kept = [begin], [np.array(state)], list[Step]()
+    while s[-1] < until and not (reached and reached(states[-1])):
+        solver.h = min(solver.h, longest)
+        step = solver.step()
+        if step is not None and event is not None:
+            end = event(s[-1], solver.t, step)
             if end is not None:
-                evaluations, solver = evaluations + int(solver.nfev), one_step(guarded, s[-1], states[-1], end)
+                until = max(end, float(np.nextafter(s[-1], np.inf)))  # where it happened at the step's own start
+                step = one_step(guarded, s[-1], states[-1], until)
+                solver.t, solver.y = until, step.after
         creeping = solver.t - s[-1] < CREEPING * solver.t
-        if solver.status == "failed" or (creeping and barred):
+        if step is None or (creeping and barred):
             raise SceneError([reason])
         barred = barred and creeping
         if dense:
-            outputs.append(solver.dense_output())
-        if correct is not None:
-            solver.y = correct(solver.y)
-            solver.f = guarded(solver.t, solver.y)
-            solver.nfev += 1
-        s.append(float(solver.t))
-        states.append(np.array(solver.y))
+            kept.append(step)
+        s.append(solver.t)
+        states.append(np.array(solver.y) if correct is None else correct(np.array(solver.y)))
+        if correct is not None and s[-1] < until:
+            solver.y, solver.f = tuple(states[-1].tolist()), tuple(guarded(s[-1], states[-1].tolist()).tolist())
         if len(s) > _MOST_STEPS:
             raise SceneError([Fault("until", f"{_MOST_STEPS} steps that lead only to {s[-1]:.6g}", "a shorter way")])
-    return Steps(guarded, np.array(s), np.array(states), evaluations + int(solver.nfev), outputs)
+    return Steps(guarded, np.array(s), np.array(states), evaluations, kept)
 
 
 class Solution(NamedTuple):

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
 
+from bondgraph.motion import standstill
+from bondgraph.numerics import threshold
 from flywheel.mechanisms.linkages.bodies import (
     CREEPING,
     LEAST_MARGIN,
@@ -34,8 +35,7 @@ from flywheel.mechanisms.linkages.bodies import (
     system,
 )
 from flywheel.mechanisms.linkages.positions import Poses
-from flywheel.mechanisms.linkages.statics import coulomb, friction_sizes
-from flywheel.mechanisms.linkages.wrenches import Pair, contact
+from flywheel.mechanisms.linkages.statics import Pair, contact, continued_sizes, coulomb, friction_sizes
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import PIN
 
@@ -45,10 +45,7 @@ _STILL = 1e-12  # share of the largest rate of its kind below which a joint rest
 _LIFTED = 1e-11  # share of the largest normal by which one has to have turned
 _LOOKS = np.arange(1, 7) / 6  # places in a step where signs are looked at
 _AHEAD = 1e-6  # of the driver's unit: where a joint that turns back is looked at
-_WAITS = 1000  # instants at which a machine at rest is looked at
-_MOST_SIZES = 12
-_SETTLED = 1e-9  # of a size: a correction whose square, the next one, is rounding
-_BISECTIONS = 44
+_INSTANT = 2.0**-44  # of what is looked at at once: how near an instant is told
 _CLOSE = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
 _SHORT = 50  # pieces in turn without a way
 _MOST_PIECES = 20_000
@@ -67,7 +64,7 @@ class Mode(NamedTuple):
     bearing: Array
 
 
-class Instant(NamedTuple):
+class UnitResponses(NamedTuple):
     """Reactions and accelerations at an instant: without passive actions, and by a unit of each of p.
 
     free (p, 2), response (p, 2, p): of the forces whose resultant is the size of each passive action; own, by: of the
@@ -113,8 +110,7 @@ class Resistances:
             for k, parts in enumerate(form):
                 for part, weight in parts.items():
                     self.forms[p, k, index[name, part]] = weight
-        self.unit = np.eye(len(names))
-        self.order, self.near = np.arange(len(names)), np.zeros(len(names))  # sizes found last
+        self.near = np.zeros((1, len(names)))  # sizes of the instant before
         sliding = [
             linkage.joint(name).kind != PIN
             for name in (*(j.name for j in model.rough), *(c.first for c in linkage.couplings))
@@ -174,39 +170,24 @@ class Resistances:
         signs = np.where(self.slips >= 0, sense * slips[self.slips], 1.0)
         return Mode(sense, -self.factors * signs, np.ones(len(self.names)))
 
-    def settled(self, mode: Mode, instant: Instant, q: float) -> tuple[Mode, Array]:
+    def settled(self, mode: Mode, instant: UnitResponses, q: float) -> tuple[Mode, Array]:
         """The mode with the signs of the normals at an instant, and the passive actions' sizes."""
-        p = len(self.names)
-        forms = np.eye(2 * p).reshape(p, 2, 2 * p)
-        response = instant.response.reshape(1, 2 * p, p)
-        found = friction_sizes(instant.free.reshape(1, -1), response, mode.factors[None], forms)
+        pull = instant.response * mode.factors
+        found = friction_sizes(instant.free[None], pull[None])
         if not found.converged[0]:
-            raise self.locked(q, instant.response * mode.factors)
-        parts = instant.free + instant.response @ (mode.factors * found.sizes[0])
+            raise self.locked(q, pull)
+        parts = instant.free + pull @ found.sizes[0]
         bearing = np.where(self.single & (parts[:, 0] < 0.0), -1.0, 1.0)
         return mode._replace(bearing=bearing), bearing * found.sizes[0]
 
-    def sizes(self, mode: Mode, instant: Instant, q: float) -> Array:
-        """Sizes of the passive actions, signs of the normals being kept: y = s'(x) x, by Newton's iteration for pins."""
-        pull, single = instant.response * mode.factors, self.single
-        y = self.near
-        for _ in range(_MOST_SIZES):
-            parts = instant.free + pull @ y
-            size = np.hypot(parts[:, 0], parts[:, 1])
-            ways = parts / (size + (size == 0.0))[:, None]
-            ways[single, 0], ways[single, 1] = mode.bearing[single], 0.0
-            slopes = (ways[:, :, None] * pull).sum(axis=1)
-            lu, pivots, found, singular = dgesv(self.unit - slopes, (ways * instant.free).sum(axis=1))
-            sign = -1.0 if np.count_nonzero(pivots != self.order) % 2 else 1.0
-            if singular or not sign * lu.diagonal().prod() > 0.0:
-                break
-            settled = single.all() or bool(np.all(np.abs(found - y) <= _SETTLED * np.abs(found)))
-            y = found
-            if settled:
-                self.near = y
-                return np.asarray(y)
-        mode, y = self.settled(mode, instant, q)  # by stages, where there is an answer
-        return y
+    def sizes(self, mode: Mode, instant: UnitResponses, q: float) -> Array:
+        """Sizes of the passive actions, signs of the normals being kept."""
+        pull = (instant.response * mode.factors)[None]
+        found, matrix = continued_sizes(instant.free[None], pull, ~self.single, mode.bearing[None], start=self.near)
+        if not (np.isfinite(found).all() and np.linalg.det(matrix[0]) > 0.0):
+            return self.settled(mode, instant, q)[1]  # by stages, where there is an answer
+        self.near = found
+        return np.asarray(found[0])
 
     def locked(self, q: float, pull: Array) -> UnreachableError:
         """No reactions that grow out of those without friction: at a position, by the joint that feeds most on itself."""
@@ -251,14 +232,14 @@ class RoughByDriver:
         values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
         return Quantity(values, np.concatenate(sizes))
 
-    def instant(self, t: float, y: Array) -> Instant:
+    def instant(self, t: float, y: Array) -> UnitResponses:
         """What acts at a time and state."""
         q, qdot, p, loads = float(y[0]), float(y[1]), self.count, self.loads
         found = self.interpolant.at(q)[self.rub.reach.size + 1 :]
         amounts = np.array([*self.model.load_amounts(t, q, qdot), qdot * qdot])
         power, moment, alpha = found[:p], found[p : p + loads], found[p + loads : 2 * p + 2 * loads + 1]
         forces = found[2 * p + 2 * loads + 1 :].reshape(p, 2, -1)
-        return Instant(
+        return UnitResponses(
             free=forces[:, :, : loads + 1] @ amounts,
             response=forces[:, :, loads + 1 :],
             own=float(alpha[: loads + 1] @ amounts),
@@ -267,11 +248,11 @@ class RoughByDriver:
             power=float(moment @ amounts[:-1]) * qdot,
         )
 
-    def rates(self, y: Array, instant: Instant, amounts: Array) -> Array:
+    def rates(self, y: Array, instant: UnitResponses, amounts: Array) -> Array:
         """Derivative of y."""
         return np.concatenate(([y[1], self.acceleration(y, instant, amounts), instant.power], instant.push * amounts))
 
-    def acceleration(self, y: Array, instant: Instant, amounts: Array) -> float:
+    def acceleration(self, y: Array, instant: UnitResponses, amounts: Array) -> float:
         """That of the driver."""
         return float(instant.own + instant.by @ amounts)
 
@@ -312,7 +293,7 @@ class RoughInAllCoordinates:
         self.last, self.tangent = model.state(x, g), g / model.scale**2
         self.drifts = [0.0]
 
-    def instant(self, t: float, y: Array) -> Instant:
+    def instant(self, t: float, y: Array) -> UnitResponses:
         """What acts at a time and state."""
         n, model = self.n, self.model
         state = model.state(y[:n], y[n : 2 * n])
@@ -323,16 +304,16 @@ class RoughInAllCoordinates:
         right[:, 0], right[:n, 1:] = first, pushes[0]
         found = model.solved(matrix, right)
         sized = self.rub.forms @ found[n:]
-        return Instant(
+        return UnitResponses(
             sized[..., 0], sized[..., 1:], found[:n, 0], found[:n, 1:], state.v @ pushes[0], float(state.v @ forces)
         )
 
-    def rates(self, y: Array, instant: Instant, amounts: Array) -> Array:
+    def rates(self, y: Array, instant: UnitResponses, amounts: Array) -> Array:
         """Derivative of y."""
         n = self.n
         return np.concatenate((y[n : 2 * n], instant.own + instant.by @ amounts, [instant.power], instant.push * amounts))
 
-    def acceleration(self, y: Array, instant: Instant, amounts: Array) -> float:
+    def acceleration(self, y: Array, instant: UnitResponses, amounts: Array) -> float:
         """That along the tangent."""
         return float(self.tangent @ (instant.own + instant.by @ amounts))
 
@@ -388,24 +369,13 @@ def _many(state: State) -> State:
     return State(*parts)
 
 
-def _first(happened: Callable[[float], bool], low: float, high: float) -> float:
-    """The first instant, but for rounding, at which something has happened that has not at low and has at high."""
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        low, high = (low, middle) if happened(middle) else (middle, high)
-    return high
-
-
-class Pieces:
+class RoughMotion:
     """Motion with friction as pieces in which every joint and normal force keeps its sign, and standstills between them.
 
     A piece ends, to rounding, where a joint turns back against its neighbour, a normal force changes sides, or the machine
     stops; integration begins anew there. At rest all joints stick together: the machine starts forwards where friction
-    against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads change with
-    time; it is looked at a thousand times in what is left, so that a shorter push is missed. It can never go both ways, as
-    friction takes power.
+    against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads that change with
+    time break it away (see `bondgraph.motion.standstill`). It can never go both ways, as friction takes power.
     """
 
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
@@ -413,6 +383,7 @@ class Pieces:
         self.parts: list[tuple[Steps, Mode]] = []
         self.messages: list[str] = []
         self.lock = ""  # what locks the machine at the standstill looked at last
+        self.released = 0.0  # the direction in which it leaves the standstill that ends now
         t, short = 0.0, 0
         while t < until:
             mode, signs = self.start(t, y)
@@ -442,26 +413,26 @@ class Pieces:
             slips = np.where(np.abs(slips) < _AHEAD, self.motion.slips(y, sense * _AHEAD), slips)
         return np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
 
-    def leaving(self, y: Array) -> Callable[[float], list[float]]:
-        """The senses in which loads break a standstill at y by time: one, or none, as also where friction locks."""
+    def leaving(self, y: Array) -> Callable[[float], tuple[float, float]]:
+        """The accelerations with which motions forwards and backwards would begin at y, by time; 0 where friction locks."""
         place, modes = self.motion.place(y), [self.rub.mode(sense, self.signs(y, sense)) for sense in (1.0, -1.0)]
 
-        def goes(mode: Mode, instant: Instant) -> bool:
+        def sets_out(mode: Mode, instant: UnitResponses) -> float:
             try:
                 mode, sizes = self.rub.settled(mode, instant, place)
             except UnreachableError as error:
                 self.lock = f"{error.fault.path}: {error.fault.found}"
-                return False
-            return mode.sense * self.motion.acceleration(y, instant, mode.factors * sizes) > 0.0
+                return 0.0
+            return self.motion.acceleration(y, instant, mode.factors * sizes)
 
-        def at(t: float) -> list[float]:
+        def at(t: float) -> tuple[float, float]:
             instant = self.motion.instant(t, y)
             free = self.motion.acceleration(y, instant, np.zeros(len(self.rub.names)))
             self.lock = ""
             if not np.isfinite(free):
                 when = f"at {t:.6g} s" if t else "at the start"
                 raise SceneError([Fault("simulate", f"loads that are not finite {when}", "finite ones")])
-            return [mode.sense for mode in modes if mode.sense * free > 0.0 and goes(mode, instant)]
+            return sets_out(modes[0], instant), sets_out(modes[1], instant)
 
         return at
 
@@ -469,10 +440,9 @@ class Pieces:
         """The mode that begins at an instant, its sense 0 at a standstill, and the signs of the slips."""
         sense, place = float(np.sign(self.motion.speed(y))), self.motion.place(y)
         if not sense:
-            goes = self.leaving(y)(t)
-            if not goes:
+            sense, self.released = self.released or standstill.direction(*self.leaving(y)(t)), 0.0
+            if not sense:
                 return Mode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
-            sense = goes[0]
         signs = self.signs(y, sense)
         return self.rub.settled(self.rub.mode(sense, signs), self.motion.instant(t, y), place)[0], signs
 
@@ -480,9 +450,7 @@ class Pieces:
         """A standstill, until loads break it."""
         leaves, end = self.leaving(y), until
         if self.rub.model.varying:
-            looks = np.linspace(t, until, _WAITS + 1).tolist()
-            found = next((k for k, look in enumerate(looks[1:], 1) if leaves(look)), None)
-            end = until if found is None else _first(lambda t: bool(leaves(t)), looks[found - 1], looks[found])
+            end, self.released = standstill.release(lambda times: np.array([*map(leaves, times)]).T, t, until)
         return Steps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
 
     def moved(
@@ -523,7 +491,7 @@ class Pieces:
                 y = dense(look)
                 last = parts(look, y)
                 if changed(look, y, last):
-                    end = _first(has_changed, before, look)
+                    end = threshold(has_changed, before, look, _INSTANT * (look - before))
                     has_changed(end)  # whether it stops there
                     return end
                 way = last - first  # a resultant that passes close by zero is as good as one that turns there
@@ -535,7 +503,7 @@ class Pieces:
                         here = parts(t, dense(t))[p]
                         return float(here @ (parts(t + nudge, dense(t + nudge))[p] - here)) > 0.0
 
-                    end = _first(leaves, before, look)
+                    end = threshold(leaves, before, look, _INSTANT * (look - before))
                     if end - low > 1e-3 * (high - low):
                         return end
                 before, first = look, last
@@ -568,7 +536,7 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
         motion = RoughInAllCoordinates(model, rub, x, g)
         y = np.concatenate((x, g * qdot, np.zeros(len(works))))
         atol = np.concatenate((rtol * model.scale, rtol * model.scale, works))
-    pieces = Pieces(motion, rub, y, until, 0.1 * rtol, 0.1 * atol)  # many restarts add up, and resultants turn sharply
+    pieces = RoughMotion(motion, rub, y, until, 0.1 * rtol, 0.1 * atol)  # many restarts add up, and resultants turn sharply
     rows = np.concatenate([steps.states for steps, _ in pieces.parts])
     t = np.concatenate([steps.s for steps, _ in pieces.parts])
     modes = [mode for steps, mode in pieces.parts for _ in steps.s]
@@ -583,7 +551,7 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
     for k, mode in enumerate(modes):
         if mode.sense:
             sized = rub.forms @ found[k]
-            instant = Instant(sized[..., 0], sized[..., 1:], 0.0, np.zeros(p), np.zeros(p), 0.0)
+            instant = UnitResponses(sized[..., 0], sized[..., 1:], 0.0, np.zeros(p), np.zeros(p), 0.0)
             amounts[k] = mode.factors * rub.sizes(mode, instant, float(states.q[k]))
 
     def by_joint(columns: Array) -> dict[str, Array]:

@@ -37,6 +37,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.mechanisms.linkages.bodies import UnreachableError, integrate
 from flywheel.mechanisms.linkages.freedoms import (
     Assembly,
     Follower,
@@ -54,7 +55,7 @@ from flywheel.mechanisms.linkages.freedoms import (
 )
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Effort, Force, Load, Reactions, Torque, reactions_at
-from flywheel.mechanisms.linkages.wrenches import applied, guide, joint_rate
+from flywheel.mechanisms.linkages.statics import applied, guide, joint_rate
 from flywheel.numerics.arguments import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -651,8 +652,6 @@ def _steps(
     start: Assembly, z: Array, state: Array, until: float, tolerance: float, actions: Actions, longest: float = np.inf
 ) -> Any:
     """The run at one tolerance: q, qdot and the work of all but weights and springs as state."""
-    from flywheel.mechanisms.linkages.bodies import UnreachableError, integrate  # which need SciPy
-
     follower, count = Follower(start, z), start.freedoms
 
     def rates(t: float, y: Array) -> Array:

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.motion.stepping import instant
+from bondgraph.numerics import root
 from flywheel.mechanisms.linkages.bodies import (
     COMPONENTS,
     LEAST_MARGIN,
@@ -43,8 +43,9 @@ from flywheel.mechanisms.linkages.bodies import (
     projection,
     system,
 )
+from flywheel.mechanisms.linkages.dry_friction import with_friction
 from flywheel.mechanisms.linkages.equations import check
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.positions import Poses, solve_over
 from flywheel.mechanisms.linkages.statics import unknowns
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
@@ -301,7 +302,7 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
         k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
         u = float(steps.s[k - 1])
         if steps.states[k - 1, 1] < t:
-            u = instant(lambda u: float(steps.at(u)[1]) - t, u, float(steps.s[k]))
+            u = root(lambda u: float(steps.at(u)[1]) - t, u, float(steps.s[k]))
         return driver(u, float(steps.at(u)[0]))
 
     t = np.append(steps.states[:-1, 1], until)
@@ -412,8 +413,6 @@ def simulate(
         require("start", start, Poses, "Poses")
     actions = _actions(linkage, gravity, drive, wrenches)
     if start is None:
-        from flywheel.mechanisms.linkages.positions import solve_over  # only motions without given poses need it
-
         start = solve_over(linkage, (linkage.start, q)).poses(q)
     if linkage.rubs:
         unknowns(start, (), np.ones(start.q.shape), True)  # names what friction lacks
@@ -423,8 +422,6 @@ def simulate(
     model = Model(linkage, actions, coordinates(start))
     try:
         if linkage.rubs:
-            from flywheel.mechanisms.linkages.dry_friction import with_friction  # only linkages with friction need it
-
             found = with_friction(model, q, qdot, until, rtol, route == NEWTON)
         elif route in (REDUCED, NEWTON):
             found = by_driver(model, q, qdot, until, rtol, route == NEWTON)

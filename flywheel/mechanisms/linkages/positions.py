@@ -19,7 +19,7 @@ Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
 from __future__ import annotations
 
 from functools import cached_property, lru_cache
-from math import sqrt
+from math import sqrt, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -268,10 +268,15 @@ def _lost(equations: Equations, z: Array) -> Fault:
 _REFINEMENTS = 3
 _MOST_RECORDED = 3  # Newton steps in what is recorded
 _BEYOND = 1e-9  # of the range: how far outside it a position may be asked for
+_RETURNS = 1e-9  # rad, or units: how near to where it was a linkage returns
 
 
 class Solution:
-    """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides)."""
+    """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides).
+
+    `winding` is what each variable gains over the range (rad) where it is whole turns after which the linkage returns; its
+    positions are then known at any coordinate. None where it does not return.
+    """
 
     def __init__(self, equations: Equations, trace: Movement, low: float, high: float) -> None:
         self.equations = equations
@@ -281,17 +286,33 @@ class Solution:
         self.unit = equations.loops.unit
         self.scale = self.unit if self.linkage.sliding else 1.0
         self._nodes = trace
-        for _ in range(_REFINEMENTS):  # nodes between, until the quintic predicts so well that one Newton step is the last
+        self.winding: Array | None = None
+        self._refine()
+        self.winding = self._gain()
+
+    def _refine(self) -> None:
+        """Nodes between, until the quintic predicts so well that one Newton step is the last."""
+        for _ in range(_REFINEMENTS):
             driver = self._nodes.z[:, 0]
             middles = 0.5 * (driver[1:] + driver[:-1])
-            if not middles.size or trace.z.shape[1] == 1:
+            if not middles.size or self.trace.z.shape[1] == 1:
                 return
-            if np.abs(correction(equations, self._predicted(middles))).max() < SETTLED:
+            if np.abs(correction(self.equations, self._predicted(middles))).max() < SETTLED:
                 return
             between = self.movement(middles * self.scale)
             order = np.argsort(np.concatenate((driver, middles)), kind="stable")
             self._nodes = Movement(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
             del self._quintics
+
+    def _gain(self) -> Array | None:
+        """What every variable gains over the range; None where that is no whole number of turns after which all return."""
+        turns = (self.high - self.low) / tau
+        if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
+            return None
+        ends = self.movement(np.array([self.low, self.high])).z
+        gain, slides = ends[1] - ends[0], [name.startswith("slide") for name in self.equations.loops.names]
+        whole = np.where(slides, 0.0, tau * np.round(gain / tau))
+        return whole if np.abs(gain - whole).max() < _RETURNS else None
 
     def poses(self, q: ArrayLike) -> Poses:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.
@@ -380,19 +401,28 @@ class Solution:
         return np.concatenate((trace.z[:-1, :1], width, trace.z[:-1], first, bent, c3, c4, c5), axis=1)
 
     def _predicted(self, x: Array) -> Array:
-        """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides; also at a recorded one."""
+        """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides; also at a recorded one.
+
+        Beyond the range by the turn that x itself lies in, where the linkage returns after it.
+        """
         trace = self._nodes
         if len(trace.z) == 1:
             return np.asarray(trace.z[0] + trace.rate[0] * (x - trace.z[0, 0])[:, None])
         inner, recorder = trace.z[1:-1, 0], getattr(x[0], "recorder", None) if x.size else None
+        ns, within, turns = np if recorder is None else NAMESPACE, x, None
+        if self.winding is not None:
+            turns = ns.floor((x - self.low) / (self.high - self.low))
+            within = x - turns * (self.high - self.low)
         if recorder is None:
-            table = self._quintics[np.searchsorted(inner, x, side="right")]
+            table = self._quintics[np.searchsorted(inner, within, side="right")]
         else:
-            table = np.array([recorder.tabulated(x[0], inner.tolist(), self._quintics.T.tolist())], dtype=object)
+            table = np.array([recorder.tabulated(within[0], inner.tolist(), self._quintics.T.tolist())], dtype=object)
         start, width = table[:, :1], table[:, 1:2]
         series = np.split(table[:, 2:], 6, axis=1)
-        s = (np if recorder is None else NAMESPACE).clip((x[:, None] - start) / width, 0.0, 1.0)
+        s = ns.clip((within[:, None] - start) / width, 0.0, 1.0)
         z = np.asarray(series[0] + s * (series[1] + s * (series[2] + s * (series[3] + s * (series[4] + s * series[5])))))
+        if turns is not None:
+            z = z + np.asarray(turns)[:, None] * self.winding
         z[:, 0] = x
         return z
 

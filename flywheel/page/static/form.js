@@ -12,6 +12,7 @@ const ranges = new Map(); // of a slider, by path and unit: kept while the value
 const narrow = matchMedia("(max-width: 56.24em)").matches; // where all groups are closed at first
 const folded = new Map(); // paths of groups that were closed (true) or opened
 const helped = new Set(); // paths of fields whose help is open
+let kept = { of: null, good: new Map(), read: new Map() }; // of each field of one scene: as it was last without a fault, and with a number
 
 const typing = new WeakSet(); // controls in which something was typed that is not entered yet
 let arriving = null; // the path of what was added: it takes the focus when it is there
@@ -34,8 +35,10 @@ export function formIn(into, change) {
   }
 }
 
-/** Show these groups with their values and faults; the values at `moving` paths are newer in the form than here. */
-export function showForm(groups, moving = new Set()) {
+/** Show the groups of a scene with their values and faults; the values at `moving` paths are newer in the form than here. */
+export function showForm(given, of, moving = new Set()) {
+  if (kept.of !== of) kept = { of, good: new Map(), read: new Map() };
+  const groups = given.map((group) => ({ ...group, fields: group.fields.map(withUnit) }));
   const focus = document.activeElement?.id;
   const inside = host.contains(document.activeElement);
   const old = new Map([...host.children].map((child) => [child.dataset.path, child]));
@@ -61,9 +64,9 @@ export function showForm(groups, moving = new Set()) {
 }
 
 /** Make every group anew: another language. */
-export function renewForm(groups) {
+export function renewForm(groups, of) {
   host.replaceChildren();
-  showForm(groups);
+  showForm(groups, of);
 }
 
 /** Lead to the field or group of a fault's path; false where the form has none. */
@@ -86,6 +89,36 @@ function idOf(path) {
 function structure(group) {
   const fields = group.fields.map(({ path, label, about, kind, units, choices, range }) => [path, label, about, kind, units, choices, !!range]);
   return JSON.stringify([group.path, group.title, group.about, group.removable, group.more, fields]);
+}
+
+// -- units through faults ---------------------------------------------------------------------------------------------
+
+/** A field that cannot be read keeps the kind, the unit and the slider that it had, and its last good value. */
+function withUnit(field) {
+  const { path, fault, number: value } = field;
+  const numeric = value !== null && value !== undefined;
+  if (numeric) kept.read.set(path, field);
+  else if (!fault && field.kind === "expression") kept.read.delete(path);
+  if (!fault && field.value) kept.good.set(path, field);
+  const read = kept.read.get(path);
+  const good = fault ? kept.good.get(path) : null;
+  if (numeric || !read || !(fault || field.kind === read.kind) || (field.dimension && field.dimension !== read.dimension)) return { ...field, good };
+  const { kind, unit, units, dimension, range, choices } = read;
+  return { ...field, kind, unit, units, dimension, range, choices, good };
+}
+
+/** An item of a list goes: what is kept of those behind it moves up. */
+function moveUp(path) {
+  const [, list, at] = path.match(/^(.*)\[(\d+)\]$/) ?? [];
+  if (list === undefined) return;
+  for (const name of ["good", "read"]) {
+    const moved = [...kept[name]].flatMap(([key, field]) => {
+      const [, index, rest] = (key.startsWith(`${list}[`) && key.slice(list.length).match(/^\[(\d+)\](.*)$/)) || [];
+      if (index === undefined || Number(index) < Number(at)) return [[key, field]];
+      return index === at ? [] : [[`${list}[${index - 1}]${rest}`, field]];
+    });
+    kept[name] = new Map(moved);
+  }
 }
 
 // -- groups -----------------------------------------------------------------------------------------------------------
@@ -113,7 +146,7 @@ function footOf(group) {
 function removerOf(path, words, label) {
   return element(
     "button",
-    { type: "button", class: "quiet", "aria-label": label, onclick: () => send({ path, value: null, key: `${path} removed` }, null) },
+    { type: "button", class: "quiet", "aria-label": label, onclick: () => { moveUp(path); send({ path, value: null, key: `${path} removed` }, null); } },
     words,
   );
 }
@@ -214,7 +247,9 @@ function unitOf(field, id) {
   );
   made.addEventListener("change", () => {
     const input = document.getElementById(id);
-    if (input.value.trim()) send({ path: field.path, unit: made.value, key: `${field.path} unit` }, null);
+    const read = kept.read.get(field.path);
+    if (input.closest(".field").dataset.unread) kept.read.set(field.path, { ...(read ?? field), unit: made.value });
+    else if (input.value.trim()) send({ path: field.path, unit: made.value, key: `${field.path} unit` }, null);
   });
   return made;
 }
@@ -271,13 +306,27 @@ function fill(field) {
   const input = document.getElementById(id);
   const box = input.closest(".field");
   box.dataset.value = field.value ?? "";
+  const known = field.number !== null && field.number !== undefined;
+  if (known || !field.value) delete box.dataset.unread;
+  else box.dataset.unread = "yes";
   if (input.type === "checkbox") input.checked = field.value === "true" || field.value === true;
   else if (!typing.has(input)) show(input, field);
   const unit = document.getElementById(`${id}-unit`);
+  if (unit && ![...unit.options].some((option) => option.value === field.unit)) unit.prepend(element("option", { value: field.unit }, symbol(field.unit)));
   if (unit) unit.value = field.unit ?? "";
   const slider = document.getElementById(`${id}-slider`);
   if (slider) slide(slider, field);
-  tell(input, document.getElementById(`${id}-fault`), field.fault);
+  tell(input, document.getElementById(`${id}-fault`), field.fault, field.good && field.good.value !== field.value ? backOf(field) : null);
+}
+
+/** The button that puts back the last value of a field that had no fault. */
+function backOf({ path, good }) {
+  const words = good.number !== null ? `${number(Number(good.number.toPrecision(12)))} ${good.unit ? symbol(good.unit) : ""}`.trim() : good.value;
+  const act = () => {
+    typing.delete(document.getElementById(idOf(path)));
+    commit(path, good.value);
+  };
+  return element("button", { type: "button", class: "quiet back", onclick: act }, text("Back to {value}", { value: words }));
 }
 
 function show(input, field) {
@@ -291,25 +340,26 @@ function show(input, field) {
 }
 
 function slide(slider, field) {
-  if (field.number === null || field.number === undefined || !field.range) {
+  const value = field.number ?? (field.good?.unit === field.unit ? field.good?.number : null) ?? null;
+  if (value === null || !field.range) {
     slider.disabled = true;
     return;
   }
   slider.disabled = false;
   if (gesture.held && document.activeElement === slider) return;
   const key = `${field.path} ${field.unit}`;
-  const kept = ranges.get(key);
-  const inside = kept && field.number > kept.least && field.number < kept.most;
-  const range = inside || (document.activeElement === slider && kept) ? kept : field.range;
+  const known = ranges.get(key);
+  const inside = known && value > known.least && value < known.most;
+  const range = inside || (document.activeElement === slider && known) ? known : field.range;
   ranges.set(key, range);
   Object.assign(slider, { min: range.least, max: range.most, step: range.step ?? "any" });
-  slider.value = field.number;
-  slider.setAttribute("aria-valuetext", `${number(Number(field.number.toPrecision(6)))} ${field.unit ?? ""}`.trim());
+  slider.value = value;
+  slider.setAttribute("aria-valuetext", `${number(Number(value.toPrecision(6)))} ${field.unit ?? ""}`.trim());
 }
 
-function tell(input, place, fault) {
+function tell(input, place, fault, back) {
   place.hidden = !fault;
-  place.textContent = fault ?? "";
+  place.replaceChildren(fault ?? "", ...(back ? [" ", back] : []));
   if (fault) input.setAttribute("aria-invalid", "true");
   else input.removeAttribute("aria-invalid");
 }

@@ -135,8 +135,8 @@ function show(_scene = scene, reply = null) {
   copying = setTimeout(files.copy, 200);
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (!reply) return;
-  if (renew) renewForm(scene.form);
-  else showForm(scene.form, new Set(model.pending().map((change) => change.path)));
+  if (renew) renewForm(scene.form, scene.id);
+  else showForm(scene.form, scene.id, new Set(model.pending().map((change) => change.path)));
   faults();
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (scene.current) {

@@ -2,7 +2,7 @@
 
 import { byId, download, element, fileName } from "./elements.js";
 import { draw, panels } from "./figures/index.js";
-import { bodiesOf } from "./figures/inertia.js";
+import { bodiesOf } from "./figures/panel.js";
 import { number, text, typed } from "./language.js";
 import { remember, remembered } from "./memory.js";
 

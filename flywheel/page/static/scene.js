@@ -15,6 +15,7 @@ const PAGE = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => pa
 export const scene = {
   text: "", // as it is edited
   saved: "", // as it was read or saved
+  id: 0, // another one for each scene that is opened or begun
   path: null, // of its file
   name: "", // shown, and proposed for files
   seen: "", // hash of the file as it was read or saved
@@ -36,6 +37,7 @@ let waiting = null; // the next request: {edits: Map path -> edit, step, event}
 let flight = null; // the one under way: {rest, controller, asked}
 let timer = 0;
 let changed = 0; // time of the last change
+let begun = 0; // scenes
 let generation = 0; // of the text as a whole: replies to an earlier one are dropped
 let past = [];
 let future = [];
@@ -83,7 +85,7 @@ export function begin({ text, ...given }) {
   if (text !== scene.text) past.push({ text: scene.text, place });
   future = [];
   step = null;
-  Object.assign(scene, { path: null, name: "", seen: "", saved: text, origin: "" }, given);
+  Object.assign(scene, { path: null, name: "", seen: "", saved: text, origin: "" }, given, { id: (begun += 1) });
   replace(text);
 }
 
@@ -106,7 +108,7 @@ export function open(given) {
   past = [];
   future = [];
   step = null;
-  Object.assign(scene, { path: null, name: "", seen: "", saved: given.text, answer: null, current: false }, given);
+  Object.assign(scene, { path: null, name: "", seen: "", saved: given.text, answer: null, current: false }, given, { id: (begun += 1) });
   replace(given.text);
 }
 
@@ -139,8 +141,8 @@ function exchange(from, to) {
 }
 
 /** Where a scene comes from and is saved to. */
-function placeOf({ path, name, seen, saved, origin }) {
-  return { path, name, seen, saved, origin };
+function placeOf({ id, path, name, seen, saved, origin }) {
+  return { id, path, name, seen, saved, origin };
 }
 
 /** When every edit of the form stands in the text; at most two seconds, should the server be gone. */

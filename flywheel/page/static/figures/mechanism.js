@@ -2,8 +2,7 @@
 
 import { csv, label, node, paint, path, round, standalone, valueAt, wide } from "./svg.js";
 import { setAll } from "./curves.js";
-import { clear, driverOf, followWidth, placeOf } from "./panel.js";
-import { coloursOf } from "./inertia.js";
+import { clear, driverOf, followWidth, placeOf, coloursOf } from "./panel.js";
 
 const FILLED = { plate: 0.3, bar: 0.75, rail: 0.65, block: 0.5, "fixed block": 0.5, wheel: 0.12, cam: 0.3, dot: 1 };
 const WHITE = new Set(["pin", "slot", "support"]);
@@ -25,24 +24,24 @@ export function mechanismIn(host, answer, tools) {
   slider.append(svg);
   host.replaceChildren(slider);
   const style = getComputedStyle(host);
-  const held = { answer, width: Math.floor(host.clientWidth - Number.parseFloat(style.paddingLeft) - Number.parseFloat(style.paddingRight)) || 480, at: answer.phi[0], views: [], grip: null };
+  const state = { answer, width: Math.floor(host.clientWidth - Number.parseFloat(style.paddingLeft) - Number.parseFloat(style.paddingRight)) || 480, at: answer.phi[0], views: [], grip: null };
 
   function draw() {
-    const width = Math.max(held.width, 240);
-    const { views, without } = held.answer.mechanism;
-    const driver = driverOf(held.answer, tools);
-    held.driver = driver;
+    const width = Math.max(state.width, 240);
+    const { views, without } = state.answer.mechanism;
+    const driver = driverOf(state.answer, tools);
+    state.driver = driver;
     const columns = Math.min(views.length, Math.max(Math.floor(width / 230), 1));
     const size = width / columns;
     const children = [];
-    held.views = [];
+    state.views = [];
     let top = 0;
     for (let row = 0; row * columns < views.length; row++) {
       const here = views.slice(row * columns, (row + 1) * columns);
-      const drawn = here.map((view, k) => drawnView(view, held.answer, tools, { left: k * size, top, width: size, alone: views.length === 1 }));
+      const drawn = here.map((view, k) => drawnView(view, state.answer, tools, { left: k * size, top, width: size, alone: views.length === 1 }));
       for (const each of drawn) {
         children.push(each.group);
-        held.views.push(each);
+        state.views.push(each);
       }
       top += Math.max(...drawn.map((each) => each.height));
     }
@@ -55,33 +54,33 @@ export function mechanismIn(host, answer, tools) {
       "aria-label": driver.sliding ? text("Position of the driver: drag a body, or use the arrow keys") : text("Crank angle: drag a body, or use the arrow keys"),
       "aria-valuemin": shown(driver, driver.least), "aria-valuemax": shown(driver, driver.greatest),
     });
-    move(held.at);
-    if (held.grip && !views[held.grip.view]?.bodies[held.grip.at[0]]) held.grip = null;
-    if (held.grip) held.grip.points = held.views[held.grip.view].track(held.grip.at);
+    move(state.at);
+    if (state.grip && !views[state.grip.view]?.bodies[state.grip.at[0]]) state.grip = null;
+    if (state.grip) state.grip.points = state.views[state.grip.view].track(state.grip.at);
   }
 
   function move(at) {
-    held.at = at;
-    for (const view of held.views) view.move(at);
-    setAll(slider, { "aria-valuenow": shown(held.driver, at), "aria-valuetext": placeOf(held.driver, at, tools) });
+    state.at = at;
+    for (const view of state.views) view.move(at);
+    setAll(slider, { "aria-valuenow": shown(state.driver, at), "aria-valuetext": placeOf(state.driver, at, tools) });
   }
 
   function go(at) {
-    const { least, greatest, cyclic } = held.driver;
+    const { least, greatest, cyclic } = state.driver;
     const span = greatest - least;
     const next = cyclic ? least + ((((at - least) % span) + span) % span) : Math.min(Math.max(at, least), greatest);
     host.dispatchEvent(new CustomEvent("cursor", { bubbles: true, detail: { phi: next } }));
   }
 
   slider.addEventListener("keydown", (event) => {
-    const { driver } = held;
+    const { driver } = state;
     const small = driver.sliding || !driver.cyclic ? (driver.greatest - driver.least) / 100 : (STEP * Math.PI) / 180;
     const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 15, PageDown: -15 };
     const far = event.shiftKey ? 10 : 1;
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     if (event.key === "Home") go(driver.least);
     else if (event.key === "End") go(driver.cyclic ? driver.greatest - small : driver.greatest);
-    else if (steps[event.key]) go(held.at + steps[event.key] * far * small);
+    else if (steps[event.key]) go(state.at + steps[event.key] * far * small);
     else return;
     event.preventDefault();
   });
@@ -89,38 +88,38 @@ export function mechanismIn(host, answer, tools) {
   svg.style.cursor = "grab";
   svg.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
-    const spot = placeIn(svg, held.width, event);
-    const view = Math.max(held.views.findIndex((each) => each.holds(spot)), 0);
-    const at = held.views[view].grip(spot, event.target.dataset?.body, held.at);
-    held.grip = { view, at, points: held.views[view].track(at) };
+    const spot = placeIn(svg, state.width, event);
+    const view = Math.max(state.views.findIndex((each) => each.holds(spot)), 0);
+    const at = state.views[view].grip(spot, event.target.dataset?.body, state.at);
+    state.grip = { view, at, points: state.views[view].track(at) };
     svg.setPointerCapture(event.pointerId);
     svg.style.cursor = "grabbing";
     slider.focus({ preventScroll: true });
     event.preventDefault();
   });
   svg.addEventListener("pointermove", (event) => {
-    if (!held.grip) return;
-    const { view, points } = held.grip;
+    if (!state.grip) return;
+    const { view, points } = state.grip;
     const moves = event.getCoalescedEvents?.() ?? []; // on a slow machine a hand goes far between two frames
-    const spots = (moves.length ? moves : [event]).map((each) => placeIn(svg, held.width, each));
-    go(spots.reduce((at, spot) => held.views[view].drag(points, spot, at), held.at));
+    const spots = (moves.length ? moves : [event]).map((each) => placeIn(svg, state.width, each));
+    go(spots.reduce((at, spot) => state.views[view].drag(points, spot, at), state.at));
   });
   for (const ended of ["pointerup", "pointercancel", "lostpointercapture"]) {
     svg.addEventListener(ended, () => {
-      held.grip = null;
+      state.grip = null;
       svg.style.cursor = "grab";
     });
   }
-  followWidth(host, held, draw);
+  followWidth(host, state, draw);
   draw();
   return {
     move,
     update(next) {
-      held.answer = next;
+      state.answer = next;
       draw();
     },
     svg: () => standalone(svg),
-    csv: () => placesOf(held.answer, tools),
+    csv: () => placesOf(state.answer, tools),
   };
 }
 
@@ -205,11 +204,11 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     move,
     holds: ([x, y]) => x >= left && x < left + width && y >= top && y < top + head + tall + 16,
     grip([x, y], body, at) {
-      const held = view.bodies[body] ? body : view.driver;
-      const pose = poseAt(view, phi, at)[held] ?? [0, 0, 0];
+      const carrier = view.bodies[body] ? body : view.driver;
+      const pose = poseAt(view, phi, at)[carrier] ?? [0, 0, 0];
       const [dx, dy] = [box[0] + (x - X(box[0])) / scale - pose[0], box[1] + (Y(box[1]) - y) / scale - pose[1]];
       const [c, s] = [Math.cos(pose[2]), Math.sin(pose[2])];
-      return [held, dx * c + dy * s, dy * c - dx * s];
+      return [carrier, dx * c + dy * s, dy * c - dx * s];
     },
     track: (spot) => phi.map((_, k) => place(view, spot, k)).map(([a, b]) => [X(a), Y(b)]),
     drag: (points, spot, at) => nearestAlong(phi, points, spot, at, driver),

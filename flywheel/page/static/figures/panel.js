@@ -9,26 +9,26 @@ let count = 0;
 export function figureIn(host, answer, tools, kind) {
   const name = `figure-${++count}`;
   const svg = node("svg", { role: "img", "aria-labelledby": `${name}-title ${name}-about`, "font-family": "inherit" });
-  const held = { answer, width: Math.floor(host.clientWidth) - padding(host) || WIDTH, at: answer.phi[0] ?? 0, made: null };
+  const state = { answer, width: Math.floor(host.clientWidth) - padding(host) || WIDTH, at: answer.phi[0] ?? 0, made: null };
   host.replaceChildren(svg);
 
   function draw() {
-    const made = kind.draw(held.answer, Math.max(held.width, 240), tools);
-    held.made = made;
-    svg.setAttribute("viewBox", `0 0 ${Math.max(held.width, 240)} ${Math.ceil(made.height)}`);
+    const made = kind.draw(state.answer, Math.max(state.width, 240), tools);
+    state.made = made;
+    svg.setAttribute("viewBox", `0 0 ${Math.max(state.width, 240)} ${Math.ceil(made.height)}`);
     svg.replaceChildren(
       node("title", { id: `${name}-title` }, made.title),
       node("desc", { id: `${name}-about` }, made.about),
       ...made.children,
     );
-    made.move?.(held.at);
+    made.move?.(state.at);
   }
 
   function tell(event) {
-    if (!held.made.point) return;
+    if (!state.made.point) return;
     const box = svg.getBoundingClientRect();
-    const scale = Math.max(held.width, 240) / box.width;
-    const phi = held.made.point((event.clientX - box.left) * scale, (event.clientY - box.top) * scale);
+    const scale = Math.max(state.width, 240) / box.width;
+    const phi = state.made.point((event.clientX - box.left) * scale, (event.clientY - box.top) * scale);
     if (phi !== null && phi !== undefined) host.dispatchEvent(new CustomEvent("cursor", { bubbles: true, detail: { phi } }));
   }
 
@@ -41,28 +41,28 @@ export function figureIn(host, answer, tools, kind) {
   svg.addEventListener("pointermove", (event) => {
     if (svg.hasPointerCapture(event.pointerId)) tell(event);
   });
-  followWidth(host, held, draw);
+  followWidth(host, state, draw);
   draw();
   return {
     move(phi) {
-      held.at = phi;
-      held.made.move?.(phi);
+      state.at = phi;
+      state.made.move?.(phi);
     },
     update(next) {
-      held.answer = next;
+      state.answer = next;
       draw();
     },
     svg: () => standalone(svg),
-    csv: () => held.made.csv(),
+    csv: () => state.made.csv(),
   };
 }
 
-/** Draw anew whenever the place of a figure has another width, which `held` keeps. */
-export function followWidth(host, held, draw) {
+/** Draw anew whenever the place of a figure has another width, which `state` has. */
+export function followWidth(host, state, draw) {
   new ResizeObserver(([entry]) => {
     const width = Math.floor(entry.contentRect.width);
-    if (width < 1 || width === held.width) return;
-    held.width = width;
+    if (width < 1 || width === state.width) return;
+    state.width = width;
     draw();
   }).observe(host);
 }
@@ -174,3 +174,22 @@ export function clear() {
   };
 }
 
+// -- bodies -----------------------------------------------------------------------------------------------------------
+
+const BODY_COLOURS = ["sky", "orange", "green", "purple", "vermillion", "yellow", "blue", "muted"];
+
+/** The bodies of an answer's mechanisms. */
+export function bodiesOf(answer) {
+  return (answer.mechanism?.views ?? []).flatMap((view) => Object.keys(view.bodies).map((body) => `${view.name}.${body}`));
+}
+
+/** A body's colour, the same in all figures; `bodies` are those of an earlier answer where this one has no mechanism. */
+export function coloursOf(answer) {
+  const names = answer.bodies ?? bodiesOf(answer);
+  return (name, k) => {
+    const plain = name.replace(/ .*$/, "");
+    const exact = names.indexOf(plain);
+    const place = exact < 0 ? names.findIndex((each) => each.endsWith(`.${plain}`)) : exact;
+    return BODY_COLOURS[(place < 0 ? k : place) % BODY_COLOURS.length];
+  };
+}

@@ -13,7 +13,7 @@ export function marksOf(driver) {
 }
 
 /** Where a curve in px jumps: pairs of the points before and behind; where it ends elsewhere than it began, too. */
-function jumpPairs(phi, xs, ys, size, cyclic) {
+export function jumpPairs(phi, xs, ys, size, cyclic) {
   const last = phi.length - 1;
   const apart = (a, b) => xs[a] !== null && xs[b] !== null && Math.hypot(xs[a] - xs[b], ys[a] - ys[b]) > 0.004 * size;
   const found = [];
@@ -22,18 +22,17 @@ function jumpPairs(phi, xs, ys, size, cyclic) {
   return found;
 }
 
-/** The ends of jumps: {spot, position}. */
-export function jumpEnds(phi, xs, ys, size, cyclic) {
-  return jumpPairs(phi, xs, ys, size, cyclic).flat().map((k) => ({ spot: [xs[k], ys[k]], position: phi[k] }));
+/** The samples before and behind each jump that a row names by the one behind; 0 is the jump from a cycle's end to its begin. */
+export function breakPairs(breaks, count) {
+  return breaks.map((k) => [k ? k - 1 : count - 1, k]);
 }
 
-/** The line of a curve in px, broken at its jumps, which are dotted with open ends. */
-export function planeCurve(phi, xs, ys, size, cyclic, { colour = "blue", line = 1.8 } = {}) {
-  const pairs = jumpPairs(phi, xs, ys, size, cyclic);
-  const drawn = [node("path", { d: path(xs, ys, new Set(pairs.map(([, k]) => k))), fill: "none", stroke: paint(colour), "stroke-width": line, "stroke-linejoin": "round" })];
+/** The line of a curve in px, broken at its jumps (pairs of samples), which are dotted, with open ends. */
+export function planeCurve(xs, ys, pairs, { colour = "blue", line = 1.8, dash = null, open = true } = {}) {
+  const drawn = [node("path", { d: path(xs, ys, new Set(pairs.map(([, k]) => k))), fill: "none", stroke: paint(colour), "stroke-width": line, "stroke-dasharray": dash, "stroke-linejoin": "round" })];
   for (const [a, b] of pairs) {
     drawn.push(node("line", { x1: round(xs[a]), y1: round(ys[a]), x2: round(xs[b]), y2: round(ys[b]), stroke: paint("muted"), "stroke-width": 1, "stroke-dasharray": "1 4" }));
-    for (const k of [a, b]) drawn.push(node("circle", { cx: round(xs[k]), cy: round(ys[k]), r: 2.6, fill: paint("paper"), stroke: paint(colour) }));
+    for (const k of open ? [a, b] : []) drawn.push(node("circle", { cx: round(xs[k]), cy: round(ys[k]), r: 2.6, fill: paint("paper"), stroke: paint(colour) }));
   }
   return drawn;
 }

@@ -2,42 +2,35 @@
 
 import { axis, csv, figure, label, node, paint, round, scaled, valueAt, wide } from "./svg.js";
 import { note, setAll } from "./curves.js";
-import { clear, driverOf, legendOf, placeOf } from "./panel.js";
-import { marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
-
-const WITHIN = 2.5; // times the greatest I*: a pole that is nearer is drawn
-const SMALL_LOOP = 0.12; // of the diagram: a loop that is smaller both ways is drawn once more, enlarged
+import { clear, driverOf, legendOf } from "./panel.js";
+import { jumpPairs, marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
 
 export const wittenbauer = {
   draw(answer, width, tools) {
-    const { text, number } = tools;
     const data = answer.wittenbauer;
     const driver = driverOf(answer, tools);
     const most = Math.max(...data.inertia);
     const joule = scaled("J", Math.max(...data.energy.map(Math.abs), ...data.tangents.map(({ intercept }) => Math.abs(intercept))));
     const kilo = scaled("kg m²", most);
-    const shared = { data, phi: answer.phi, driver, joule, kilo, tools, width, near: data.flywheel <= WITHIN * most };
+    const shared = { data, phi: answer.phi, driver, joule, kilo, tools, width, near: data.seen === "P" };
     const legend = legendOf([
       { name: driver.symbol, unit: driver.unit, swatchless: true },
       { name: "I*", unit: kilo.unit, swatchless: true },
       { name: "W", unit: joule.unit, colour: "ink", line: 2 },
     ], width, 0, tools);
     const children = [...legend.nodes];
-    const told = (value, digits = 5) => `${number(figure(value * joule.factor, digits))} ${joule.unit}`;
-    let y = tangentsTold(children, shared, legend.height);
-    const pole = `P: I* = ${number(figure(data.pole[0] * kilo.factor, 5))} ${kilo.unit}, W = ${told(data.pole[1])}`;
-    y = note(children, `MN = ${told(data.mn)}. ${pole}${shared.near ? "" : ` (${text("left of the picture")})`}.`, width, y);
+    let y = tangentsIn(children, shared, legend.height);
+    for (const words of data.diagram.remarks) y = note(children, words, width, y);
     const height = Math.round(Math.min(Math.max(0.6 * width, 220), 320));
-    const windows = windowsOf(data, shared.near);
-    const plots = windows.map((window, k) => {
-      const plot = plotOf({ ...shared, told }, window, y + 20, k === windows.length - 1 ? height : 0.6 * height);
+    const plots = data.windows.map((window, k) => {
+      const plot = plotOf(shared, window, y + 20, k === data.windows.length - 1 ? height : 0.6 * height);
       children.push(...plot.children);
       y = plot.bottom + 34;
       return plot;
     });
     return {
-      title: text("Wittenbauer's diagram"),
-      about: `MN = ${told(data.mn)}. ${pole}. ${text("Flywheel {inertia} kg m², irregularity {eps}.", { inertia: number(figure(data.flywheel, 5)), eps: number(figure(data.irregularity)) })}`,
+      title: data.diagram.title,
+      about: data.diagram.about,
       height: y,
       children,
       point: (x, yy) => (plots.find((plot) => yy < plot.bottom + 30) ?? plots[0]).point(x, yy),
@@ -55,15 +48,9 @@ export const wittenbauer = {
 
 const line = ({ slope, intercept }, x) => slope * x + intercept;
 
-/** The tangents told with their angles, as they are where F = 2 W/ω² (ω the mean speed) has the scale of I*. */
-function tangentsTold(children, { data, driver, tools, width }, y) {
-  const { text, number } = tools;
-  const names = [text("greatest speed"), text("least speed")];
-  data.tangents.forEach((tangent, k) => {
-    const words = text("{which} at {phi}, {speed} rpm: tan ψ = {tangent}, ψ = {angle}° (by F = 2 W/ω²), slope {slope} J/(kg m²)", {
-      tangent: number(figure(tangent.tangent, 5)), angle: number(figure(tangent.inclination, 5)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
-      slope: number(figure(tangent.slope)), speed: number(figure((tangent.speed * 30) / Math.PI, 5)),
-    });
+/** The tangents in words, each beside its line. */
+function tangentsIn(children, { data, width }, y) {
+  data.tangents.forEach(({ words }, k) => {
     const inner = [];
     children.push(node("line", { x1: 4, x2: 22, y1: y + 7, y2: y + 7, stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 2, "stroke-dasharray": k ? "7 3" : null }));
     y = note(inner, words, width - 28, y);
@@ -73,30 +60,15 @@ function tangentsTold(children, { data, driver, tools, width }, y) {
   return y;
 }
 
-/** What is to be seen, [x0, x1, y0, y1] in SI: the whole diagram from M and N (or P) on, and a small loop by itself. */
-function windowsOf(data, near) {
-  const end = 1.06 * Math.max(...data.inertia);
-  const first = near ? -1.08 * data.flywheel : 0;
-  const seen = [...data.energy, ...data.tangents.flatMap((tangent) => [line(tangent, end), tangent.intercept, tangent.contact[1], near ? line(tangent, data.pole[0]) : 0])];
-  const whole = [first, end, Math.min(...seen), Math.max(...seen)];
-  const loop = [Math.min(...data.inertia), Math.max(...data.inertia), Math.min(...data.energy), Math.max(...data.energy)];
-  const small = loop[1] - loop[0] < SMALL_LOOP * (end - first) && loop[3] - loop[2] < SMALL_LOOP * (whole[3] - whole[2]);
-  if (!small) return [whole];
-  const room = 0.15 * (loop[1] - loop[0]);
-  return [whole, [loop[0] - room, loop[1] + room, loop[2], loop[3]]];
-}
-
 /** The diagram within a window. */
-function plotOf({ data, phi, driver, joule, kilo, tools, width, near, told }, [x0, x1, y0, y1], top, height) {
+function plotOf({ data, phi, driver, joule, kilo, tools, width, near }, [x0, x1, y0, y1], top, height) {
   const { number } = tools;
   const bottom = top + height;
-  const room = 0.07 * (y1 - y0);
-  const up = axis((y0 - room) * joule.factor, (y1 + room) * joule.factor, bottom, top, { every: 34, number });
+  const up = axis(y0 * joule.factor, y1 * joule.factor, bottom, top, { every: 34, number });
   const left = Math.min(Math.max(...up.ticks.map((tick) => wide(tick.words)), 24) + 12, 0.25 * width);
   const second = axis(up.least / joule.factor / data.joule, up.greatest / joule.factor / data.joule, bottom, top, { every: 34, number });
   const right = width - Math.min(Math.max(...second.ticks.map((tick) => wide(tick.words))) + 10, 0.2 * width);
-  const gap = x0 === 0 ? 0.07 * (right - left) : 0;
-  const along = axis(x0 * kilo.factor, x1 * kilo.factor, left + gap, right, { every: 60, number });
+  const along = axis(x0 * kilo.factor, x1 * kilo.factor, left, right, { every: 60, number });
   const X = (value) => along.at(value * kilo.factor);
   const Y = (value) => up.at(value * joule.factor);
   const children = [];
@@ -120,8 +92,8 @@ function plotOf({ data, phi, driver, joule, kilo, tools, width, near, told }, [x
     if (!ends) return;
     children.push(node("line", { x1: round(X(ends[0])), y1: round(Y(line(tangent, ends[0]))), x2: round(X(ends[1])), y2: round(Y(line(tangent, ends[1]))), stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 1.8, "stroke-dasharray": k ? "7 3" : null }));
   });
-  if (x0 <= 0) children.push(node("line", { x1: round(X(0)), x2: round(X(0)), y1: top, y2: bottom, stroke: paint("ink") }), ...secant(data, { X, Y, told, free, near }));
-  children.push(...planeCurve(phi, xs, ys, height, driver.cyclic, { colour: "ink", line: 1.5 }));
+  if (x0 <= 0) children.push(node("line", { x1: round(X(0)), x2: round(X(0)), y1: top, y2: bottom, stroke: paint("ink") }), ...secant(data, { X, Y, joule, number, free, near }));
+  children.push(...planeCurve(xs, ys, jumpPairs(phi, xs, ys, height, driver.cyclic), { colour: "ink", line: 1.5 }));
   children.push(...arrows(xs, ys));
   data.tangents.forEach((tangent, k) => {
     children.push(node("circle", { cx: round(X(tangent.contact[0])), cy: round(Y(tangent.contact[1])), r: 4.5, fill: paint(k ? "vermillion" : "blue") }));
@@ -153,10 +125,10 @@ function clipped(tangent, from, to, low, high) {
 }
 
 /** The stretch MN that the tangents cut off where I* = 0. */
-function secant(data, { X, Y, told, free, near }) {
+function secant(data, { X, Y, joule, number, free, near }) {
   const [m, n] = data.tangents.map((tangent) => Y(tangent.intercept));
   const x = X(0);
-  const words = `MN = ${told(data.mn, 4)}`;
+  const words = `MN = ${number(figure(data.mn * joule.factor, 4))} ${joule.unit}`;
   const side = near ? 1 : -1;
   const drawn = [node("line", { x1: round(x), x2: round(x), y1: round(m), y2: round(n), stroke: paint("purple"), "stroke-width": 4 })];
   const close = Math.abs(m - n) < 13;

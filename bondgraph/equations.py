@@ -1,0 +1,646 @@
+"""The equations of a graph in symbols: explicit first-order equations, and for one degree of freedom the equation of motion.
+
+Both are read from one walk (`bondgraph.motion.dynamics.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
+M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
+a modulus, so the equations hold at dead centres too. What is handed out is complete or an error, never part of a system.
+`generic` is the graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring:
+any mechanism of one degree of freedom that has two velocities of interest is a case of it, less what is not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from bondgraph.elements import C, Displacement, Element, I, Law, R, Se
+from bondgraph.graph import BondGraph, Builder, Scale, Solve, Sum, as_graph
+from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, full_digits, law_of, refuse
+from bondgraph.motion.dynamics import Dynamics, Tables, Walk
+from bondgraph.motion.formulation import Formulation, Port
+from bondgraph.twin import Twin, exact, twin
+
+if TYPE_CHECKING:
+    from bondgraph.strokes import Causality
+
+
+class SymbolicWalk(Walk):
+    """A walk on symbols that keeps every value of a law as one symbol, unfolded at the end."""
+
+    def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any]) -> None:
+        self.twin = twin
+        super().__init__(tables, twin.places[TIME], state, {})
+
+    def _moving_effort(self, name: str, law: Law) -> Any:
+        return self.twin.hold(exact(super()._moving_effort(name, law)))
+
+    def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
+        return self.twin.hold(super()._symbolic(law, arguments))
+
+    def _symbolic_partials(self, law: Function, arguments: list[Any]) -> tuple[Any, tuple[Any, ...]]:
+        value, partials = super()._symbolic_partials(law, arguments)
+        return self.twin.hold(value), tuple(map(self.twin.hold, partials))
+
+
+class Reading:
+    """A graph's symbolic twin, walked once.
+
+    Attributes:
+        twin: the symbolic graph. form, tables: what `Dynamics` finds out about it.
+        keepers: independent flow -> the inertia whose momentum is the state.
+        scales: the factors from independent flows to states.
+        state: the states' symbols.
+        massless: place of a flow that no inertia weighs -> its symbol.
+        walk: the walk at the state.
+
+    """
+
+    def __init__(self, graph: BondGraph, opaque: bool, causality: Causality | None, momenta: bool = True) -> None:
+        import sympy  # type: ignore[import-untyped]
+
+        self.twin, dynamics = _like(graph, opaque)
+        self.form: Formulation = dynamics.form
+        self.tables = dynamics.tables._replace(iterated=False)
+        own = sympy.Symbol(OWN_FLOW, real=True)
+        for port in self.form.ports:  # a flow that no inertia weighs meets a resistor whose law is no straight line
+            law = port.element.law
+            if port.element.kind != "R" or not isinstance(law, Function) or OWN_FLOW not in law.of:
+                continue
+            weightless = [k for k in self.form.massless if k in self.form.support[port.variable]]
+            if weightless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
+                flow = self.form.name_of(self.form.coordinates.all[weightless[0]])
+                raise GraphError(
+                    f"{self.twin.graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, "
+                    "which no inertia weighs, follows from it by no formula; put an inertia there, or use Dynamics"
+                )
+        take, moving = self.twin.names.take, self.form.coordinates.moving
+        self.keepers: dict[int, Port] = {}
+        for port in self.form.ports if momenta else ():
+            element, chosen = port.element, causality is None or port.element.name in causality.integral
+            if element.kind == "I" and element.law != 0.0 and port.variable in moving and chosen:
+                self.keepers.setdefault(port.variable, port)
+        keepers = [self.keepers.get(v) for v in moving]
+        self.scales: list[Any] = [int(k.sign) * self.twin.graph.constant(k.element.name) if k else 1 for k in keepers]
+        kept = [f"p_{self.keepers[v].element.name}" if v in self.keepers else self._flow(v) for v in moving]
+        self.state = [take(name, "state") for name in kept]
+        flows = [state / scale for state, scale in zip(self.state, self.scales, strict=True)]
+        self.state += [self.twin.places[d.name] for d in self.form.displacements]
+        self.state += [take(f"q_{p.element.name}", "state") for p in self.tables.springs]
+        order = self.form.massless
+        self.massless = {k: take(self._flow(self.form.coordinates.all[k]), "state") for k in order}
+        self.walk = SymbolicWalk(self.twin, self.tables, flows + self.state[len(flows) :])
+
+    def accelerations(self) -> list[Any]:
+        """The rates of the flows or momenta among the states."""
+        matrix, force, _ = self.walk.mass_and_force()
+        return [rate * scale for rate, scale in zip(_solved(matrix, force), self.scales, strict=True)]
+
+    def displaced(self) -> list[Any]:
+        """The rates of the displacements and springs among the states."""
+        flow = self.walk.flow
+        rates = [flow[self.tables.owner_of[d.name]] for d in self.form.displacements]
+        return rates + [p.sign * flow[p.variable] for p in self.tables.springs]
+
+    def acts(self, port: Port) -> bool:
+        """True where a port moves, or is moved by, a flow that is not imposed."""
+        free = len(self.form.coordinates.moving) + len(self.form.coordinates.massless)
+        return any(k < free and self.twin.finish(g) != 0 for k, g in self.walk.gain[port.variable].items())
+
+    def _flow(self, variable: int) -> str:
+        return f"f_{self.form.name_of(variable)}"
+
+
+def _like(graph: BondGraph, opaque: bool) -> tuple[Twin, Dynamics]:
+    """A graph's twin, with the same independent flows as the graph has with its numbers."""
+    settled = None not in graph.parameters.values()
+    expected = Formulation(graph).coordinates if settled else None
+    for ratios in (True, False):
+        try:
+            symbolic = twin(graph, opaque=opaque, ratios=ratios)
+            dynamics = Dynamics(symbolic.graph, symbolic.signals())
+            if not settled or dynamics.form.coordinates == expected:
+                return symbolic, dynamics
+        except GraphError:
+            if not settled or not ratios:
+                raise
+    raise GraphError(
+        "the numbers of the transformers' parameters decide which flows are independent: put them in the ratios"
+    )
+
+
+def _solved(matrix: Sequence[Sequence[Any]], force: Sequence[Any]) -> list[Any]:
+    """The u' of M u' = Q, with M given by its lower triangle: one fraction for each, over the determinant of its block."""
+    import sympy
+
+    lower = [[exact(sympy.sympify(entry, strict=True)) for entry in row] for row in matrix]
+    right = [exact(sympy.sympify(entry, strict=True)) for entry in force]
+    rates: dict[int, Any] = {}
+    blocks: list[list[int]] = []  # the places of the rows that hang together through entries off the diagonal
+    for i, row in enumerate(lower):
+        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
+        blocks = [block for block in blocks if block not in tied]
+        blocks.append(sorted([i, *(j for block in tied for j in block)]))
+    for block in blocks:
+        whole = sympy.Matrix([[lower[max(i, j)][min(i, j)] for j in block] for i in block])
+        adjugate, determinant = _adjugate(whole)
+        if determinant == 0:
+            raise GraphError("the inertia that the motion sees vanishes: independent flows have no inertia of their own")
+        for i, loads in zip(block, adjugate.tolist(), strict=True):
+            rates[i] = sum(load * right[j] for load, j in zip(loads, block, strict=True)) / determinant
+    return [rates[i] for i in range(len(force))]
+
+
+def _adjugate(matrix: Any) -> tuple[Any, Any]:
+    """The adjugate and the determinant, by Cayley and Hamilton's theorem: no step divides."""
+    import sympy
+    from sympy.polys.matrices import DomainMatrix  # type: ignore[import-untyped]
+
+    size = matrix.rows
+    if size == 1:
+        return sympy.eye(1), matrix[0, 0]
+    given = DomainMatrix.from_Matrix(matrix)
+    unit = DomainMatrix.eye(size, given.domain)
+    *inner, last = given.charpoly()[1:]
+    product = unit
+    for coefficient in inner:
+        product = given * product + coefficient * unit
+    sign = 1 if size % 2 else -1
+    return sign * product.to_Matrix(), -sign * given.domain.to_sympy(last)
+
+
+def inert(read: Reading) -> Iterator[str]:
+    """A line for each source, resistor or store that acts on nothing."""
+    form = read.form
+    for port in form.ports:
+        at = read.twin.graph.where(port.element.name)
+        if port.element.kind == "Sf":  # it may move a displacement or a spring, or an element that also feels other flows
+            place = form.coordinates.all.index(port.variable)
+            felt = [p for p in form.ports if p.element.name != port.element.name and p.element.kind != "Se"]
+            moved = [p.variable for p in felt if p.element.kind in ("C", "GY") or read.acts(p)]
+            moved += [read.tables.owner_of[d.name] for d in form.displacements]
+            if not any(read.twin.finish(read.walk.gain[v].get(place, 0)) != 0 for v in moved):
+                yield f"{at} acts on nothing: no element feels the flow that it imposes"
+        elif port.element.law == 0.0:
+            yield f"{at} acts on nothing: its value is 0"
+        elif port.element.kind != "GY" and not read.acts(port):
+            free = any(form.coordinates.all[k] not in form.coordinates.imposed for k in form.support[port.variable])
+            reason = "its gain is zero" if free else "sources of flow alone settle its flow"
+            yield f"{at} acts on nothing: {reason}"
+
+
+def followers(read: Reading) -> Iterator[str]:
+    """A line for each inertia or spring that follows others, with the transformers between."""
+    form, graph = read.form, read.twin.graph
+    for port in form.ports:
+        name, kind = port.element.name, port.element.kind
+        on = form.support[port.variable]
+        if kind == "I" and port.element.law != 0.0 and read.keepers.get(port.variable) is not port:
+            leaders = " and ".join(f"1:{form.name_of(form.coordinates.all[k])}" for k in on)
+            between = ", ".join(graph.title(t) for t in through(form, port.variable))
+            yield f"{graph.where(name)} follows {leaders}" + (f" through {between}" if between else "")
+        elif kind == "C" and any(k in read.tables.static for k in on):
+            yield f"{graph.where(name)} shares its effort with other springs or sources: they move together"
+
+
+def through(form: Formulation, variable: int) -> list[str]:
+    """The transformers by which a flow follows from the independent ones."""
+    graph, names = form.graph, dict[str, None]()
+    todo, seen = [variable], set[int]()
+    while todo:
+        target = todo.pop()
+        for step in form.steps if target not in seen else ():
+            if isinstance(step, Scale) and step.target == target:
+                pair = {step.source, target}
+                todo.append(step.source)
+                between = [e.name for e in graph.of_kind("TF") if {form.flow[b.number] for b in graph.ends(e.name)} == pair]
+                names |= dict.fromkeys(between)
+            elif isinstance(step, Sum) and step.target == target:
+                todo += [source for source, _ in step.terms]
+            elif isinstance(step, Solve) and target in step.unknown:
+                names |= dict.fromkeys(r.name for r in step.relations if graph.elements[r.name].kind == "TF")
+        seen.add(target)
+    return list(names)
+
+
+Equation = tuple[Any, Any]  # a symbol, and the expression that it equals
+
+
+@dataclass(frozen=True, eq=False)
+class StateEquations:
+    """The explicit equations d states/dt = derivatives of a graph. Made by `state_equations`.
+
+    Args:
+        graph: the graph.
+        states: a symbol for each state: p_NAME, an inertia's momentum; f_JUNCTION, a flow that no single inertia keeps;
+            displacements by their own names; q_NAME, a spring's displacement.
+        derivatives: their time derivatives, expressions of states, inputs and parameters.
+        values: symbol -> number, of elements and parameters that have one.
+        inputs: the time and the signals (a signal's own rate, with `dot` behind its name, where it is needed).
+        inert: a line for each source, resistor or store that acts on nothing, and so is in no equation.
+        algebraic: the flows that no inertia weighs, and what they were solved to.
+        derivative_stores: a line for each inertia or spring that follows others.
+        opaque: modulus left as a function, such as T(theta) -> its expression.
+        own: element -> the symbol of its number.
+
+    """
+
+    graph: BondGraph
+    states: tuple[Any, ...]
+    derivatives: tuple[Any, ...]
+    values: Mapping[Any, float]
+    inputs: tuple[Any, ...]
+    inert: tuple[str, ...]
+    algebraic: tuple[Equation, ...]
+    derivative_stores: tuple[str, ...]
+    opaque: Mapping[Any, Any]
+    own: Mapping[str, Any]
+
+    @property
+    def open(self) -> tuple[Any, ...]:
+        """The parameters that have no value yet."""
+        symbols = set().union(*(self._whole(d).free_symbols for d in self.derivatives))
+        known = {*self.states, *self.inputs, *self.values}
+        return tuple(sorted(symbols - known, key=str))
+
+    def check(self) -> StateEquations:
+        """The equations themselves, if they are complete.
+
+        Raises:
+            GraphError: with a line for each fault: a state without its equation, a symbol that is neither state, input nor
+                parameter, an equation that is no number anywhere, a source or resistor lost on the way.
+
+        """
+        import sympy
+
+        faults = []
+        if len(self.states) != len(self.derivatives):
+            faults.append(f"found {len(self.derivatives)} equations for {len(self.states)} states")
+        used = set().union(*(e.free_symbols for e in (*self.derivatives, *(e for _, e in self.algebraic))))
+        known = {*self.values, *map(sympy.Symbol, self.graph.parameters), *self.states, *self.inputs}
+        faults += [
+            f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
+            for symbol in sorted(used - known, key=str)
+        ]
+        for state, expression in zip(self.states, self.derivatives, strict=False):
+            if _endless(expression):
+                faults.append(f"the rate of {state} is not determined: the inertia that it sees vanishes")
+        for element in self.graph.of_kind("Se", "Sf", "R"):
+            symbol, at = self.own.get(element.name), self.graph.where(element.name)
+            if symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in self.inert):
+                faults.append(f"{at} is in no equation")
+        refuse(faults)
+        return self
+
+    def numeric(self, signals: Mapping[str, Any] | None = None) -> Callable[[float, Sequence[float]], list[float]]:
+        """f(t, states) -> rates of the states, in their order, with all values filled in.
+
+        `signals` gives a number or a function of t (s) for each signal that the graph declares.
+
+        Raises:
+            GraphError: if a parameter is open or a signal has no function.
+
+        """
+        import sympy
+
+        if self.open:
+            names = ", ".join(map(str, self.open))
+            raise GraphError(f"no value for {names}: graph.with_parameters({self.open[0]}=...), then state_equations again")
+        filled = {symbol: sympy.Float(value, 17) for symbol, value in self.values.items()}
+        rates = [full_digits(self._whole(d).xreplace(filled)) for d in self.derivatives]
+        given = Dynamics(self.graph, signals).signals.values()
+        compiled = sympy.lambdify([*self.inputs, *self.states], rates, modules="numpy", cse=True)
+        with_rates = len(self.inputs) > 1 + len(given)
+
+        def at(t: float, states: Sequence[float]) -> list[float]:
+            now = [signal(*[t] * len(signal.of)) for signal in given]
+            slopes = [signal.partials(t)[1][0] if signal.of else 0.0 for signal in given] if with_rates else []
+            return [float(rate) for rate in compiled(t, *now, *slopes, *states)]
+
+        return at
+
+    def text(self) -> str:
+        """The equations, a line each, and what they leave out."""
+        lines = [f"d{s}/dt = {d}" for s, d in zip(self.states, self.derivatives, strict=True)]
+        lines += [f"{s} = {e}" for s, e in self.algebraic]
+        return "\n".join([*lines, *self.derivative_stores, *self.inert])
+
+    def latex(self) -> str:
+        """The equations as LaTeX, aligned at their equals signs."""
+        import sympy
+
+        rates = [(rf"\dot{{{sympy.latex(s)}}}", d) for s, d in zip(self.states, self.derivatives, strict=True)]
+        rows = rates + [(sympy.latex(s), e) for s, e in self.algebraic]
+        body = " \\\\\n".join(f"{left} &= {sympy.latex(right)}" for left, right in rows)
+        return f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}"
+
+    def _whole(self, expression: Any) -> Any:
+        return expression.xreplace(self.opaque).doit() if self.opaque else expression
+
+
+@dataclass(frozen=True, eq=False)
+class MotionEquation:
+    """I* phi'' + 1/2 dI*/dphi phi'^2 = M* of a graph of one degree of freedom. Made by `motion_equation`.
+
+    Args:
+        coordinate: the symbol phi.
+        rate: the symbol of phi', called as phi with `dot` behind.
+        inertia: I*(phi).
+        slope: dI*/dphi.
+        moment: M*, of phi, phi', springs' displacements, the time and signals.
+        others: the remaining states (springs' and further displacements), and their time derivatives.
+        values: symbol -> number, of elements and parameters that have one.
+        opaque: modulus left as a function, such as T(theta) -> its expression.
+
+    """
+
+    coordinate: Any
+    rate: Any
+    inertia: Any
+    slope: Any
+    moment: Any
+    others: tuple[Equation, ...]
+    values: Mapping[Any, float]
+    opaque: Mapping[Any, Any]
+
+    @property
+    def equation(self) -> Any:
+        """The equation as a SymPy Eq, with phi and the other states as functions of t."""
+        import sympy
+
+        t = sympy.Symbol(TIME)
+        phi = sympy.Function(str(self.coordinate))(t)
+        moving = {symbol: sympy.Function(str(symbol))(t) for symbol, _ in self.others}
+        moving |= {self.coordinate: phi}
+        inertia, slope, moment = (part.xreplace(moving) for part in (self.inertia, self.slope, self.moment))
+        left = inertia * phi.diff(t, 2) + slope / 2 * phi.diff(t) ** 2
+        return sympy.Eq(left, moment.xreplace({self.rate: phi.diff(t)}))
+
+    @property
+    def acceleration(self) -> Any:
+        """The explicit phi'', as an expression of phi, phi' and the other states."""
+        return (self.moment - self.slope / 2 * self.rate**2) / self.inertia
+
+    def latex(self) -> str:
+        """The equation as LaTeX, with dots for time derivatives, then one line for each of the other states."""
+        import sympy
+
+        phi, dot = sympy.latex(self.coordinate), sympy.latex(self.rate)
+        left = f"\\left({sympy.latex(self.inertia)}\\right) \\ddot{{{phi}}}"
+        if self.slope != 0:
+            left += f" + \\frac{{1}}{{2}} \\left({sympy.latex(self.slope)}\\right) {dot}^{{2}}"
+        lines = [f"{left} &= {sympy.latex(self.moment)}"]
+        lines += [f"\\dot{{{sympy.latex(s)}}} &= {sympy.latex(e)}" for s, e in self.others]
+        body = " \\\\\n".join(lines)
+        return f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}"
+
+
+def state_equations(
+    graph: BondGraph, *, values: bool = False, opaque: bool = False, causality: Causality | None = None
+) -> StateEquations:
+    """The explicit state equations of a graph.
+
+    M(q) u' = Q for the independent flows u, dq/dt = f for displacements; where one inertia keeps an independent flow, its
+    momentum p = I f is the state.
+
+    Args:
+        graph: any graph; parameters may be open.
+        values: put the numbers in place of the elements' symbols.
+        opaque: leave moduli that vary as functions, T(theta) and its derivative.
+        causality: whose integral inertias give their momenta as states (default: the first on each independent flow).
+
+    Raises:
+        GraphError: if the graph has no such equations: sources that contradict each other, a flow that nothing holds, a
+            resistor's law that cannot be solved for its flow.
+
+    >>> import numpy as np
+    >>> from bondgraph import Builder, I, Se
+    >>> b = Builder().one("crank", displacement="theta").one("ram").on("crank", I("J", 2.0), Se("M", 3.0))
+    >>> b = b.on("ram", I("m", 4.0)).transform("crank", "ram", lambda theta: -np.sin(theta), name="T")
+    >>> print(state_equations(b.build()).text())
+    dp_J/dt = J*(M - m*p_J**2*sin(theta)*cos(theta)/J**2)/(J + m*sin(theta)**2)
+    dtheta/dt = p_J/J
+    I:m (bond 3) follows 1:crank through MTF:T
+
+    """
+    read = Reading(as_graph(graph), opaque, causality)
+    twin, finish = read.twin, read.twin.finish
+    derivatives = tuple(finish(rate) for rate in (*read.accelerations(), *read.displaced()))
+    algebraic = tuple((finish(s), finish(read.walk.coordinates[k])) for k, s in read.massless.items())
+    used = set().union(*(d.free_symbols for d in derivatives), *(e.free_symbols for _, e in algebraic))
+    rates = [finish(rate) for rate in twin.rates.values()]
+    signals = [finish(twin.places[name]) for name in twin.rates]
+    lost = list(inert(read))
+    for element in twin.graph.of_kind("Se", "Sf"):  # a spring held at a constant effort, a point held at a constant speed
+        symbol, at = twin.own.get(element.name), twin.graph.where(element.name)
+        silent = symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in lost)
+        if silent and twin.graph.is_linear(element.name):
+            lost.append(f"{at} acts by being constant: its value is in no equation")
+    equations = StateEquations(
+        graph=graph,
+        states=tuple(map(finish, read.state)),
+        derivatives=derivatives,
+        values=read.twin.values,
+        inputs=(finish(twin.places[TIME]), *signals, *(rates if used & set(rates) else ())),
+        inert=tuple(lost),
+        algebraic=algebraic,
+        derivative_stores=tuple(followers(read)),
+        opaque=read.twin.opaque,
+        own=read.twin.own,
+    ).check()
+    return _filled(equations) if values else equations
+
+
+def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:
+    """The equation of motion I* phi'' + 1/2 dI*/dphi phi'^2 = M* of a graph of one degree of freedom.
+
+    I* = sum I g^2 and M* = sum e g over the elements, with g their gain of flow on phi'. M* holds resistors, springs and
+    gyrators too; springs and further displacements stay states of their own (`others`).
+
+    Args:
+        graph: a graph of one independent flow.
+        coordinate: the displacement (or 1-junction) to write it in; default: the one of the independent flow.
+        opaque: leave moduli that vary as functions, T(theta) and its derivative.
+
+    Raises:
+        GraphError: if the graph has another number of degrees of freedom, if the inertia that the motion sees varies with
+            time or signals or is driven by a flow source, or if the coordinate does not determine the motion.
+
+    >>> import sympy
+    >>> from bondgraph import Builder, I, Se
+    >>> b = Builder().one("crank", displacement="theta").one("ram").on("crank", I("J", 2.0), Se("M", 3.0))
+    >>> b = b.on("ram", I("m", 4.0)).transform("crank", "ram", -sympy.sin(sympy.Symbol("theta")), name="T")
+    >>> found = motion_equation(b.build())
+    >>> found.inertia, found.slope, found.moment
+    (J + m*sin(theta)**2, 2*m*sin(theta)*cos(theta), M)
+
+    """
+    graph, name = _measured(as_graph(graph), coordinate)
+    read = Reading(graph, opaque, None, momenta=False)
+    form, moving = read.form, read.form.coordinates.moving
+    if len(moving) != 1:
+        names = ", ".join(form.name_of(v) for v in moving) or "none"
+        raise GraphError(
+            f"expected one independent flow that an inertia weighs, found {len(moving)} ({names}): use state_equations"
+        )
+    owned = [d.name for d in form.displacements if form.variable(d.of) == moving[0]]
+    if name is not None and name not in owned:
+        raise GraphError(
+            f"the coordinate {name!r} does not determine the motion (a modulus may vanish): use {form.name_of(moving[0])!r}"
+        )
+    chosen = name or next(iter(owned), None)
+    phi = read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{form.name_of(moving[0])}", "x")
+    rate = read.state[0]
+    read.twin.rename(rate, f"{phi.name}dot")
+    _same_form(read)
+    finish, unfold, walk = read.twin.finish, read.twin.unfold, read.walk
+    inertia = unfold(walk.mass_and_force()[0][0][0])
+    gains = {d.name: walk.gain[read.tables.owner_of[d.name]].get(0, 0) for d in reversed(read.form.displacements)}
+    slope = sum(inertia.diff(read.twin.places[name]) * unfold(gain) for name, gain in gains.items())
+    weightless = SymbolicWalk(read.twin, read.tables._replace(inertias=()), read.state)  # its force is M*
+    return MotionEquation(
+        coordinate=finish(phi),
+        rate=finish(rate),
+        inertia=finish(inertia),
+        slope=finish(slope),
+        moment=finish(weightless.mass_and_force()[1][0]),
+        others=tuple((finish(s), finish(f)) for s, f in zip(read.state[1:], read.displaced(), strict=True) if s != phi),
+        values=read.twin.values,
+        opaque=read.twin.opaque,
+    )
+
+
+def _filled(given: StateEquations) -> StateEquations:
+    """The equations with numbers in place of symbols."""
+    import sympy
+
+    at = {symbol: exact(sympy.Float(value)) for symbol, value in given.values.items()}
+    equations = [
+        *((f"the rate of {state}", d) for state, d in zip(given.states, given.derivatives, strict=True)),
+        *((f"the flow {flow}", e) for flow, e in given.algebraic),
+    ]
+    names = {symbol: given.graph.where(name) for name, symbol in given.own.items()}
+    faults = []
+    for what, e in equations:
+        if _endless(e.xreplace(at)):  # by the numbers of the elements that do so alone, or else of all together
+            used = sorted(sympy.fraction(sympy.together(e))[1].free_symbols & set(at), key=str)
+            alone = [symbol for symbol in used if _endless(e.xreplace({symbol: at[symbol]}))]
+            at_fault = ", ".join(f"{names.get(symbol, symbol)} = {given.values[symbol]:g}" for symbol in alone or used)
+            together = "" if alone else ", together,"
+            faults.append(
+                f"{what} has no finite value: {at_fault}{together} leaves nothing to divide by; give another value, or "
+                "leave the element out"
+            )
+    refuse(faults)
+    return replace(
+        given,
+        derivatives=tuple(d.xreplace(at) for d in given.derivatives),
+        algebraic=tuple((s, e.xreplace(at)) for s, e in given.algebraic),
+    )
+
+
+def _endless(expression: Any) -> bool:
+    import sympy
+
+    return bool(expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
+
+
+def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str | None]:
+    """The graph with the coordinate's displacement declared first, and the displacement's name."""
+    if coordinate is None:
+        return graph, None
+    declared = graph.displacements.get(coordinate)
+    if declared is None and coordinate in graph.elements:
+        declared = next((d for d in graph.displacements.values() if d.of == coordinate), None)
+        declared = declared or Displacement(f"phi_{coordinate}", coordinate)
+    if declared is None:
+        known = ", ".join(graph.displacements) or "no displacement"
+        raise GraphError(f"the coordinate {coordinate!r} is no displacement or 1-junction of the graph; it declares {known}")
+    others = {name: d for name, d in graph.displacements.items() if name != declared.name}
+    return replace(graph, displacements={declared.name: declared, **others}), declared.name
+
+
+def _same_form(read: Reading) -> None:
+    """Raise where inertia varies with more than displacements, so that the equation has other terms."""
+    graph, form = read.twin.graph, read.form
+    imposed = range(len(form.coordinates.all) - len(form.coordinates.imposed), len(form.coordinates.all))
+    driven = [p for p in form.ports if p.element.kind == "I" and any(k in imposed for k in form.support[p.variable])]
+    for port in driven if any(source.law != 0.0 for source in graph.of_kind("Sf")) else ():
+        raise GraphError(f"{graph.where(port.element.name)} moves with a source of flow too: use state_equations")
+    weighed = {name for p in form.ports if p.element.kind == "I" for name in through(form, p.variable)}
+    for name in weighed:
+        varying = [n for n in graph.depends_on(name) if n not in graph.displacements]
+        if varying:
+            what = " and ".join("the time" if n == TIME else f"signal {n!r}" for n in varying)
+            raise GraphError(f"{graph.where(name)} varies with {what}, so the inertia does too: use state_equations")
+
+
+_MAKERS: dict[str, Callable[..., Element]] = {"Se": Se, "I": I, "B": R, "C": C}
+_JUNCTIONS = {"1": "A", "2": "B"}
+_ELEMENTS = tuple(f"{kind}{side}" for side in _JUNCTIONS for kind in _MAKERS)
+
+
+def generic(ratio: Any, *, displacement: str | None = None, without: Collection[str] = (), **values: Any) -> BondGraph:
+    """The graph of two flows f_A and f_B = T f_A: 1:A with Se1, I1, B1 (an R), C1 and 1:B with Se2, I2, B2, C2.
+
+    Both sources drive: their power counts as positive into the machine, so a load is a negative effort.
+
+    Args:
+        ratio: T, a number, a function written with numpy's functions, or a SymPy expression.
+        displacement: which quantity of the ratio is the integral of f_A; may be left out where there is one only.
+        without: elements that are not there.
+        values: by element, its law (source: effort; I: inertia; B: resistance; C: compliance, 1/k); by any other quantity
+            of the laws, the parameter's value. What is not given stays an open parameter of its own name.
+
+    Raises:
+        GraphError: for a name that is none of these, or where the displacement cannot be told.
+
+    >>> import numpy as np
+    >>> graph = generic(lambda theta: 0.1 * np.sin(theta), without=("C1", "C2", "B1"), I1=2.0, Se1=10.0)
+    >>> graph.symbol("T"), list(graph.parameters)
+    ('MTF', ['Se2', 'I2', 'B2'])
+
+    """
+    import sympy
+
+    laws = {name: law_of(value) for name, value in values.items()}
+    tie = law_of(ratio)
+    free = [n for n in getattr(tie, "of", ()) if n != TIME and n not in values]
+    if len(free) > 1 and not displacement:
+        raise GraphError(f"the ratio depends on {', '.join(free)}: say which is the displacement, displacement={free[0]!r}")
+    q = displacement or next(iter(free), "phi")
+    there = [name for name in _ELEMENTS if name not in without]
+    named = {n for law in (tie, *(laws.get(name) for name in there)) for n in getattr(law, "of", ())}
+    quantities = sorted(named - {q, TIME, OWN_FLOW, OWN_DISPLACEMENT, *there})
+    for unknown in sorted({*values, *without} - {*_ELEMENTS, *quantities})[:1]:
+        raise GraphError(f"no element or quantity {unknown!r}: expected {', '.join([*_ELEMENTS, *quantities])}")
+    b = Builder().one("A", displacement=q).one("B")
+    b = b.parameter(**{name: values.get(name) for name in quantities}).parameter(**{n: None for n in there if n not in laws})
+    for name in there:
+        law = laws[name] if name in laws else Function(sympy.Symbol(name), (name,), (name,))
+        b.on(_JUNCTIONS[name[-1]], _MAKERS[name[:-1]](name, law))
+    return b.transform("A", "B", tie, name="T").build()
+
+
+def generic_equation(ratio: Any, *, opaque: bool = False, **given: Any) -> MotionEquation:
+    """The equation of motion of `generic(ratio, **given)`, seen from side A, where nothing is divided by T.
+
+        (I1 + T^2 I2) f_A' + I2 T T' f_A^2 = Se1 + T Se2 - (B1 + T^2 B2) f_A - q_C1/C1 - T q_C2/C2
+
+    Divided by T where T != 0, this is the form that is solved for side B,
+
+        f_B' = [Se2 - B2 f_B - q_B/C2 + (Se1 - I1 f_A' - B1 f_A - q_A/C1)/T] / I2.
+
+    It is also published with a minus in front of the last bracket (a thesis of 2023, its eq. 84): there both half arrows
+    point into the transformer, which then takes the power e_5 f_A + e_6 f_B = 2 e_5 f_A, so that I2 would make the machine
+    lighter. A transformer passes power on: the sign is plus.
+
+    Args:
+        ratio: as for `generic`.
+        opaque: leave T a function T(q).
+        given: as for `generic`.
+
+    >>> generic_equation(2.0, without=("B1", "B2", "C1", "C2")).inertia
+    I1 + I2*T**2
+
+    """
+    return motion_equation(generic(ratio, **given), opaque=opaque)

@@ -1,1 +1,0 @@
-"""Equations of motion in SymPy; uses `motion`, and `causal` for the momenta to keep."""

@@ -1,0 +1,128 @@
+"""A body at rest under dry laws: each of them takes what it must, up to what it can, in either direction.
+
+Together they hold the body while what acts lies within one set: while a motion forwards would begin with no acceleration
+above 0, and one backwards with none below 0. Nothing else is known, or needs to be, of the laws: friction of one joint or of
+many, meshes that lose power, a clutch. The body leaves at the instant at which one of the two accelerations passes 0,
+whatever grows: an effort over time, a current, a ramp. The direction that it leaves in is data from then on, until the speed
+comes back to 0: no law reads it off the sign of a speed that is next to nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.laws import GraphError
+from bondgraph.numerics import chebyshev_series, first_change, root
+
+Array = NDArray[np.float64]
+Accelerations = Callable[[Array], Array]
+"""The accelerations (2, n) at times (n,) with which a body at rest would begin to move: forwards, and backwards."""
+
+ROUNDING = 1e-12  # of the larger of both accelerations: what counts as none
+_LITTLE = 1e-9  # of the largest in a stretch of time: a push from nothing that is less moves next to nothing
+_SHARES, _TO_SERIES = chebyshev_series(16)  # of a stretch of time
+_RESOLVED = 1e-9  # of the accelerations: last terms of their series in a stretch that is looked through
+_MOST = 20_000  # stretches of one rest
+
+
+class EitherWayError(GraphError):
+    """A body at rest that its laws drive away in both directions."""
+
+
+class Release(NamedTuple):
+    """The end of a rest: when (s), and the direction of the motion after it: 1, -1, or 0 where the body is still held."""
+
+    time: float
+    direction: float
+
+
+def direction(forwards: float, backwards: float) -> float:
+    """Which way a body leaves its rest: 1, -1, or 0 where it is held.
+
+    Args:
+        forwards: acceleration with which a motion forwards would begin.
+        backwards: acceleration with which a motion backwards would begin.
+
+    Raises:
+        EitherWayError: where both motions would begin.
+
+    >>> direction(0.5, 3.0), direction(-2.0, 1.0), direction(-3.0, -0.5)
+    (1.0, 0.0, -1.0)
+
+    """
+    least = ROUNDING * max(abs(forwards), abs(backwards))
+    if forwards > least and backwards < -least:
+        raise EitherWayError("the laws of a body at rest drive it away in both directions")
+    return 1.0 if forwards > least else -1.0 if backwards < -least else 0.0
+
+
+def release(accelerations: Accelerations, start: float, end: float) -> Release:
+    """When dry laws let go of a body that rests, from a time on to another (s), between which everything is smooth.
+
+    The accelerations are resolved by Chebyshev series on stretches of time as short as they ask for, and the first root of
+    each is looked for in one stretch after the other: a push that comes and goes is not passed over.
+
+    Args:
+        accelerations: gives those with which either motion would begin.
+        start: time at which the body rests.
+        end: last time that is looked at.
+
+    Raises:
+        GraphError: where the accelerations change too fast for as many stretches as are looked through.
+        EitherWayError: where both motions would begin at once.
+
+    >>> ramp = lambda t: np.array([30.0 * t - 12.0, 30.0 * t + 12.0])
+    >>> found = release(ramp, 0.0, 5.0)
+    >>> round(found.time, 9), found.direction
+    (0.4, 1.0)
+
+    """
+    low, width, least = start, end - start, 1e-300
+
+    def margins(times: Array) -> Array:
+        """Both accelerations less what counts as none in the present stretch, above 0 where the motion begins."""
+        return np.asarray(accelerations(times) * np.array([[1.0], [-1.0]]) - least)
+
+    for _ in range(_MOST):
+        high = end if low + width >= end else low + width
+        times = low + (high - low) * _SHARES
+        times[-1] = high
+        both = accelerations(times)
+        least = max(_LITTLE * float(np.abs(both).max()), 1e-300)
+        values = both * np.array([[1.0], [-1.0]]) - least
+        series = values @ _TO_SERIES.T
+        rough = np.abs(series[:, -2:]).max() > _RESOLVED * np.abs(values).max()
+        if rough and high - low > 1e-12 * (end - start):
+            width = 0.5 * (high - low)
+            continue
+        found = [_first(accelerations, margins, side, times, values[side], series[side]) for side in (0, 1)]
+        sides = [side for side in (0, 1) if found[side] is not None]
+        if sides:
+            if len(sides) == 2 and found[0] == found[1]:
+                direction(*accelerations(np.array([found[0]]))[:, 0].tolist())
+            side = min(sides, key=lambda k: found[k] or 0.0)
+            return Release(float(found[side] or 0.0), 1.0 - 2.0 * side)
+        if high >= end:
+            return Release(end, 0.0)
+        low, width = high, 2.0 * width
+    raise GraphError(f"what acts on a body at rest changes too fast to follow it from {low:.6g} s to {end:.6g} s")
+
+
+def _first(
+    accelerations: Accelerations, margins: Accelerations, side: int, times: Array, values: Array, series: Array
+) -> float | None:
+    """The root of one of both accelerations before its margin is first above 0; None where it nowhere is."""
+    if values[0] > 0.0:
+        return float(times[0])
+    start, width, sense = times[0], times[-1] - times[0], 1.0 - 2.0 * side
+    found = first_change(lambda shares: -margins(start + width * shares)[side], _SHARES, -values, -series)
+    if found is None:
+        return None
+    low, high = (float(start + width * share) for share in found[:2])
+    begins = sense * float(accelerations(np.array([low]))[side, 0]) >= 0.0  # with what counts as none
+    of = margins if begins else lambda t: sense * accelerations(t)
+    return root(lambda t: float(of(np.array([t]))[side, 0]), low, high)

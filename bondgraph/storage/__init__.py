@@ -1,1 +1,0 @@
-"""Graphs as JSON, expressions as trees, and files that are written whole or not at all."""

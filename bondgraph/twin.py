@@ -1,0 +1,290 @@
+"""A graph with a symbol in place of every number, for the equations that are read from it.
+
+The twin has the structure of the graph it comes from, so that `bondgraph.motion.dynamics.Walk` runs on it unchanged. A
+number becomes a symbol named after its element, parameters, displacements, signals and the time become symbols of their own
+names. Inside, the symbols are real, so that |x| has a slope; `Twin.finish` hands out plain ones, and whole numbers and
+halves exactly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from bondgraph.elements import Element, Here, Law, Modulus, Motion
+from bondgraph.graph import BondGraph
+from bondgraph.laws import TIME, Dual, Function, GraphError
+from bondgraph.motion.formulation import displacements
+
+_ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
+
+
+class SymbolicGraph(BondGraph):
+    """A graph whose parameters are symbols; checked already, as the graph that it comes from."""
+
+    def __post_init__(self) -> None:
+        """Nothing is checked twice."""
+
+    def constant(self, name: str) -> Any:
+        """The expression that an element's constant law stands for."""
+        law = self.elements[name].law
+        if not isinstance(law, Function):
+            return law
+        return law.symbolic({n: self.parameters[n] for n in law.of})
+
+    def parameter(self, parameter: str, element: str) -> Any:
+        """A parameter's symbol."""
+        return self.parameters[parameter]
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """A symbolic graph and what its symbols stand for.
+
+    Args:
+        graph: the symbolic graph.
+        values: plain symbol -> number, of the elements' numbers and of the parameters that have a value.
+        own: element -> the plain symbol of its number.
+        places: the time, displacements and signals -> real symbol, by their names in the graph.
+        rates: signal -> the real symbol of its time derivative.
+        opaque: a modulus as a function of plain symbols -> its expression.
+        names: the names that are taken.
+        held: symbol that a law's value is kept as while a walk runs -> the value. The walk multiplies by signs +-1.0,
+            which would turn the fractions in a formula into floats.
+        plain: real symbol -> plain symbol.
+
+    """
+
+    graph: BondGraph
+    values: Mapping[Any, float]
+    own: Mapping[str, Any]
+    places: Mapping[str, Any]
+    rates: Mapping[str, Any]
+    opaque: Mapping[Any, Any]
+    names: Names
+    held: dict[Any, Any] = field(default_factory=dict)
+    plain: dict[Any, Any] = field(default_factory=dict)
+
+    def signals(self) -> dict[str, Callable[[Any], Any]]:
+        """The signals as functions of time that answer with their symbols."""
+
+        def answering(symbol: Any, rate: Any) -> Callable[[Any], Any]:
+            return lambda t: Dual(symbol, rate) if isinstance(t, Dual) else symbol
+
+        return {name: answering(self.places[name], rate) for name, rate in self.rates.items()}
+
+    def hold(self, value: Any) -> Any:
+        """A symbol that stands for a law's value until it is unfolded."""
+        import sympy  # type: ignore[import-untyped]
+
+        if value.is_Integer or value.is_Float or value.is_Symbol:
+            return value
+        symbol = sympy.Dummy(real=True)
+        self.held[symbol] = value.xreplace(self.held)
+        return symbol
+
+    def unfold(self, expression: Any) -> Any:
+        """An expression with the laws' values in it, and exact whole numbers and halves."""
+        import sympy
+
+        return exact(sympy.sympify(expression, strict=True)).xreplace(self.held)
+
+    def finish(self, expression: Any) -> Any:
+        """An expression unfolded, in plain symbols."""
+        import sympy
+
+        unfolded = self.unfold(expression)
+        symbols = unfolded.free_symbols
+        for symbol in symbols - self.plain.keys():
+            self.plain[symbol] = sympy.Symbol(symbol.name)
+        return unfolded.xreplace({symbol: self.plain[symbol] for symbol in symbols})
+
+    def rename(self, symbol: Any, name: str) -> None:
+        """Hand out a real symbol under another name, or one like it where that is taken."""
+        import sympy
+
+        self.plain[symbol] = sympy.Symbol(self.names.free(name, "rate"))
+
+
+class Names:
+    """Hands out real symbols whose names are identifiers, each once."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+
+    def take(self, name: str, kind: str) -> Any:
+        """A symbol called `name`, as an identifier; if that is taken, with its kind in front."""
+        import sympy
+
+        text = self.free(name, kind)
+        return sympy.Symbol(text, real=True)
+
+    def free(self, name: str, kind: str) -> str:
+        """The name that `take` would give."""
+        text = clean(name)
+        if text in self._taken:
+            text = f"{kind}_{text}"
+        while text in self._taken:
+            text += "_"
+        self._taken.add(text)
+        return text
+
+
+def clean(name: str) -> str:
+    """A name as an identifier.
+
+    >>> clean("crank->slider")
+    'crank_slider'
+    """
+    text = re.sub(r"\W+", "_", name).strip("_") or "x"
+    return f"x{text}" if text[0].isdigit() else text
+
+
+def exact(expression: Any) -> Any:
+    """The expression with integers for floats that are whole, and fractions for halves.
+
+    >>> import sympy
+    >>> exact(1.0 * sympy.Symbol("x") ** 0.5 + 2.0)
+    sqrt(x) + 2
+    """
+    import sympy
+
+    done: dict[Any, Any] = {}  # what an expression shares with itself is visited once: it may be shared a million times
+
+    def made_exact(part: Any) -> Any:
+        if part not in done:
+            if isinstance(part, sympy.Float):
+                done[part] = sympy.Rational(int(2 * part), 2) if float(2 * part).is_integer() else part
+            else:
+                inner = [made_exact(argument) for argument in part.args]
+                same = all(new is old for new, old in zip(inner, part.args, strict=True))
+                done[part] = part if same else part.func(*inner)
+        return done[part]
+
+    return made_exact(expression)
+
+
+def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin:
+    """The symbolic twin of a graph.
+
+    Args:
+        graph: the graph.
+        opaque: moduli that vary stay functions such as T(theta).
+        ratios: the numbers of transformers become symbols too.
+
+    Raises:
+        GraphError: if a law cannot be written as a formula.
+
+    """
+    displaced = {d.name: d for d in displacements(graph)}
+    names = Names()
+    places = {name: names.take(name, "x") for name in (TIME, *displaced, *graph.signals)}
+    rates = {name: names.take(f"{clean(name)}dot", "x") for name in graph.signals}
+    parameters = {name: names.take(name, "x") for name in graph.parameters}
+    writer = _LawWriter(graph, opaque, ratios, names, places, dict(parameters))
+    elements = {name: element._replace(law=writer.law(element)) for name, element in graph.elements.items()}
+    symbolic = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, writer.parameters)
+    draft = Twin(symbolic, {}, {}, places, rates, {}, names, writer.held)
+    numbers = {parameters[name]: value for name, value in graph.parameters.items() if value is not None}
+    values = {draft.finish(symbol): value for symbol, value in (numbers | writer.values).items()}
+    own = {name: draft.finish(symbol) for name, symbol in writer.own.items()}
+    functions = {draft.finish(f): draft.finish(e) for f, e in writer.functions.items()}
+    return replace(draft, values=values, own=own, opaque=functions)
+
+
+class _LawWriter:
+    """Laws as functions of symbols, element by element."""
+
+    def __init__(
+        self, graph: BondGraph, opaque: bool, ratios: bool, names: Names, places: Mapping[str, Any], parameters: Any
+    ) -> None:
+        self.graph, self.opaque, self.names, self.places = graph, opaque, names, places
+        self.as_numbers = frozenset() if ratios else frozenset({"TF"})
+        self.parameters: dict[str, Any] = parameters
+        self.values: dict[Any, float] = {}
+        self.own: dict[str, Any] = {}
+        self.functions: dict[Any, Any] = {}
+        self.held: dict[Any, Any] = {}
+
+    def law(self, element: Element) -> Any:
+        """An element's law with symbols for its numbers."""
+        import sympy
+
+        law = element.law
+        if isinstance(law, float | int):
+            stays = _ZERO_STAYS if law == 0 else self.as_numbers
+            if element.kind in stays:
+                return law
+            symbol = self.names.take(element.name, element.kind)
+            self.values[symbol], self.own[element.name] = float(law), symbol
+            return self._constant(element, symbol)
+        if isinstance(law, Modulus | Law):
+            return self._of_motion(element, law)
+        if not isinstance(law, Function):
+            return law
+        try:
+            expression = exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
+        except GraphError as error:
+            raise GraphError(f"{self.graph.where(element.name)}: {error}") from error
+        varying = tuple(n for n in law.of if n not in self.graph.parameters)
+        if not set(law.of) - set(self.graph.parameters):
+            return self._constant(element, self._meant(expression))
+        if self.opaque and varying and element.kind in ("TF", "GY"):
+            called = sympy.Function(self.names.free(element.name, element.kind))
+            self.functions[called(*(self.places[name] for name in varying))] = self._meant(expression)
+            return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
+        return Function(expression, law.of, law.of)
+
+    def _constant(self, element: Element, value: Any) -> Function:
+        """A law of one symbol, under a name that no graph's law has."""
+        import sympy
+
+        key, symbol = f"{element.kind}:{element.name}", value if value.is_Symbol else sympy.Dummy(real=True)
+        if symbol != value:
+            self.held[symbol] = value
+        self.parameters[key] = symbol
+        return Function(symbol, (symbol.name,), (key,))
+
+    def _meant(self, expression: Any) -> Any:
+        """A law's expression, in names of the graph, in the symbols that these have."""
+        known = {**self.places, **self.parameters}
+        return expression.xreplace({s: known[s.name] for s in expression.free_symbols})
+
+    def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
+        """A mechanism's own law: a function of the displacement that is known by its values."""
+        import sympy
+
+        motion, name = law.motion, self.names.free(element.name, element.kind)
+        if isinstance(law, Law) and law.moving:  # a function of those flows and the time too that it sees
+
+            def value(q: Any, *seen: Any) -> Any:
+                here = Here(q, motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
+                return law.effort(here, here)
+
+            moving = numeric_function(name, value)
+
+            def effort(here: Here, anchor: Here) -> Any:
+                return moving(here.q, *(getattr(here, what) for what in law.sees))
+
+            return Law(effort, Motion(motion.of), None, True, law.sees)
+        of = next(d.name for d in displacements(self.graph) if d.of == motion.of)
+        if isinstance(law, Law):
+            called = numeric_function(name, lambda q: law.effort(*(Here(q, motion.position(q, np, q), np),) * 2))
+        else:
+            slope = numeric_function(f"{name}_slope", lambda q: law.slope(motion.position(q, np, q)))
+            called = numeric_function(name, lambda q: law.value(motion.position(q, np, q)), slope)
+        return Function(called(sympy.Symbol(of, real=True)), (of,), (of,))
+
+
+def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) -> Any:
+    """A SymPy function that is known by its values only; of one variable, its derivative may be another."""
+    import sympy
+
+    body: dict[str, Any] = {"_imp_": staticmethod(value)}
+    if slope is not None:
+        body["fdiff"] = lambda self, argument=1: slope(*self.args)
+    return type(name, (sympy.Function,), body)

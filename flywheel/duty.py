@@ -1,0 +1,6 @@
+"""Duty of several phases: what a cycle does to the motor, mean and root mean square over stretches."""
+
+from flywheel.sizing.duty import Stretch, mean, root_mean_square
+from flywheel.sizing.results import Duty, PhaseLoad
+
+__all__ = ["Duty", "PhaseLoad", "Stretch", "mean", "root_mean_square"]

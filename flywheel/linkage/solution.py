@@ -1,0 +1,15 @@
+"""Positions of a linkage over its driver."""
+
+from flywheel.mechanisms.linkages.positions import (
+    Poses,
+    Solution,
+    Tangent,
+    Track,
+    follow,
+    placed,
+    solve,
+    solve_over,
+    tangent,
+)
+
+__all__ = ["Poses", "Solution", "Tangent", "Track", "follow", "placed", "solve", "solve_over", "tangent"]

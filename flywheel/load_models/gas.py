@@ -1,0 +1,29 @@
+"""Forces of gases: indicator diagrams, compressors."""
+
+from flywheel.components.gas_forces import (
+    ATMOSPHERE,
+    Compression,
+    Indicator,
+    Space,
+    compressor_work,
+    cylinder_pressure,
+    gas_force,
+    indicated_pressure,
+    indicated_work,
+    piston_area,
+    volumetric_efficiency,
+)
+
+__all__ = [
+    "ATMOSPHERE",
+    "Compression",
+    "Indicator",
+    "Space",
+    "compressor_work",
+    "cylinder_pressure",
+    "gas_force",
+    "indicated_pressure",
+    "indicated_work",
+    "piston_area",
+    "volumetric_efficiency",
+]

@@ -1,0 +1,410 @@
+"""The equation of motion of a machine with losses in its meshes, and its moments on a mesh of crank angles.
+
+A machine is its crank and parts in a tree, each on the crank or on another part through a mesh of an efficiency. With I of
+a part and M on it, both reduced to the crank (angle phi, speed omega), what its mesh passes to it is
+
+    tau = I alpha + ½ dI/dphi omega² - M + sum of k tau over the parts that hang on it,
+
+alpha = domega/dt = d(omega²/2)/dphi, where the nearer side gives k = 1/efficiency for each N m that passes outwards, and
+gets k = efficiency for each that comes back. Nothing passes to the crank itself. With K of a part, the product of k over
+all meshes from the crank to it, alpha follows from
+
+    sum over the parts of K (I alpha + ½ dI/dphi omega² - M) = 0.
+
+`Moments` walks what depends on position alone once, on a whole mesh, and evaluates what depends on speed there as often as
+wanted, with its slope: series and cells of the steady regime rest on it. `machine.dynamics` gives the same at instants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.numerics import count
+from bondgraph.reduction import Station
+from flywheel.machine.machine import DRIVE, Machine, Stage, circuit_of
+from flywheel.numerics import cells
+from flywheel.numerics.cells import MIDDLE, Cells, wide
+from flywheel.numerics.jets import Jet
+
+if TYPE_CHECKING:
+    from flywheel.components.motors.motor import States
+
+Array = NDArray[np.float64]
+
+_KEPT = 4  # meshes of a machine
+_IN_STEP = 1e-12  # of a synchronous speed: speeds that differ from it by less are that speed
+
+
+class Rate(NamedTuple):
+    """dE/dphi = F of the whole machine's kinetic energy (J/rad), at given speeds, on (cells, nodes).
+
+    `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0 but
+    for losses), `by_states` that by each state of a motor's own, (states, cells, nodes). `exchanged` is the sum of
+    |contributions|.
+    """
+
+    moment: Array
+    by_speed: Array
+    by_unknown: Array
+    by_inertia: Array
+    by_states: Array
+    exchanged: Array
+
+
+class _Part(NamedTuple):
+    """What hangs on the crank through one mesh, or on the crank itself, reduced to the crank."""
+
+    stage: Stage
+    station: Station
+    resistance: Array
+    inertia: Array
+    slope: Array
+    moment: Array
+    per_unknown: Array
+    exchanged: Array
+    steepness: Array
+
+
+def balanced(inertias: Sequence[Any], bare: Sequence[Any], factors: Sequence[Any]) -> tuple[Any, tuple[Any, ...]]:
+    """The equation of motion: the alpha with sum K (I alpha + bare) = 0, and the residual I alpha + bare of every part.
+
+    bare: ½ I' omega² - M of every part (N m), or what a change adds to it. All may be numbers or arrays.
+    """
+    weight = sum(k * i for k, i in zip(factors, inertias, strict=True))
+    acceleration = -sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
+    return acceleration, tuple(i * acceleration + b for i, b in zip(inertias, bare, strict=True))
+
+
+def lost(factors: Sequence[Any], residuals: Sequence[Any]) -> Any:
+    """The moment (N m) lost in the meshes, from the moments that accelerate each part and move it against its load."""
+    return sum((k - 1.0) * own for k, own in zip(factors, residuals, strict=True))
+
+
+def solved(
+    inertias: Sequence[Any],
+    bare: Sequence[Any],
+    factors: tuple[Any, ...],
+    stages: Sequence[Stage],
+    outwards: Callable[[Any], Any] | None,
+) -> tuple[Any, tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The equation of motion (see `balanced`) with the factors K that belong to what the meshes pass.
+
+    What each mesh passes grows with alpha, and so does the sum, whichever way the meshes pass power: one set of directions
+    fits. As a function of alpha the sum is convex (concave backwards), so that Newton's method, which this is, ends.
+
+    Args:
+        inertias: I of every part (kg m², on the crank).
+        bare: ½ I' omega² - M of every part (N m).
+        factors: K of every part to begin with.
+        stages: of the parts, whose meshes lose.
+        outwards: whether a mesh that passes some moment (N m) passes power outwards; None to keep the factors.
+
+    Returns:
+        The acceleration d(omega²/2)/dphi, the residual of each part (N m), what its mesh passes to it, and what the crank
+        gives for each N m of the residual.
+
+    """
+    for _ in range(2 + 2 ** len(inertias)):
+        acceleration, own = balanced(inertias, bare, factors)
+        passed, found = _passed(own, stages, factors, outwards)
+        if alike(found, factors):
+            break
+        factors = found
+    return acceleration, own, passed, factors
+
+
+def alike(ones: Sequence[Any], others: Sequence[Any]) -> bool:
+    """Tells whether numbers or arrays are equal."""
+    pairs = zip(ones, others, strict=True)
+    return all(a is b or (a == b if isinstance(a, float) else np.array_equal(a, b)) for a, b in pairs)
+
+
+def _passed(
+    own: Sequence[Any], stages: Sequence[Stage], factors: tuple[Any, ...], outwards: Callable[[Any], Any] | None
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """The moment that each mesh passes (N m, on the crank), summed from the far ends inwards, and K.
+
+    With `outwards`, what the nearer side of a mesh gives follows from what it passes; else it is that of the factors K.
+    """
+    passed, given = list(own), [factors[0]] * len(own)
+    for k in range(len(own) - 1, 0, -1):
+        inner, eta = stages[k].near, stages[k].efficiency
+        if outwards is not None:
+            out = outwards(passed[k])
+            given[k] = np.where(out, 1.0 / eta, eta) if isinstance(out, np.ndarray) else 1.0 / eta if out else eta
+        if inner:
+            ratio = given[k] if outwards is not None else factors[k] / factors[inner]
+            passed[inner] = passed[inner] + ratio * passed[k]
+    if outwards is None:
+        return tuple(passed), factors
+    for k in range(1, len(own)):
+        given[k] = given[k] * given[stages[k].near] if stages[k].near else given[k]
+    return tuple(passed), tuple(given)
+
+
+class Moments:
+    """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
+
+    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
+    makes up the latter. What a law or a mesh does at a speed is decided in the middle of every cell, or, where cells do not
+    end at switches yet, at every node (`local`). `swings` tells whether a motor's own states may swing with the speed.
+    """
+
+    def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
+        self.machine, self.mesh, self.local = machine, mesh, local
+        self.parts: list[_Part] = []
+        for stage in machine.stages:
+            station = stage.reduction.at(mesh.phi, mesh.anchor)
+            values = station.reduced._asdict()
+            self.parts.append(_Part(stage, station, *(wide(values[name], mesh.phi.shape) for name in _Part._fields[2:])))
+        self.inertia: Array = np.asarray(sum(part.inertia for part in self.parts))
+        self.slope: Array = np.asarray(sum(part.slope for part in self.parts))
+        self.steepness: Array = np.asarray(sum(part.steepness for part in self.parts))
+        self.lossy = any(part.stage.efficiency < 1.0 for part in self.parts)
+        self.circuit = circuit_of(machine.scene)
+        self.swings = machine.keeps_step or (self.circuit is not None and len(self.circuit.names) > 1)
+        self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
+
+    @cached_property
+    def locally(self) -> Moments:
+        """The same, with branches decided at every node."""
+        found = copy(self)
+        found.local = True
+        return found
+
+    def rate(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> Rate:
+        """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank).
+
+        `states` are those of a motor's circuit, each on the mesh.
+        """
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
+        plain = _together(acting)
+        if not self.lossy:
+            return plain
+        acceleration, _, factors = self._acceleration(acting, omega, inertia)
+        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
+
+        def loss(bare: Sequence[Array]) -> Array:
+            """Moment lost in the meshes by a change `bare` of every part's I' y - M, or of its inertia times y'."""
+            return np.asarray(lost(factors, balanced(inertias, bare, factors)[1]))
+
+        moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
+        moment, _, exchanged = _with_mesh_losses(factors, acting, moved)
+        return Rate(
+            moment=moment,
+            by_speed=plain.by_speed
+            - loss([part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]),
+            by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
+            by_inertia=-loss([acceleration * part.stage.carries_flywheel for part in self.parts]),
+            by_states=plain.by_states - loss([-act.by_states for act in acting]),
+            exchanged=exchanged,
+        )
+
+    def constant(self, speed: float | Array, unknown: float, states: States | None = None) -> Rate:
+        """F at a constant crank speed (rad/s), or at several, shape (speeds, cells, nodes).
+
+        Inertias that vary are driven, but nothing is accelerated. A motor's own states are steady, if they are not given.
+        """
+        omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
+        acting, _, factors = self._unaccelerated(omega, unknown, states)
+        plain = _together(acting)
+        if not self.lossy:
+            return plain
+        moment, by_unknown, exchanged = _with_mesh_losses(
+            factors, acting, [0.5 * part.slope * omega**2 for part in self.parts]
+        )
+        return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_states, exchanged)
+
+    def net_work(self, speed: float | Array, unknown: float = 0.0, states: States | None = None) -> Array:
+        """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
+        if self.lossy:
+            return self._total(self.constant(speed, unknown, states).moment)
+        still, by_unknown, resistance = self._still
+        speed = np.asarray(speed, dtype=float)
+        omega, found = speed[..., None, None], still + unknown * by_unknown - resistance * speed
+        for part in self.parts:
+            for effort, factor in self._moving(part, omega):
+                found = found + self._total(effort + unknown * factor)
+            if self.circuit is not None and part.stage.drives:
+                turned = self.drive_ratio * speed
+                torque = self.circuit.torque(turned, self.steady_states(speed) if states is None else states)
+                found = found + self.drive_ratio * torque * self.mesh.edges[-1]
+        return np.asarray(found)
+
+    def _total(self, moment: Any) -> Array:
+        """The work (J) over the cycle of a moment on (..., cells, nodes), or of one that is the same all over it."""
+        moment = np.asarray(moment, dtype=float)
+        if moment.shape[-2:] == self.mesh.phi.shape:
+            return cells.total(moment, self.mesh.half)
+        if np.prod(moment.shape[-2:]) == 1:
+            return np.asarray(moment.reshape(moment.shape[:-2]) * self.mesh.edges[-1])
+        return cells.total(np.broadcast_to(moment, (*moment.shape[:-2], *self.mesh.phi.shape)), self.mesh.half)
+
+    @cached_property
+    def _still(self) -> Array:
+        """The work over the cycle of what does not depend on speed; by the unknown; and of resistance, by the speed."""
+        rows = [[part.moment, part.per_unknown, part.resistance] for part in self.parts]
+        return cells.total(np.sum(rows, axis=0), self.mesh.half)
+
+    def constant_losses(self, speed: float, unknown: float) -> list[Array]:
+        """The moments that lossy meshes transmit outwards at a constant speed: losses have a kink where these are zero."""
+        if not self.lossy:
+            return []
+        return self._of_lossy(self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)[1])
+
+    def _unaccelerated(
+        self, omega: Array, unknown: float, states: States | None = None
+    ) -> tuple[list[Rate], tuple[Array, ...], tuple[Array, ...]]:
+        """The rates of all parts at a constant speed, the moments in their meshes, and their factors on the crank."""
+        states = self.steady_states(omega) if states is None else states
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
+        own = [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
+        return acting, *_passed(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
+
+    def steady_states(self, omega: Any) -> tuple[Any, ...]:
+        """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.
+
+        Of a motor that keeps step at one speed alone they are there those that carry the mean load.
+        """
+        if self.circuit is None:
+            return ()
+        out_of_step = self.circuit.steady(self.drive_ratio * omega)
+        if self.circuit.only_speed is None:
+            return out_of_step
+        in_step = np.abs(self.drive_ratio * omega / self.circuit.only_speed - 1.0) <= _IN_STEP
+        if not np.any(in_step) or (carrying := self.carrying) is None:
+            return out_of_step
+        return tuple(np.where(in_step, own, other) for own, other in zip(carrying, out_of_step, strict=True))
+
+    @cached_property
+    def carrying(self) -> tuple[float, ...] | None:
+        """The states of a synchronous motor that carries the mean load in step; None where that is beyond its pull-out."""
+        circuit = self.circuit
+        assert circuit is not None
+        assert circuit.only_speed is not None
+        speed = circuit.only_speed / self.drive_ratio
+        if self.lossy:
+            return circuit.carrying(lambda states: float(self.net_work(speed, states=states)))
+        others = float(self.net_work(speed, states=circuit.steady(circuit.only_speed)))
+        way = self.drive_ratio * self.mesh.edges[-1]
+        return circuit.carrying(lambda states: others + float(way * circuit.torque(circuit.only_speed, states)))
+
+    def transmitted(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> list[Array]:
+        """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
+        return self._of_lossy(self._acceleration(acting, omega, inertia)[1])
+
+    def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
+        return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
+
+    def _acting(self, part: _Part, omega: Array, unknown: float, states: States) -> Rate:
+        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
+        by_speed, by_unknown = np.zeros_like(omega) - part.resistance, np.zeros_like(omega) + part.per_unknown
+        exchanged = part.exchanged + np.abs(unknown * part.per_unknown) + part.resistance * omega
+        by_states: Array = np.zeros((len(states), *omega.shape))
+        if self.circuit is not None and part.stage.drives and len(states):
+            ratio, circuit = self.drive_ratio, self.circuit
+            driving, slopes = ratio * circuit.torque(ratio * omega, states), circuit.slopes(ratio * omega, states)
+            for k, slope in enumerate(slopes.torque_by_states):
+                by_states[k] = ratio * slope
+            moment, exchanged = moment + driving, exchanged + np.abs(driving)
+            by_speed = by_speed + ratio * ratio * slopes.torque_by_speed
+        for effort, factor in self._moving(part, Jet(omega, 1.0)):
+            value, slope = _with_slope(effort, omega)
+            factor_value, factor_slope = _with_slope(factor, omega)
+            moment = moment + value + unknown * factor_value
+            by_speed = by_speed + slope + unknown * factor_slope
+            by_unknown = by_unknown + factor_value
+            exchanged = exchanged + np.abs(value + unknown * factor_value)
+        return Rate(moment, by_speed, by_unknown, np.zeros_like(moment), by_states, exchanged)
+
+    def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
+        """Moments that depend on speed, and their factors of the unknown, without those of a motor's circuit."""
+        plain = omega.value if isinstance(omega, Jet) else omega
+        found = part.station.contributions(omega, 0.0, self._deciding(plain), local=self.local)
+        if found:
+            count(plain)
+        by_circuit = self.circuit is not None
+        return [(effort, factor) for element, effort, factor in found if not (by_circuit and element.name.startswith(DRIVE))]
+
+    def _acceleration(
+        self, acting: list[Rate], omega: Array, inertia: float
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+        """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
+        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
+        bare = [part.slope * (0.5 * omega * omega) - act.moment for part, act in zip(self.parts, acting, strict=True)]
+        start = tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts)
+        acceleration, _, passed, factors = solved(
+            inertias, bare, start, self.machine.stages, lambda tau: self._deciding(tau) > 0.0
+        )
+        return acceleration, passed, factors
+
+    def drive(self, omega: Array, unknown: float, states: States = ()) -> Array:
+        """The drive's share of F (N m, on the crank), before losses."""
+        zero = np.zeros_like(omega)
+        if self.circuit is not None and len(states):
+            return np.asarray(zero + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states))
+        station = next(part.station for part in self.parts if part.stage.drives)
+        still = station.moments(unknown).get("drive", 0.0)
+        moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
+        found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
+        return np.asarray(sum(found, zero + still))
+
+    def switches(self, omega: Array) -> list[Array]:
+        """Values on (cells, nodes) whose signs decide branches of laws and that depend on speed."""
+        if not self.machine.switches_at_speeds:
+            return []
+        by_path = {effort.path: effort for effort in self.machine.efforts}
+        found: list[Array] = []
+        for part in self.parts:
+            for element, here, anchor in part.station.places(omega, 0.0, self._deciding(omega), local=self.local):
+                if element.name in by_path:
+                    found += [wide(switch, omega.shape) for switch in by_path[element.name].speed_switches(here, anchor)]
+        return found
+
+    def _deciding(self, values: Array) -> Array:
+        """Values where branches are decided."""
+        return values if self.local or values.shape[-1] == 1 else values[..., MIDDLE : MIDDLE + 1]
+
+
+def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moments:
+    """The machine on cells between edges (rad): the last few are kept, as one search asks for the same again and again."""
+    kept, key = machine.kept.setdefault("moments", {}), edges.tobytes()
+    if key not in kept:
+        if len(kept) >= _KEPT:
+            kept.pop(next(iter(kept)))
+        kept[key] = Moments(machine, cells.cells(edges))
+    found: Moments = kept[key]
+    return found.locally if local else found
+
+
+def _together(acting: list[Rate]) -> Rate:
+    """The sum of the rates of all parts."""
+    return acting[0] if len(acting) == 1 else Rate(*(sum(columns) for columns in zip(*acting, strict=True)))
+
+
+def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[Array]) -> tuple[Array, Array, Array]:
+    """The moment of all parts on the crank through their meshes, its slope by the unknown, and the sum of sizes.
+
+    M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, an efficiency of
+    next to nothing, keeps its digits.
+    """
+    rows = list(zip(factors, acting, moved, strict=True))
+    return (
+        np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
+        np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
+        np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
+    )
+
+
+def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
+    """Value and slope of a jet, or of a number that does not depend on speed."""
+    if isinstance(value, Jet):
+        return value.value + np.zeros_like(omega), value.first + np.zeros_like(omega)
+    return value + np.zeros_like(omega), np.zeros_like(omega)

@@ -1,0 +1,332 @@
+"""Loads, springs, tables and friction in joints as laws of position, and of speed and time where they depend on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from copy import copy
+from functools import cache, cached_property
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Here
+from flywheel.numerics import cells
+from flywheel.numerics.cells import Cells
+from flywheel.numerics.expressions import Expression, shown, units_of_name
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
+from flywheel.scene.scene import Load, Scene, Spring, Table
+
+Array = NDArray[np.float64]
+
+
+class Place(NamedTuple):
+    """Where an effort acts: its 1-junction, its displacement, and the angle that its windows and `phi` see.
+
+    angle = rate * phi + phase, phi being the crank's. `shaft`: it is a shaft, whose own speed loads on it see.
+    """
+
+    junction: str
+    displacement: Callable[[Here], Any]
+    rate: float = 1.0
+    phase: float = 0.0
+    rotating: bool = True
+    shaft: bool = False
+
+
+class Senses(NamedTuple):
+    """The sign of a place's velocity at positive crank speed, constant between its dead centres (crank angles)."""
+
+    dead_centres: Array
+    signs: Array
+
+    def at(self, phi: Any) -> Any:
+        """The sign at crank angles phi."""
+        return self.signs[np.searchsorted(self.dead_centres, phi)]
+
+
+class TableCurve:
+    """A table as polynomials between its knots: values see the piece that their anchor lies in."""
+
+    def __init__(self, table: Table) -> None:
+        starts, polynomials = [], []  # of every run without jumps: left ends and coefficients, highest power first
+        jumps = np.flatnonzero(np.diff(table.angle) == 0.0) + 1
+        for angle, value in zip(np.split(table.angle, jumps), np.split(table.value, jumps), strict=True):
+            if angle.size == 1:
+                continue
+            starts.append(angle[:-1])
+            if table.interpolation == "pchip" and angle.size > 2:
+                from scipy.interpolate import PchipInterpolator  # only scenes with such a table pay for it
+
+                polynomials.append(np.asarray(PchipInterpolator(angle, value).c))
+            else:
+                flat = table.interpolation == "step"
+                slopes = np.zeros(angle.size - 1) if flat else np.diff(value) / np.diff(angle)
+                polynomials.append(np.stack((slopes, value[:-1])))
+        most = max(map(len, polynomials))
+        self.first = float(table.angle[0])
+        self.knots = table.angle[np.diff(table.angle, prepend=-np.inf) > 0.0]
+        self._start = np.concatenate(starts)
+        self._series = np.concatenate([np.pad(rows, ((most - len(rows), 0), (0, 0))) for rows in polynomials], axis=1)
+
+    def __call__(self, angle: Any, anchor: Any) -> Any:
+        """Value at angles, each in the piece of its anchor."""
+        piece = np.maximum(np.searchsorted(self._start, anchor, side="right") - 1, 0)
+        step = angle - self._start[piece]
+        total: Any = 0.0
+        for series in self._series:
+            total = total * step + series[piece]
+        return total
+
+
+class Effort:
+    """The law of one load: its value where it is active, 0 elsewhere; `unknown` names the scene's balance, if any.
+
+    `direction` is the crank's: with -1 `while` and drag turn round, and so does v where a law reads its sign alone.
+    """
+
+    direction = 1.0
+
+    def __init__(
+        self,
+        load: Load,
+        place: Place,
+        parameters: Mapping[str, float],
+        unknown: str | None = None,
+        senses: Senses | Callable[[], Senses] | None = None,
+    ) -> None:
+        self.load, self.place, self._given_senses = load, place, senses
+        key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
+        if load.model:
+            key = "motor" if load.path == "drive" else "model"
+        self.path = load.path if load.drag else f"{load.path}.{key}"
+        self._parameters = parameters
+        self._law = TableCurve(load.law) if isinstance(load.law, Table) else load.law
+        self._always = load.start is None and load.sense == 0
+        self._unknown: str | None = None
+        if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
+            if load.law.degree(unknown) is None:
+                found = f'"{load.law.shown}", which is not linear in the balance {unknown}'
+                advice = "give it a value, and balance another quantity"
+                raise SceneError([Fault(self.path, found, f"{unknown} as a factor or a term", advice)])
+            self._unknown = unknown
+        self.depends_on_unknown = load.law is None or self._unknown is not None
+        self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
+        self.uses_time = isinstance(load.law, Expression) and load.law.uses_time
+
+    @cached_property
+    def senses(self) -> Senses | None:
+        """When its place moves forwards and when backwards; None where the load does not depend on that."""
+        if not self.load.sense and "v" not in getattr(self._law, "names", ()):
+            return None
+        return self._given_senses() if callable(self._given_senses) else self._given_senses
+
+    @cached_property
+    def reverses(self) -> bool:
+        """Tells whether position and the crank's direction alone decide a branch of it: `while`, sign(v), drag."""
+        law = self.load.law
+        return self.load.drag or bool(self.load.sense) or (isinstance(law, Expression) and law.switches_on_velocity)
+
+    @cached_property
+    def is_dry(self) -> bool:
+        """Tells whether it may jump where the machine comes to rest, as dry friction does: a branch changes at speed 0."""
+        law = self.load.law
+        if self.reverses or not isinstance(law, Expression):
+            return self.reverses
+        still = {**self.constants, "v": 0.0, "omega": 0.0}
+        return any(
+            part.uses_speed and (not part.names <= still.keys() or part.evaluate(still, np) == 0.0)
+            for part in moving_switches(law)
+        )
+
+    def backwards(self) -> Effort:
+        """The law as it is where the crank turns backwards."""
+        found = copy(self)
+        found.direction = -1.0
+        return found
+
+    @property
+    def dependencies(self) -> tuple[str, ...]:
+        """The variables of `Here` beside position in the law: speed (of the driving shaft), flow (its own), time."""
+        names = self._law.names if isinstance(self._law, Expression) else frozenset[str]()
+        own = ("v" in names and self.uses_speed) or ("omega" in names and self.place.shaft)
+        found = {"speed": "omega" in names and not self.place.shaft, "flow": own, "time": "t" in names}
+        return tuple(name for name, seen in found.items() if seen)
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """The parameters, with 1 for the unknown."""
+        return {**self._parameters, self._unknown: 1.0} if self._unknown else self._parameters
+
+    def __call__(self, here: Here, anchor: Here) -> Any:
+        """Effort without the unknown's share."""
+        return self._gated(self._coefficients(here, anchor)[0], anchor)
+
+    def per_unknown(self, here: Here, anchor: Here) -> Any:
+        """Effort per unit of the unknown."""
+        return self._gated(self._coefficients(here, anchor)[1], anchor)
+
+    def _coefficients(self, here: Here, anchor: Here) -> tuple[Any, Any]:
+        law = self._law
+        if law is None:
+            return 0.0, 1.0
+        if isinstance(law, (float, Real)):
+            return (self.direction * law if self.load.drag else law), 0.0
+        if isinstance(law, TableCurve):
+            return law(*self._angles(here, anchor, law.first)), 0.0
+        angle, middle = self._angles(here, anchor) if "phi" in law.names else (0.0, 0.0)
+        values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
+        ns = _jets() if isinstance(here.speed, Jet) else here.ns  # where slopes by speed are wanted
+        if self._unknown is None:
+            return law.evaluate(values, ns, there), 0.0
+        return law.coefficients(values, self._unknown, ns, there)
+
+    def _values(self, law: Expression, here: Here, angle: Any, anchor: Here) -> dict[str, Any]:
+        values: dict[str, Any] = dict(self._parameters)
+        values["phi"] = angle
+        values["omega"], values["t"] = here.flow if self.place.shaft else here.speed, here.time
+        if "x" in law.names:
+            values["x"] = self.place.displacement(here)
+        if self.uses_speed:
+            values["v"] = here.flow
+        elif "v" in law.names and self.senses is not None:
+            values["v"] = self.direction * self.senses.at(anchor.q / self.place.rate)
+        return values
+
+    def speed_switches(self, here: Here, anchor: Here) -> list[Any]:
+        """Values whose signs decide the branches of the law, as far as they depend on speed or time; `here` is moving.
+
+        Where v or omega alone change their sign is known beforehand, but for a machine that comes to rest, which is watched
+        apart; where time alone decides is known beforehand too: stepping starts afresh there.
+        """
+        law = self._law
+        if not isinstance(law, Expression):
+            return []
+        angle, middle = self._angles(here, anchor)
+        values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
+        found = []
+        for part in moving_switches(law):
+            alone = len(part.names) == 1 and part.names <= {"v", "omega"} and part.tree.op in ("name", "neg")
+            if not alone and not self.is_timed(part):
+                found.append(part.evaluate(values, np, there))
+        return found
+
+    def is_timed(self, part: Expression) -> bool:
+        """Tells whether a part of the law depends on time and on nothing else."""
+        return "t" in part.names and part.names <= {"t", *self.constants}
+
+    def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
+        """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""
+        middle = anchor.q + self.place.phase
+        turns = self.turns(middle, first)
+        return here.q + self.place.phase - turns, middle - turns
+
+    def turns(self, angle: Any, first: float = 0.0) -> Any:
+        """A function that reduces an angle to [first, first + every), or changes nothing on a stroke."""
+        return 0.0 if self.load.once else self.load.every * np.floor((angle - first) / self.load.every)
+
+    def _gated(self, effort: Any, anchor: Here) -> Any:
+        if self._always:
+            return effort
+        active = self.active(anchor)
+        if isinstance(active, bool):  # one piece alone
+            return effort if active else 0.0
+        return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
+
+    @property
+    def acts(self) -> Callable[[Here], Any] | None:
+        """A function that tells whether the load acts in the piece of an anchor; None where it always acts."""
+        return None if self._always else self.active
+
+    def active(self, anchor: Here) -> Any:
+        """Tells whether the load acts in the pieces of these anchors."""
+        load, active = self.load, True
+        if load.start is not None and load.end is not None:
+            middle = self._angles(anchor, anchor)[1]
+            after, before = middle >= load.start, middle < load.end
+            # a window that ends before it begins wraps around the cycle's end
+            active = after & before if load.start < load.end else after | before
+        if load.sense and self.senses is not None:
+            active = active & (self.direction * self.senses.at(anchor.q / self.place.rate) == load.sense)
+        return active
+
+    def crank_breakpoints(self, cycle: float) -> Iterator[float]:
+        """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres."""
+        found = [0.0] if isinstance(self._law, TableCurve | Expression) and not self.load.once else []
+        if self.load.start is not None and self.load.end is not None:
+            found += [self.load.start, self.load.end]
+        local = np.concatenate((found, self._law.knots if isinstance(self._law, TableCurve) else ()))
+        yield from local - self.place.phase if self.load.once else crank_angles(local, self.load.every, self.place, cycle)
+        if self.senses is not None:
+            yield from self.senses.dead_centres
+
+
+@cache
+def _jets() -> Any:
+    return jet_namespace(np)
+
+
+def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
+    """The unit of the scene's unknown; None without one, or where the expressions that hold it leave it open."""
+    name = scene.unknown
+    if name is None or name == "drive":
+        return name and DIMENSIONS["force" if scene.reduction_element == "slide" else "torque"].si
+    found: set[Unit | None] = set()
+    for effort in efforts:
+        law, rotating = effort.load.law, effort.place.rotating
+        if isinstance(law, Expression) and name in law.names:
+            texts = {"phi": "rad", "omega": "rad/s", "t": "s"}
+            texts |= {"x": "rad", "v": "rad/s"} if rotating else {"x": "m", "v": "m/s"}
+            known = {**{variable: parse_unit(text, None) for variable, text in texts.items()}, **scene.units}
+            found.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), known))
+    return shown(found.pop()) if len(found) == 1 else None
+
+
+def moving_switches(law: Expression) -> tuple[Expression, ...]:
+    """The switches of a law that depend on speed or time, so that position alone does not tell where they lie."""
+    return tuple(part for part in law.switches() if part.uses_speed or part.uses_time)
+
+
+class FrictionCurve:
+    """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
+
+    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle. `speed` is the constant
+    one (rad/s) that it was found at; None of one that was found along a motion with speeds of its own.
+    """
+
+    def __init__(self, mesh: Cells, values: Array, corners: Array, speed: float | None = None) -> None:
+        self.mesh, self.series, self.speed = mesh, cells.fit(values), speed
+        self.breakpoints = tuple(corners.tolist())
+        self.error = float((cells.tails(self.series) * 2 * mesh.half[:, 0]).sum())
+
+    def __call__(self, here: Here, anchor: Here) -> Any:
+        """The moment at positions `here.q`."""
+        cell, t = cells.located(self.mesh, np.asarray(here.q, dtype=float))
+        return cells.value(self.series[cell], t)
+
+    def apart(self, other: FrictionCurve) -> float:
+        """Integral of the difference to another curve over the cycle, whatever its sign (J)."""
+        here = Here(self.mesh.phi, None, np)
+        return float(cells.integral(np.abs(self(here, here) - other(here, here)), self.mesh.half).sum())
+
+
+def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
+    """Effort that a spring takes up, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
+
+    def effort(here: Here, anchor: Here) -> Any:
+        return spring.stiffness * (place.displacement(here) - spring.rest)
+
+    return effort
+
+
+def crank_angles(local: float | Array, every: float, place: Place, cycle: float) -> Array:
+    """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes one of `local`."""
+    column = np.array(local, ndmin=1)[:, None]
+    first = np.ceil((place.phase - column) / every - 1e-12)
+    turns = first + np.arange(int(place.rate * cycle / every + 2))
+    angles = (column + turns * every - place.phase) / place.rate
+    found: Array = angles[(angles >= 0.0) & (angles < cycle)]
+    return found

@@ -1,0 +1,5 @@
+"""What notebooks show of results, and their pictures."""
+
+from flywheel.pictures.notebooks import Curve, curves, html, picture, power_picture, save_picture, table
+
+__all__ = ["Curve", "curves", "html", "picture", "power_picture", "save_picture", "table"]

@@ -1,0 +1,33 @@
+"""Work and rate of presses: energy of a stroke, engagement, single strokes."""
+
+from flywheel.components.press_work import (
+    Engagement,
+    PressCycle,
+    SingleStroke,
+    busy_time,
+    cutting_energy,
+    engage,
+    inertia_for_single_stroke,
+    press_at,
+    press_cycle,
+    press_of,
+    shearing_force,
+    single_stroke,
+    stroke_energy,
+)
+
+__all__ = [
+    "Engagement",
+    "PressCycle",
+    "SingleStroke",
+    "busy_time",
+    "cutting_energy",
+    "engage",
+    "inertia_for_single_stroke",
+    "press_at",
+    "press_cycle",
+    "press_of",
+    "shearing_force",
+    "single_stroke",
+    "stroke_energy",
+]

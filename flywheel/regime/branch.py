@@ -1,0 +1,339 @@
+"""The branch of steady periodic motions over the inertia of a flywheel: which flywheels have one, and which have none.
+
+For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
+followed in time comes to a stop; or neither within the effort spent. Who looks through many flywheels asks one `Branch` for
+all of them: each motion is found from its nearest neighbour, so that they lie on one branch.
+
+Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
+Let go above every speed at which anything drives it, it stays above every periodic motion; where it stops, there is none.
+With a motor's own states it is let go in the neighbouring motion, and where that stops the branch has ended.
+
+Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapters 4 (continuation) and 7
+(periodic motions and their multipliers); P. Hartman, Ordinary Differential Equations, 2nd ed., SIAM 2002, III.4
+(comparison of solutions).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import Enum, auto
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.equation import Moments, moments_on
+from flywheel.machine.machine import Machine
+from flywheel.numerics.budget import BudgetError, counted, limited, spend
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import periodic_motion, turning_moment
+from flywheel.regime.cycle_equations import Demand, NoRegimeError
+from flywheel.regime.free_motion import follow, neighbours, straight
+from flywheel.regime.joint_friction import dynamics_of
+from flywheel.regime.periodic_motion import OwnMotion
+from flywheel.regime.trail import Start, Trail
+
+COARSE = 1e-4
+"""Error of a motion with which a search is content that the effort allows no closer."""
+
+_HIGHEST, _STEPS = 64.0, 25  # times a motion's speed: up to where a drive may still drive; speeds looked at on the way
+_TURNS, _RETURNS = 60, 1e-5  # cycles followed; share of the speed by which one may be off that has come back
+_RTOL = 1e-7  # of steps in time
+_WORK = 20_000.0  # walks of a rotor's graph, about a second
+_STOP_SPEED = 1e-6  # of the speed at the start: as good as a stop
+_INERTIA_VARIATION = 1e-9  # of an inertia: that varies by less is the same at every angle
+_SAMPLES = 2_000  # instants of a cycle at which a motion followed in time is taken
+_AT_ONCE = 16  # positions within a walk that take as long as the walk itself
+_STOPS, _RETURNED, _LOST = "stops", "returns", "open"
+
+
+@contextmanager
+def _walks(work: float, each: int = 1) -> Iterator[None]:
+    """Allow so many walks of a rotor's graph, of one that takes `each` of them; many positions at once count for more."""
+    known = 0
+
+    def walked() -> None:
+        nonlocal known
+        spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
+        known = tally.evaluations
+
+    with limited(work), counted(walked) as tally:
+        yield
+
+
+class Existence(Enum):
+    """What is known of a periodic motion with a flywheel."""
+
+    MOTION = auto()
+    NONE = auto()
+    UNKNOWN = auto()
+
+
+class Stop(NamedTuple):
+    """Where a machine let go at a speed comes to a stop: `phi` (rad) in the cycle, and what it lacks there (N m, crank).
+
+    `speed` (rad/s) is that from which it was followed, `turns` how many cycles it made before.
+    """
+
+    phi: float
+    shortfall: float
+    speed: float
+    turns: int
+
+
+class UnstableError(NoRegimeError):
+    """The only motion found is one that the machine does not come back to."""
+
+    def __init__(self, motion: OwnMotion) -> None:
+        super().__init__(f"an unstable motion: what a cycle changes grows {motion.solved.multiplier:.6g} fold")
+        self.motion = motion
+
+
+class Finding(NamedTuple):
+    """What a search for the steady periodic motion with a flywheel (kg m² on the crank) came to.
+
+    `motion` is the motion where there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
+    what became of the search: what the iteration came to, or that the effort was spent.
+    """
+
+    inertia: float
+    motion: OwnMotion | None = None
+    stop: Stop | None = None
+    error: NoRegimeError | BudgetError | None = None
+
+    @property
+    def reason(self) -> str:
+        """The outcome of a search that found no motion, in words."""
+        return "" if self.error is None else str(self.error)
+
+    @property
+    def existence(self) -> Existence:
+        """The existence of a motion: there is one, there is none, or neither is known."""
+        if self.motion is not None:
+            return Existence.MOTION
+        return Existence.UNKNOWN if self.stop is None else Existence.NONE
+
+
+class Branch:
+    """The steady periodic motions of one machine over the inertia of its flywheel.
+
+    Args:
+        machine: the machine.
+        speed: of the crank, rad/s, near that of its motions.
+        unknown: a first guess of the scene's unknown (SI).
+        mean: mean of extremes (rad/s) that a balance holds; None where the machine sets its own speed.
+
+    """
+
+    def __init__(self, machine: Machine, speed: float, unknown: float = 0.0, mean: float | None = None) -> None:
+        self.machine, self.speed, self.unknown, self.mean = machine, speed, unknown, mean
+        self.motions: dict[float, OwnMotion] = {}
+
+    def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> Finding:
+        """The finding with one flywheel (kg m² on the crank), at a relative error of rtol in the irregularity.
+
+        `near` is the motion to begin with; the nearest one that is known where it is left out.
+        """
+        near = self.nearest(inertia) if near is None else near
+        found = self._solved(inertia, rtol, near)
+        if found.motion is None and self.mean is None and self.machine.scene.unknown is None:
+            followed = self._followed(inertia, near)
+            if isinstance(followed, Stop):
+                return found._replace(stop=followed)
+            if followed is not None:
+                later = self._stable(inertia, partial(self._along, inertia, rtol, *followed))
+                found = found if later.motion is None else later
+        if found.motion is not None:
+            self.motions[inertia] = found.motion
+        return found
+
+    def _solved(self, inertia: float, rtol: float, near: OwnMotion | None) -> Finding:
+        """A motion from a neighbour, or from nothing, as coarsely as the effort allows."""
+        machine, wanted, found = self.machine, Demand(inertia, None, self.mean), Finding(inertia)
+        if near is not None:
+            found = self._stable(inertia, partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol))
+        for error in dict.fromkeys((rtol, max(rtol, COARSE))):
+            if found.motion is not None:
+                break
+            search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, error)
+            found = self._stable(inertia, search)
+            if not isinstance(found.error, BudgetError):
+                break
+        return found
+
+    def _stable(self, inertia: float, search: Callable[[], OwnMotion]) -> Finding:
+        """The result of a search within the effort allowed: a motion counts where it is stable."""
+        try:
+            with limited(periodic_motion.MOST_WORK):
+                motion = search()
+        except (NoRegimeError, BudgetError) as error:
+            return Finding(inertia, error=error)
+        if self.mean is None and motion.solved.damping < -periodic_motion.UNSTABLE:
+            return Finding(inertia, error=UnstableError(motion))
+        return Finding(inertia, motion)
+
+    def _along(self, inertia: float, rtol: float, trail: Trail, start: float) -> OwnMotion:
+        """The motion that one followed in time has come to by the time `start` (s) of its last cycle."""
+        times = np.linspace(start, float(trail.t[-1]), _SAMPLES)
+        rows = trail.states(times)
+        cycle = self.machine.scene.cycle
+        return periodic_motion.own_motion_along(
+            self.machine,
+            Demand(inertia, None, self.mean),
+            rows[0] - rows[0, 0] + rows[0, 0] % cycle,
+            rows[1],
+            rows[3:],
+            rtol,
+        )
+
+    def _followed(self, inertia: float, near: OwnMotion | None) -> Stop | tuple[Trail, float] | None:
+        """The machine let go above all its motions, or in the one near by: where it stops, or how it comes back.
+
+        None where neither is seen within the effort allowed.
+        """
+        dynamics, machine = dynamics_of(self.machine, inertia, self.unknown), self.machine
+        moments = moments_on(machine, machine.mesh, local=True)
+        total = inertia + moments.inertia
+        if not total.max() > 0.0:
+            return self._overloaded(moments)
+        if not total.min() > 0.0:
+            return None
+        speed, phi, states = self.speed, 0.0, tuple(float(each) for each in moments.steady_states(self.speed))
+        if moments.circuit is None:
+            highest = self._highest(moments)
+            if highest is None:
+                return None
+            heaviest = float(moments.mesh.phi.ravel()[total.argmax()])  # none is faster there, by its energy
+            speed, phi = highest, 0.0 if total.max() <= (1.0 + _INERTIA_VARIATION) * total.flat[0] else heaviest
+        elif near is not None:
+            edges = near.solved.state.edges[0]
+            speed, states = self._speed_at_start(near), tuple(edges[1:].tolist())
+        passes: list[tuple[float, float]] = []
+
+        def passing(t: float, omega: float) -> str | None:
+            passes.append((t, omega))
+            if len(passes) > 2 and abs(omega / passes[-2][1] - 1.0) <= _RETURNS:
+                return _RETURNED
+            return _LOST if len(passes) >= _TURNS else None
+
+        goals = (straight(_STOPS, 1, -_STOP_SPEED * speed, 1.0),)
+        try:
+            with _walks(_WORK):
+                until = 100.0 * _TURNS * machine.scene.cycle / self.speed
+                trail = follow(dynamics, Start(phi, speed, states), until, _RTOL, goals, passing)
+        except SceneError:
+            return None
+        if trail.goal == _STOPS or trail.stuck is not None:
+            return self._stop(dynamics, trail, speed)
+        return (trail, passes[-2][0]) if trail.goal == _RETURNED else None
+
+    def _stop(self, dynamics: Dynamics, trail: Trail, speed: float) -> Stop:
+        """The place where a motion followed in time has stopped, and the torque it lacks there."""
+        state = trail.ends()[:, -1]
+        phi = float(state[0]) % self.machine.scene.cycle
+        ahead, _ = neighbours(self.machine, phi)
+        moment = float(dynamics.at(phi, ahead, ONSET * speed, float(trail.t[-1]), states=tuple(state[3:].tolist())).moment)
+        return Stop(phi, max(-moment, 0.0), speed, trail.cycles)
+
+    def _overloaded(self, moments: Moments) -> Stop | None:
+        """The place where a machine without inertia lacks torque at every speed; None without one, or with more states."""
+        if moments.circuit is not None or (highest := self._highest(moments)) is None:
+            return None
+        speeds = np.concatenate(([0.0], highest * np.geomspace(_STOP_SPEED, 1.0, 4 * _STEPS)))
+        shape = moments.mesh.phi.shape
+        best = np.max([moments.rate(np.full(shape, w), self.unknown, 0.0).moment for w in speeds.tolist()], axis=0)
+        if not best.min() < 0.0:
+            return None
+        return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), highest, 0)
+
+    def _highest(self, moments: Moments) -> float | None:
+        """A crank speed (rad/s) from which on every torque slows the machine at every angle; None where there is none."""
+        speeds = self.speed * np.geomspace(1.0, _HIGHEST, _STEPS)
+        drives = [
+            float((moments.rate(np.full(moments.mesh.phi.shape, w), self.unknown, 0.0).moment).max())
+            for w in speeds.tolist()
+        ]
+        above = [k for k, most in enumerate(drives) if not most < 0.0]
+        last = above[-1] + 1 if above else 0
+        return float(speeds[last]) if last < speeds.size else None
+
+    @staticmethod
+    def _speed_at_start(motion: OwnMotion) -> float:
+        """The speed (rad/s) of a motion at phi = 0."""
+        return float(turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, np.zeros(1))[0])
+
+    def nearest(self, inertia: float) -> OwnMotion | None:
+        """The motion known whose flywheel is nearest to an inertia, by its logarithm with what the machine itself has."""
+        if not self.motions:
+            return None
+        own = float(next(iter(self.motions.values())).solved.moments.inertia.max())
+        own = max(own, 1e-9 * max(self.motions), 1e-300)
+        best = min(self.motions, key=lambda other: abs(math.log((other + own) / (inertia + own))))
+        return self.motions[best]
+
+
+# -- what becomes of a machine without a steady motion --------------------------------------------------------------------
+
+_CYCLES = 20
+_FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
+_RTOL_OF_ENDING = 1e-6
+_HURRIED = 12_000.0  # walks of a rotor's graph: a message is worth no more
+_ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
+
+
+class Outcome(Enum):
+    """How a motion ends."""
+
+    STALLS = "stalls"
+    RUNS_AWAY = "runs away"
+    UNKNOWN = "goes on"
+
+
+class Ending(NamedTuple):
+    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`.
+
+    `fault` is why it could not be followed, where that is known.
+    """
+
+    outcome: Outcome
+    where: str = ""
+    fault: Fault | None = None
+
+
+def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
+    """The fate of a machine let go at phi = 0, followed in time as a check of the verdict on it.
+
+    Args:
+        machine: the machine.
+        speed: of the crank at the start, rad/s.
+        inertia: of the flywheel, kg m² on the crank.
+        balance: value (SI) of the scene's unknown.
+        hurried: whether enough work went into the machine already.
+
+    """
+    cycle = machine.scene.cycle
+
+    passed = 0
+
+    def passing(t: float, omega: float) -> str | None:
+        nonlocal passed
+        passed += 1
+        return Outcome.UNKNOWN.value if passed >= _CYCLES else None
+
+    goals = (straight(Outcome.STALLS.value, 1, 0.0, 1.0), straight(Outcome.RUNS_AWAY.value, 1, _FASTER * speed, -1.0))
+    dynamics, until = dynamics_of(machine, inertia, balance), 100 * _CYCLES * cycle / speed
+    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * speed)
+    each = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS
+    try:
+        with _walks(_HURRIED if hurried else _WORK, each):
+            trail = follow(dynamics, Start(0.0, speed, states), until, _RTOL_OF_ENDING, goals, passing)
+    except BudgetError:
+        return Ending(Outcome.UNKNOWN)
+    except SceneError as error:
+        return Ending(Outcome.UNKNOWN, fault=error.faults[0])
+    outcome = Outcome(trail.goal) if trail.goal is not None else Outcome.STALLS if trail.stuck else Outcome.UNKNOWN
+    phi = float(trail.ends()[0, -1])
+    return Ending(outcome, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")

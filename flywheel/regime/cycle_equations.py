@@ -1,0 +1,634 @@
+"""The equations of a steady periodic motion on given cells, and Newton's method on them: energy, motor's states, unknowns.
+
+The unknown is the kinetic energy over the cycle, E'(phi) = F(phi, omega(E)), E = ½ (J + I*) omega², closed on itself. Where
+more is unknown (the flywheel for an irregularity, the balance for a mean speed) it is solved for in the same iteration
+(`periodic`). The cycle's multiplier, exp(integral of dF/dE), comes with it: what a cycle leaves of a small change.
+
+Whether the cells are fine enough is not asked here: `periodic_motion` halves and cuts them in turns with the motion.
+
+Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel.machine.equation import Moments, Rate
+from flywheel.numerics import cells, collocation
+from flywheel.numerics.budget import spend
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Index
+from flywheel.numerics.collocation import Changes
+from flywheel.numerics.faults import Fault
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import NoMotionError
+
+_MOST_STEPS = 40
+_PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
+_PER_STEP = 50  # nodes that would take as long as what a Newton step takes whatever their number
+_HALVINGS = 30  # of a Newton step
+_LAST_STEP = 1e-13  # of the fluctuation of speed: a step smaller than this is the last
+_UNCONVERGED_STEP = 1e-9  # of the fluctuation: steps that stay above it have not converged
+_ROUNDING_STEP = 1e-3  # of the fluctuation: steps that stay below it lack digits, not direction
+_NET_WORK = 1e-6  # of the work exchanged: net work of a cycle that does not close
+_LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
+_REFERENCE_DISTANCE = 20.0  # fluctuations: a reference speed that is twice as far off costs a digit
+_KEPT = 0.25  # of omega²: a step takes no more than the rest
+_NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
+_WIDEST, _SPEED_STEPS, _NEARLY = 64.0, 60, 1e-6  # speeds of balance: times the reference, steps, and how near
+_STEADY = 1e-9  # of what makes up the rates of an even motion: what its speed, a root, may leave over
+_MOST_GROWTH = 700.0  # exponent that a float still holds
+_BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
+_STOPS = "the motions tried stop within the cycle"
+
+
+class Demand(NamedTuple):
+    """What is asked of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
+
+    With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
+    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays.
+    """
+
+    inertia: float | None
+    irregularity: float | None
+    speed: float | None
+
+
+class State(NamedTuple):
+    """The states over the cycle: at the nodes (cells, states, nodes), at the edges (cells + 1, states); J and the balance.
+
+    The first state is the kinetic energy less ½ (J + I*(0)) w² (J), w being the reference speed; the others are a motor's
+    own, such as its current (A).
+    """
+
+    nodes: Array
+    edges: Array
+    inertia: float
+    unknown: float
+
+    @property
+    def of_circuit(self) -> Array:
+        """A motor's own states at the nodes: (states, cells, nodes)."""
+        return np.asarray(self.nodes[:, 1:].swapaxes(0, 1))
+
+
+class Extremes(NamedTuple):
+    """Fastest and slowest point of a motion: omega/w - 1, cell, local abscissa, J + I*, omega² = w² (1 + s)."""
+
+    excess: Array
+    cell: Index
+    t: Array
+    total: Array
+    s: Array
+
+
+class Sensitivity(NamedTuple):
+    """How a flywheel that is sized answers to what its motion is off.
+
+    `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
+    Infinite where rounding leaves nothing of what a flywheel changes.
+    """
+
+    by_square: float
+    by_work: float
+
+
+class Periodic(NamedTuple):
+    """A periodic motion on a mesh, with the reference speed w (rad/s), and how it was found.
+
+    `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken; `sensitivity` is that of a
+    flywheel that was sized.
+    """
+
+    moments: Moments
+    reference: float
+    state: State
+    extremes: Extremes
+    rate: Rate
+    omega: Array
+    multiplier: float
+    damping: float
+    steps: int
+    sensitivity: Sensitivity | None = None
+    closing: Array | None = None  # what each of several states may miss of its closing
+    reach: Array | None = None  # how far that carries, (states, states)
+
+    @property
+    def speed(self) -> float:
+        """Mean of the greatest and least speed (rad/s)."""
+        return self.reference * (1.0 + 0.5 * float(self.extremes.excess.sum()))
+
+    @property
+    def irregularity(self) -> float:
+        """(greatest - least)/mean."""
+        high, low = self.extremes.excess.tolist()
+        return float((high - low) / (1.0 + 0.5 * (high + low)))
+
+
+class NoRegimeError(NoMotionError):
+    """No periodic motion was found; the message says what became of the iteration."""
+
+
+class UndefinedError(NoRegimeError):
+    """A law has no finite value at speeds that the iteration comes to; `fault` says which and why."""
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(f"{fault.path} comes to {fault.found}")
+
+
+class LostError(NoRegimeError):
+    """A motion was found whose figures rounding leaves nothing of; the message says which."""
+
+
+class UnresolvedError(NoRegimeError):
+    """A flywheel was found that rounding leaves open: its irregularity hardly depends on it."""
+
+
+# -- Newton's method on given cells --------------------------------------------------------------------------------------
+
+
+def periodic(moments: Moments, reference: float, demand: Demand, start: State, apart: Array | None = None) -> Periodic:
+    """The periodic motion nearest to a start, and with it what is unknown, by Newton's method.
+
+    Args:
+        moments: the machine on its mesh.
+        reference: speed (rad/s) that the energies are taken relative to: the one asked for, or near the one expected.
+        demand: the inertia, or the irregularity; with a balance the mean of extremes.
+        start: a first guess.
+        apart: what is left out of the rates of the states, (cells, states, nodes): on the way to a motion (`unevenness`).
+
+    Raises:
+        NoRegimeError: where the iteration finds none: the machine would stop within the cycle, or nothing closes.
+
+    """
+    spend(_PER_SEARCH)
+    equations = _Equations(moments, reference, demand, apart)
+    state, last, final = start, np.inf, demand.speed is not None
+    for step in range(1, _MOST_STEPS + 1):
+        here = equations.speeds(state)
+        change = equations.linearisation(state, here)
+        state, size = equations.newton_step(state, here, change)
+        stays = size <= _ROUNDING_STEP and size >= 0.3 * last
+        settled = size <= _LAST_STEP or (
+            stays and final and size <= max(_UNCONVERGED_STEP, equations.rounding_step(state, change))
+        )
+        if settled and not final:  # near the reference speed, by the measure of the fluctuation?
+            high, low = (s / (1.0 + np.sqrt(1.0 + s)) for s in (here.s.max(), here.s.min()))
+            final = bool(abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING)
+        if settled and final:
+            return equations.result(state, change, step)
+        if settled or (
+            stays and not final
+        ):  # energies relative to a speed far from the motion's own have no digits to spare
+            equations, state = equations.about_own_mean(state)
+            final = True
+        last = size
+    raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
+
+
+def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
+    """The motion that torques taken at a constant speed would give, with that speed at phi = 0.
+
+    The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
+    """
+    mesh = moments.mesh
+    omega = np.full(mesh.phi.shape, reference)
+    steady = [np.full(mesh.phi.shape, value) for value in own]
+    force = moments.rate(omega, unknown, inertia, steady).moment
+    rising = cells.antiderivative(cells.fit(force), mesh.half)
+    edges = cells.accumulated(rising)
+    nodes = edges[:-1, None] + rising @ cells.basis(NODES).T
+    left = edges[-1] / mesh.edges[-1]
+    nodes, edges = nodes - left * mesh.phi, edges - left * mesh.edges
+    variation = _Inertia(moments)
+    square, total = reference**2, inertia + moments.inertia
+    still_nodes, still_edges = 0.5 * square * variation.nodes, 0.5 * square * variation.edges  # at that very speed
+    s = 2 * (nodes - still_nodes) / (square * total)
+    level = -0.25 * float(s.max() + s.min()) * square * (inertia + variation.start)
+    share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
+    nodes = still_nodes + share * (nodes + level - still_nodes)
+    edges = still_edges + share * (edges + level - still_edges)
+    at_nodes = np.stack((nodes, *steady), axis=1)
+    at_edges = np.stack((edges, *(np.full_like(edges, value) for value in own)), axis=1)
+    return State(at_nodes, at_edges, inertia, unknown)
+
+
+def even_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
+    """A constant speed and constant states of a motor's own: the motion itself where loads are even."""
+    variation, square = _Inertia(moments), reference**2
+    at_nodes = [0.5 * square * variation.nodes, *(np.full(moments.mesh.phi.shape, value) for value in own)]
+    at_edges = [0.5 * square * variation.edges, *(np.full(variation.edges.shape, value) for value in own)]
+    return State(np.stack(at_nodes, axis=1), np.stack(at_edges, axis=1), inertia, unknown)
+
+
+def even_motion(moments: Moments, reference: float, demand: Demand, inertia: float, unknown: float) -> Periodic | None:
+    """The motion at a constant speed where nothing varies it, in closed form; None where anything does.
+
+    A small change z of the states then obeys z' = A z with a constant A: a cycle of theta rad leaves the share
+    exp(theta Re a) of it, a the eigenvalue of A with the greatest real part.
+    """
+    if not inertia + float(moments.inertia.min()) > 0.0:
+        return None
+    own = [float(value) for value in moments.steady_states(reference)]
+    state = even_guess(moments, reference, inertia, unknown, own)
+    equations = _Equations(moments, reference, demand._replace(inertia=inertia, irregularity=None))
+    here = equations.speeds(state)
+    left = here.rates.copy()
+    left[:, 0] -= 0.5 * reference**2 * moments.slope
+    scale = float((here.rate.exchanged + 0.5 * reference**2 * moments.steepness).max())
+    even = float(np.ptp(left[:, 0])) <= _BLUR * scale and float(np.abs(left[:, 0]).max()) <= _STEADY * scale
+    if moments.circuit is not None:
+        even &= bool((np.abs(left[:, 1:]).max(axis=(0, 2)) <= _STEADY * np.array(moments.circuit.scales)).all())
+    jacobian = equations.slopes(state, here)[0]
+    uniform = np.ptp(jacobian, axis=(0, 3)) <= _STEADY * np.abs(jacobian).max(axis=(0, 3))
+    if not (even and uniform.all() and float(np.ptp(here.total)) <= _BLUR * float(here.total.max())):
+        return None
+    exponent = float(moments.mesh.edges[-1] * np.linalg.eigvals(jacobian[0, ..., 0]).real.max())
+    multiplier, damping = float(np.exp(min(exponent, _MOST_GROWTH))), -float(np.expm1(min(exponent, _MOST_GROWTH)))
+    nothing = np.zeros(2)
+    extremes = Extremes(nothing, np.zeros(2, dtype=np.intp), np.full(2, -1.0), np.full(2, float(here.total[0, 0])), nothing)
+    return Periodic(moments, reference, state, extremes, here.rate, here.omega, multiplier, damping, 0)
+
+
+def swing(moments: Moments, reference: float, inertia: float, unknown: float) -> float:
+    """The frequency with which a motor's states and the speed swing about the even motion, in radians per crank radian."""
+    own = [float(value) for value in moments.steady_states(reference)]
+    state = even_guess(moments, reference, inertia, unknown, own)
+    equations = _Equations(moments, reference, Demand(inertia, None, None))
+    jacobian = equations.slopes(state, equations.speeds(state))[0]
+    return float(np.abs(np.linalg.eigvals(jacobian.mean(axis=(0, 3))).imag).max())
+
+
+def about(solved: Periodic, reference: float) -> State:
+    """The states of a motion with energies relative to another speed (rad/s)."""
+    state, start = solved.state, solved.state.inertia + _Inertia(solved.moments).start
+    shift = 0.5 * start * (solved.reference - reference) * (solved.reference + reference)
+    nodes, edges = state.nodes.copy(), state.edges.copy()
+    nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
+    return state._replace(nodes=nodes, edges=edges)
+
+
+def balanced_guess(moments: Moments, reference: float, inertia: float, unknown: float) -> State | None:
+    """At each angle the speed at which the torques change it no further, F = ½ omega² dI*/dphi; None where there is none.
+
+    Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 but for dead centres.
+    """
+    omega = np.full(moments.mesh.phi.shape, reference)
+    low, high = omega / _WIDEST, omega * _WIDEST
+    for _ in range(_SPEED_STEPS):
+        rate = moments.rate(omega, unknown, inertia)
+        push = rate.moment - 0.5 * moments.slope * omega**2
+        slope = rate.by_speed - moments.slope * omega
+        low, high = np.where(push >= 0.0, omega, low), np.where(push <= 0.0, omega, high)
+        closer = omega - push / np.minimum(slope, -1e-300)
+        closer = np.where((closer > low) & (closer < high), closer, 0.5 * (low + high))
+        omega, moved = closer, np.abs(closer - omega)
+        if not np.isfinite(omega).all():
+            return None
+        if (moved <= _NEARLY * omega).all():
+            break
+    else:
+        return None
+    variation = _Inertia(moments)
+    energy = 0.5 * ((inertia + moments.inertia) * omega**2 - (inertia + variation.start) * reference**2)
+    ends = cells.ends(cells.fit(energy))
+    edges = np.append(ends[:, 0], ends[-1, 1])
+    return State(energy[:, None], edges[:, None], inertia, unknown)
+
+
+def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omega: Array, own: Array) -> State:
+    """The states of a motion that is known at ascending angles (rad) over a cycle: speeds (rad/s) and a motor's own."""
+    mesh, variation = moments.mesh, _Inertia(moments)
+    start = inertia + variation.start
+
+    def at(places: Array, varies: Array) -> Array:
+        rows = [np.interp(places, phi, row, period=mesh.edges[-1]) for row in (omega, *own)]
+        energy = 0.5 * ((start + varies) * rows[0] ** 2 - start * reference**2)
+        return np.stack((energy, *rows[1:]), axis=1)
+
+    return State(at(mesh.phi, variation.nodes), at(mesh.edges, variation.edges), inertia, 0.0)
+
+
+def unevenness(moments: Moments, reference: float, even: State) -> Array:
+    """The excess of the states' rates over those of an even motion, (cells, states, nodes): zero where that is steady."""
+    equations = _Equations(moments, reference, Demand(even.inertia, None, None))
+    found = equations.speeds(even).rates.copy()
+    found[:, 0] -= 0.5 * reference**2 * moments.slope
+    return found
+
+
+def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
+    """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if those would stop it.
+
+    The first is right for loads that know no speed, the second for those that know little else.
+    """
+    variation, square = _Inertia(moments), reference**2
+
+    def excess(energy: Array, varies: Array, own: float) -> Array:
+        return np.asarray((2 * energy - square * varies) / (square * (own + variation.start + varies)))
+
+    now, then = (1.0 + excess(state.nodes[:, 0], variation.nodes, own) for own in (state.inertia, inertia))
+    if (then > _KEPT * now).all():
+        return state._replace(inertia=inertia)
+    nodes, edges = state.nodes.copy(), state.edges.copy()
+    for values, varies in ((nodes, variation.nodes), (edges, variation.edges)):
+        s = excess(values[:, 0], varies, state.inertia)
+        values[:, 0] = 0.5 * square * (varies + s * (inertia + variation.start + varies))
+    return State(nodes, edges, inertia, state.unknown)
+
+
+def carried(solved: Periodic, moments: Moments) -> State:
+    """The states of a motion on another mesh."""
+    old, new = solved.moments.mesh, moments.mesh
+    series = cells.fit(solved.state.nodes)
+
+    def at(phi: Array) -> Array:
+        cell, t = cells.located(old, phi)
+        return np.asarray((series[cell] * cells.basis(t, ORDER)[:, None, :]).sum(axis=-1))
+
+    nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
+    return solved.state._replace(nodes=np.moveaxis(nodes, -1, 1), edges=at(new.edges))
+
+
+def speeds(state: State, moments: Moments, reference: float) -> Array | None:
+    """The speeds (rad/s) at the nodes of a state; None where it stops."""
+    total = state.inertia + moments.inertia
+    s = (2 * state.nodes[:, 0] - reference**2 * _Inertia(moments).nodes) / (reference**2 * total)
+    return reference * np.sqrt(1.0 + s) if s.min() > -1.0 and total.min() > 0.0 else None
+
+
+class _Inertia:
+    """I* over the cycle as its value at phi = 0 and what it differs from that, at nodes and edges."""
+
+    def __init__(self, moments: Moments) -> None:
+        mesh = moments.mesh
+        self.rising = cells.antiderivative(cells.fit(moments.slope), mesh.half)
+        self.edges = cells.accumulated(self.rising)
+        self.nodes = self.edges[:-1, None] + self.rising @ cells.basis(NODES).T
+        self.start = float(cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0])
+
+
+class _Speeds(NamedTuple):
+    """A state's speeds and the rates of its states at the nodes, with the speed's slopes by energy and inertia."""
+
+    omega: Array
+    rate: Rate
+    total: Array
+    s: Array
+    by_energy: Array
+    by_inertia: Array
+    rates: Array  # (cells, states, nodes)
+
+
+class _Equations:
+    """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed."""
+
+    def __init__(self, moments: Moments, reference: float, demand: Demand, apart: Array | None = None) -> None:
+        self.moments, self.w, self.demand, self.apart = moments, reference, demand, apart
+        self.mesh: Cells = moments.mesh
+        self.inertia = _Inertia(moments)
+        self.sized = demand.inertia is None
+        self.balanced = moments.machine.scene.unknown is not None
+        self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
+        self.levelled = not (self.sized or self.balanced or demand.speed is None)
+
+    def about_own_mean(self, state: State) -> tuple[_Equations, State]:
+        """The same motion with its energies relative to its own mean of extremes."""
+        speed = self.w * (1.0 + 0.5 * float(self.extremes(state, self.speeds(state)).excess.sum()))
+        shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
+        nodes, edges = state.nodes.copy(), state.edges.copy()
+        nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
+        return _Equations(self.moments, speed, self.demand, self.apart), state._replace(nodes=nodes, edges=edges)
+
+    def speeds(self, state: State) -> _Speeds:
+        """Speeds and rates at the nodes."""
+        total = state.inertia + self.moments.inertia
+        s = (2 * state.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
+        if not (s.min() > -1.0 and total.min() > 0.0):
+            raise NoRegimeError(_STOPS)
+        omega = self.w * np.sqrt(1.0 + s)
+        circuit, ratio = self.moments.circuit, self.moments.drive_ratio
+        rate = self.moments.rate(omega, state.unknown, state.inertia, state.of_circuit)
+        if not np.isfinite(rate.moment).all():
+            raise UndefinedError(turning_moment.undefined(self.moments.machine, self.mesh, rate.moment, omega))
+        rates = [rate.moment]
+        if circuit is not None:
+            rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]
+        by_energy = 1.0 / (total * omega)
+        followed = np.stack(rates, axis=1) if self.apart is None else np.stack(rates, axis=1) - self.apart
+        return _Speeds(omega, rate, total, s, by_energy, -0.5 * self.w**2 * s / (total * omega), followed)
+
+    def slopes(self, state: State, here: _Speeds) -> tuple[Array, Array]:
+        """dF/dz (cells, states, states, nodes) and dF/dp (cells, states, parameters, nodes) of all states' rates F."""
+        rate, states, (count, nodes) = here.rate, state.nodes.shape[1], here.omega.shape
+        by_state = np.zeros((count, states, states, nodes))
+        by_parameter = np.zeros((count, states, len(self.parameters), nodes))
+        by_speed = [rate.by_speed]
+        by_state[:, 0, 0] = rate.by_speed * here.by_energy
+        if self.moments.circuit is not None:  # dx/dphi = (dx/dt)/omega
+            ratio = self.moments.drive_ratio
+            slopes = self.moments.circuit.slopes(ratio * here.omega, state.of_circuit)
+            apart = np.zeros((1, states, 1)) if self.apart is None else self.apart
+            by_state[:, 0, 1:] = rate.by_states.swapaxes(0, 1)
+            for j, (by_omega, row) in enumerate(zip(slopes.rates_by_speed, slopes.rates_by_states, strict=True), 1):
+                by_speed.append(ratio * by_omega / here.omega - (here.rates[:, j] + apart[:, j]) / here.omega)
+                by_state[:, j, 0] = by_speed[j] * here.by_energy
+                for k, of_time in enumerate(row, 1):
+                    by_state[:, j, k] = of_time / here.omega
+        for k, name in enumerate(self.parameters):
+            if name == "unknown":
+                by_parameter[:, 0, k] = rate.by_unknown
+                continue
+            for j, slope in enumerate(by_speed):
+                by_parameter[:, j, k] = slope * here.by_inertia
+            by_parameter[:, 0, k] += rate.by_inertia
+        return by_state, by_parameter
+
+    def linearisation(self, state: State, here: _Speeds) -> Changes:
+        """The equations of small changes over the cycle."""
+        spend(_PER_STEP + self.mesh.phi.size)
+        by_state, by_parameter = self.slopes(state, here)
+        rising = cells.antiderivative(cells.fit(here.rates), self.mesh.half[:, None])
+        at_nodes = state.edges[:-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
+        at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
+        through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
+        return (
+            collocation.changes(*through)
+            if self.levelled
+            else collocation.round_cycle(*through, state.edges[-1] - state.edges[0])
+        )
+
+    def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
+        """The equations of a step: the work that closes the cycle, and the speeds asked for.
+
+        How the excess e of the extremes, omega = w (1 + e), changes: by the unknowns (2, unknowns), and by itself (2,).
+        An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.
+        """
+        rows = [] if change.around is None else [change.around[:, :-1]]
+        right = [] if change.around is None else [-change.around[:, -1]]
+        if not (self.parameters or self.levelled):
+            return np.vstack(rows), np.concatenate(right)
+        at, states = self.extremes(state, here), state.nodes.shape[1]
+        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
+        columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[:, 0]
+        at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[:, 0].copy()
+        at_edge[:, 0] += 1.0  # edge_start leaves out what the energy itself starts with
+        inside, edge = np.abs(at.t) < 1.0, at.cell + (at.t > 0.0)
+        energy = np.where(inside[:, None], np.einsum("kj,kjp->kp", weights, columns[at.cell]), at_edge[edge])
+        scale = at.total * self.w * (1.0 + at.excess)
+        slopes = energy / (scale * self.w)[:, None]
+        if self.sized:
+            slopes[:, states] += -0.5 * self.w * at.s / scale
+        slopes, offsets = slopes[:, :-1], slopes[:, -1]
+        mean = (self.demand.speed or self.w) / self.w
+        if not self.sized:
+            rows.append(0.5 * slopes.sum(axis=0)[None])
+            right.append(np.array([mean - 1.0 - 0.5 * (at.excess + offsets).sum()]))
+            return np.vstack(rows), np.concatenate(right)
+        eps, to_square = self.demand.irregularity or 0.0, 2.0 * (1.0 + at.excess)
+        of_square, found = to_square[:, None] * slopes, at.s + to_square * offsets
+        ends = np.array([eps, -eps]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
+        if self.balanced:
+            rows.append(of_square)
+            right.append((mean - 1.0) * (mean + 1.0) + mean * mean * ends - found)
+        else:
+            slow, fast = 1.0 + ends[1], 1.0 + ends[0]
+            rows.append((slow * of_square[0] - fast * of_square[1])[None])
+            right.append(np.array([2.0 * eps - slow * found[0] + fast * found[1]]))
+        return np.vstack(rows), np.concatenate(right)
+
+    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, float]:
+        """The state a Newton step on, or as much of it as leaves the machine turning; its size by the fluctuation of speed.
+
+        A step leaves a quarter of omega² everywhere, and is halved until it does.
+        """
+        matrix, column = self.conditions(state, here, change)
+        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+        try:
+            step = np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
+        except np.linalg.LinAlgError:
+            raise NoRegimeError("nothing determines its speed") from None
+        states = state.nodes.shape[1]
+        start, by = step[:states], step[states:]
+        nodes = change.start @ start + change.by @ by + change.rest
+        edges = start + change.edge_start @ start + change.edge_by @ by + change.edge_rest
+        own = dict(zip(self.parameters, by.tolist(), strict=True))
+        heavier, balance = own.get("inertia", 0.0), own.get("unknown", 0.0)
+        share = 1.0
+        for _ in range(_HALVINGS):
+            new = State(
+                state.nodes + share * nodes,
+                state.edges + share * edges,
+                state.inertia + share * heavier,
+                state.unknown + share * balance,
+            )
+            total = new.inertia + self.moments.inertia
+            s = (2 * new.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
+            if total.min() > 0.0 and np.isfinite(s).all() and ((1.0 + s) > _KEPT * (1.0 + here.s)).all():
+                break
+            share *= 0.5
+        else:
+            raise NoRegimeError(_STOPS)
+        if share < 1.0:
+            return new, 1.0
+        shift = float(np.abs(nodes[:, 0] * here.by_energy + heavier * here.by_inertia).max())
+        size = shift / max(float(np.ptp(here.omega)), 4 * ROUNDING * self.w / _LAST_STEP)
+        if self.sized:
+            size = max(size, abs(heavier) / max(abs(new.inertia), float(here.total.max())))
+        return new, size
+
+    def rounding_step(self, state: State, change: Changes) -> float:
+        """The step that rounding of torques causes where little holds the speed: `_ROUNDING_STEP` at most."""
+        if self.demand.speed is not None:
+            return 0.0
+        here = self.speeds(state)
+        work = 64 * ROUNDING * float(cells.integral(here.rate.exchanged, self.mesh.half).sum())
+        damping = max(abs(collocation.multiplier(change)[1]), 1e-300)
+        level = work / (damping * self.w**2 * max(float(here.total.min()), 1e-300))
+        fluctuation = float(np.ptp(self.extremes(state, here).excess))
+        return min(level / max(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
+
+    def sensitivity(self, state: State, change: Changes) -> Sensitivity:
+        """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to work left over in the cycle."""
+        here = self.speeds(state)
+        matrix, _ = self.conditions(state, here, change)
+        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+        states, eps = state.nodes.shape[1], self.demand.irregularity or 0.0
+        unit = np.zeros(matrix.shape[0])
+        unit[states] = 1.0
+        answer = np.abs(np.linalg.solve((matrix / scale[:, None]).T, unit)) / scale
+        weights = np.ones(2) if self.balanced else np.array([2.0 + 0.5 * eps * eps])  # as in `conditions`
+        by_square = float(answer[-weights.size :] @ weights)
+        # the slope is what is left of changes that cancel, the more so the more torques that fall with speed take back
+        fading = float(np.abs(cells.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max())
+        left = 1.0 - by_square * _BLUR * (1.0 + fading) * float(np.abs(here.s).max() / here.total.min())
+        return Sensitivity(by_square / left, float(answer[0]) / left) if left > 0.0 else Sensitivity(np.inf, np.inf)
+
+    def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> Extremes:
+        """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
+
+        The energy is the integral of F once the state has settled; before, that integral may be anything. Roots are then
+        polished as those of the function itself, not of its interpolant.
+        """
+        half_square = 0.5 * here.omega**2
+        force = cells.fit(here.rate.moment - half_square * self.moments.slope)
+        noise = 32 * ROUNDING * (here.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
+        found = cells.crossings(force[None], noise[None])
+        every = np.arange(force.shape[0])
+        cell = np.concatenate((every, every, found.cell))
+        t = np.concatenate((np.full(every.size, -1.0), np.ones(every.size), found.t))
+        s, _ = self._fluctuation(state, here, cell, t, settled)
+        if not s.min() > -1.0:
+            raise NoRegimeError(_STOPS)
+        places = self.mesh.middle[cell, 0] + self.mesh.half[cell, 0] * t
+        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
+        cell, t, s = cell[ends], t[ends], s[ends]
+        if settled:
+            steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * cells.fit(self.moments.slope[cell])
+            polished = cells.newton(cells.fit(here.rate.moment[cell]) - steep, t, np.full(2, -1.0), np.ones(2))
+            t = np.where(np.abs(t) < 1.0, polished, t)
+        s, total = self._fluctuation(state, here, cell, t, settled)
+        return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
+
+    def _fluctuation(self, state: State, here: _Speeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
+        """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
+        basis = cells.basis(t)
+        if settled:
+            rising = cells.antiderivative(cells.fit(here.rate.moment), self.mesh.half)
+            energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
+        else:
+            within = (cells.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
+            energy = np.where(np.abs(t) < 1.0, within, state.edges[cell + (t > 0.0), 0])
+        variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
+        total = state.inertia + self.inertia.start + variation
+        return (2 * energy - self.w**2 * variation) / (self.w**2 * total), total
+
+    def result(self, state: State, change: Changes, steps: int) -> Periodic:
+        """The motion at a state that the iteration has settled on.
+
+        Its balance is the one that leaves no net work: large energies hide its last digits from the iteration.
+        """
+        half, here = self.mesh.half, self.speeds(state)
+        if self.balanced:
+            by_unknown = here.rate.by_unknown
+            net, slope, size = cells.integral(np.stack((here.rate.moment, by_unknown, np.abs(by_unknown))), half).sum(-1)
+            if abs(slope) > _NO_EFFECT * size:
+                state = state._replace(unknown=state.unknown - float(net / slope))
+                here = self.speeds(state)
+        net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
+        if not (self.levelled or self.apart is not None or abs(net) <= _NET_WORK * exchanged):
+            raise NoRegimeError("the net work of a cycle does not come to zero")
+        extremes = self.extremes(state, here, settled=True)
+        answer = self.sensitivity(state, change) if self.sized else None
+        multiplier, damping = collocation.multiplier(change)
+        found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
+        if not self.moments.swings:
+            return found
+        sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell
+        missed = cells.TAIL_OF_INTEGRAL * np.stack(
+            [cells.tails(cells.fit(row)) for row in here.rates.swapaxes(0, 1)], axis=1
+        )
+        closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=0)
+        return found._replace(closing=closing, reach=change.reach)

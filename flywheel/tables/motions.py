@@ -1,0 +1,642 @@
+"""Motions as text, CSV and JSON: positions, velocities and accelerations, instant centres, and motions in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre
+from flywheel.motions.driver import DRIVER
+from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Extreme, Kinematics
+from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
+from flywheel.motions.simulation import Peak, Samples, sampled
+from flywheel.motions.simulation import evenly as instants
+from flywheel.motions.transients import Transient, estimates, of_samples
+from flywheel.motions.velocities import Centres, InstantCentres
+from flywheel.numerics.units import columns, figure, short
+from flywheel.tables.rows import DEGREES, RPM, csv, encoded, page, sentences, wrapped
+
+Array = NDArray[np.float64]
+
+_DIGITS, _FEW_DIGITS = 6, 4
+_ROWS, _MANY = 12, 40  # lines of a table where no places are asked for, and positions up to which all are shown
+_QUANTITIES = ("position", "velocity", "acceleration")
+_MOST_NAMED = 6
+_MOST_PORTS = 6  # in the overview of a motion, which is to fit a screen
+
+
+def units(found: Kinematics, curve: Curve) -> tuple[str, str, str]:
+    """Units of a curve's position, velocity and acceleration: per second, or per unit of the driver."""
+    per = "s" if found.rate is not None else "m" if found.sliding else "rad"
+    return curve.unit, f"{curve.unit}/{per}", f"{curve.unit}/{per}^2"
+
+
+# -- text --------------------------------------------------------------------------------------------------------------
+
+
+def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True, full: bool = True) -> str:
+    """The motion for reading: a block for every curve, with its extremes and dead centres over the whole motion.
+
+    listed: the positions were asked for: all are shown, and few of them in one table for all curves.
+    tables: False leaves the tables of positions out.
+    full: False gives one table with the extremes of the ports instead.
+    """
+    resting = [name for name, curve in found.curves.items() if _rests(curve)]
+    moving = [name for name in found.curves if name not in resting]
+    heads = wrapped(f"{found.scene.title or 'Machine'}: motion {found.condition}", "")
+    blocks = [[*heads, *sentences(found.remarks)]]
+    if listed and found.q.size <= 3:
+        blocks += [_at(found, k, moving) for k in range(found.q.size)]
+    else:
+        ports = [] if full else [name for name in found.ports if name in moving] or moving
+        blocks += [_overview(found, ports)] if ports else [_curve(found, name, listed, tables) for name in moving]
+        if found.breakpoints.size:
+            places = ", ".join(_place(found, at) for at in found.breakpoints[:_MOST_NAMED])
+            more = f" and {found.breakpoints.size - _MOST_NAMED} more" if found.breakpoints.size > _MOST_NAMED else ""
+            blocks.append(wrapped(f"something switches at {places}{more}", ""))
+    if resting and full:
+        where = "; ".join(f"{name} {_standing(found.curves[name])}" for name in resting)
+        blocks.append(wrapped(f"at rest: {where}", ""))
+    return page(blocks)
+
+
+def _rests(curve: Curve) -> bool:
+    """Whether a curve stands still, as far as its errors tell."""
+    return all((np.abs(part) <= error).all() for part, error in zip(curve[4:6], curve.errors[1:], strict=True))
+
+
+def _standing(curve: Curve) -> str:
+    values, errors = np.atleast_2d(curve.position)[:, 0], np.atleast_2d(curve.errors[0])[:, 0]
+    told = ", ".join(figure(value, error, _DIGITS) for value, error in zip(values, errors, strict=True))
+    return f"({told}) m" if curve.kind == POINT else f"{told} {_with_degrees(curve.unit, values[0], errors[0])}"
+
+
+def _with_degrees(unit: str, value: float, error: float, digits: int = _DIGITS) -> str:
+    """The unit of a value; of an angle in rad with its degrees behind it."""
+    return f"{unit} ({figure(value * DEGREES, error * DEGREES, digits)} deg)" if unit == "rad" else unit
+
+
+def _overview(found: Kinematics, names: list[str]) -> list[str]:
+    """Extremes of some curves in one table, and how to have the others."""
+    shown = names[:_MOST_PORTS]
+    rows = [
+        (_label(found, name) if not k else "", *row)
+        for name in shown
+        for k, row in enumerate(_least_and_greatest(found, name, _FEW_DIGITS))
+    ]
+    more = f"{len(names) - len(shown)} more ports, and all" if len(names) > len(shown) else "all"
+    return [
+        *columns(rows, ("", "", "least", "greatest")),
+        *wrapped(
+            f"{more} {len(found.curves)} bodies, joints and points with --full; tables with --of {_label(found, shown[0])}",
+            "",
+        ),
+    ]
+
+
+def _label(found: Kinematics, name: str) -> str:
+    """The name of a curve; of a slide the body that it guides."""
+    return next((other for other, of in found.other_names.items() if of == name and "." not in other), name)
+
+
+def _columns(found: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Array]]:
+    """Heads, values and errors of a curve's figures for reading: of a point both components and the amounts."""
+    names = zip(
+        _QUANTITIES, units(found, curve), (curve.position, curve.velocity, curve.acceleration), curve.errors, strict=True
+    )
+    for name, unit, values, errors in names:
+        if curve.kind != POINT:
+            yield f"{name} [{unit}]", values, errors
+            if unit == "rad":
+                yield f"{name} [deg]", values * DEGREES, errors * DEGREES
+            continue
+        for axis, value, error in zip("xy", values, errors, strict=True):
+            yield f"{axis if name == 'position' else f'{name[0]}_{axis}'} [{unit}]", value, error
+        if name != "position":
+            yield f"{name[0]} [{unit}]", np.hypot(*values), np.hypot(*errors)
+
+
+def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str]:
+    """A curve's block: its table, its extremes, its dead centres."""
+    curve = found.curves[name]
+    lines = [_title(found, name)]
+    if tables:
+        count = found.q.size
+        every = (
+            np.arange(count)
+            if listed or count <= _MANY
+            else np.unique(np.linspace(0, count - 1, _ROWS + 1).round().astype(int))
+        )
+        heads = [head for head, _, _ in _axis(found)] + [head for head, _, _ in _columns(found, curve)]
+        cells = [*_axis(found), *_columns(found, curve)]
+        table = [[figure(value[k], error[k], _DIGITS) for _, value, error in cells] for k in every]
+        lines += columns(table, heads)
+    return [*lines, *_extremes(found, name), *_dead_centres(found, name)]
+
+
+def _title(found: Kinematics, name: str) -> str:
+    """What a curve is of, with the name of the body that a slide guides."""
+    body = _label(found, name)
+    kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[found.curves[name].kind]
+    return f"{name}: {kind}{f' of {body}' if body != name else ''}"
+
+
+def _axis(found: Kinematics) -> Iterator[tuple[str, Array, Array]]:
+    """The columns of the axis: time where there is one and it leads, and the driver's coordinate."""
+    q = (
+        ("x [m]", found.q, found.errors["q"])
+        if found.sliding
+        else ("phi [deg]", found.q * DEGREES, found.errors["q"] * DEGREES)
+    )
+    if found.t is None:
+        yield q
+    elif found.over == DRIVER:
+        yield from (q, ("t [s]", found.t, found.errors["t"]))
+    else:
+        yield from (("t [s]", found.t, found.errors["t"]), q)
+
+
+def _place(found: Kinematics, at: float, error: float = 0.0, digits: int = _DIGITS) -> str:
+    """A place on the axis."""
+    if found.over != DRIVER:
+        return f"{figure(at, error, digits)} s"
+    if found.sliding:
+        return f"{figure(at, error, digits)} m"
+    return f"{figure(at * DEGREES, error * DEGREES, digits)} deg"
+
+
+def _extremes(found: Kinematics, name: str) -> list[str]:
+    """Lines of the least and greatest figures of a curve, with where they are."""
+    return columns(_least_and_greatest(found, name), ("", "least", "greatest"))
+
+
+def _least_and_greatest(found: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
+    """Quantity, least and greatest figure of a curve, with where they are; one figure where they are the same."""
+    unit_of = dict(zip(_QUANTITIES, units(found, found.curves[name]), strict=True))
+    pairs: dict[str, list[Extreme]] = {}
+    for extreme in found.extremes[name]:
+        pairs.setdefault(" ".join(filter(None, (extreme.quantity, extreme.component))), []).append(extreme)
+    table = []
+    for what, (least, greatest) in pairs.items():
+        unit = unit_of[least.quantity]
+        told = [
+            f"{figure(one.value, one.error, digits)} {_with_degrees(unit, one.value, one.error, digits)}"
+            f" at {_place(found, one.at, one.at_error, digits)}"
+            for one in (least, greatest)
+        ]
+        if greatest.value - least.value <= greatest.error + least.error:
+            if max(abs(least.value), abs(greatest.value)) <= greatest.error + least.error:
+                continue
+            value, error = greatest.value, greatest.error
+            told = [f"{figure(value, error, digits)} {_with_degrees(unit, value, error, digits)} throughout", ""]
+        elif least.component == "total":
+            told[0] = ""
+        table.append((what, told[0], told[1]))
+    return table
+
+
+def _dead_centres(found: Kinematics, name: str) -> list[str]:
+    places, errors = found.dead_centres[name], found.dead_centre_errors[name]
+    if not places.size:
+        return []
+    shown = [_place(found, at, error) for at, error in zip(places[:_MOST_NAMED], errors, strict=False)]
+    more = f" and {places.size - _MOST_NAMED} more" if places.size > _MOST_NAMED else ""
+    return wrapped(f"velocity passes zero at {', '.join(shown)}{more}")
+
+
+def _at(found: Kinematics, k: int, names: list[str]) -> list[str]:
+    """Everything at one position: a line for an angle and a slide, two for a point."""
+    where = ", ".join(
+        f"{head.split(' ')[0]} = {figure(value[k], error[k], 10)} {head.split('[')[1][:-1]}"
+        for head, value, error in _axis(found)
+    )
+    table = []
+    for name in names:
+        curve = found.curves[name]
+        parts = ("",) if curve.kind != POINT else ("x", "y", "total")
+        for part in parts:
+            cells = [f"{name} {part}".strip()]
+            for quantity, unit, values, errors in zip(
+                _QUANTITIES,
+                units(found, curve),
+                (curve.position, curve.velocity, curve.acceleration),
+                curve.errors,
+                strict=True,
+            ):
+                value, error = (_part(array, part)[k] for array in (values, errors))
+                given = [figure(value, error, _DIGITS), _with_degrees(unit, value, error)]
+                cells += ["", ""] if part == "total" and quantity == "position" else given
+            table.append(cells)
+    return [where, *columns(table, ("", "position", "", "velocity", "", "acceleration", ""))]
+
+
+def _part(array: Array, part: str) -> Array:
+    return array if not part else np.asarray(np.hypot(*array)) if part == "total" else array["xy".index(part)]
+
+
+# -- CSV ---------------------------------------------------------------------------------------------------------------
+
+
+def motion_csv(found: Kinematics, centres: InstantCentres | None = None) -> str:
+    """One row for every position: the driver's motion, then position, velocity and acceleration of every curve; SI.
+
+    centres: instant centres at the same positions, whose columns follow.
+    """
+    return csv(chain(_table(found), () if centres is None else velocities_table(centres)))
+
+
+def _table(found: Kinematics) -> Iterator[tuple[str, Array]]:
+    heads = ("x [m]", "v [m/s]", "a [m/s^2]") if found.sliding else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]")
+    if found.t is not None:
+        yield "t [s]", found.t
+    for head, values in zip(heads, (found.q, found.rate, found.acceleration), strict=True):
+        if values is not None:
+            yield head, values
+    names = _QUANTITIES if found.rate is not None else ("position", "g", "g'")
+    for title, curve in found.curves.items():
+        for name, unit, values in zip(names, units(found, curve), curve[3:6], strict=True):
+            if curve.kind != POINT:
+                yield f"{title} {name} [{unit}]", values
+                continue
+            for axis, component in zip("xy", values, strict=True):
+                yield f"{title} {name} {axis} [{unit}]", component
+        if curve.kind == POINT:
+            unit = units(found, curve)[2]
+            yield f"{title} {names[1]} total [{units(found, curve)[1]}]", curve.speed
+            yield f"{title} {names[2]} total [{unit}]", curve.total
+            yield f"{title} {names[2]} tangential [{unit}]", curve.tangential
+            yield f"{title} {names[2]} normal [{unit}]", curve.normal
+
+
+# -- JSON --------------------------------------------------------------------------------------------------------------
+
+
+def motion_json(found: Kinematics, centres: InstantCentres | None = None) -> str:
+    """All figures and their estimated errors as JSON, SI; null where a point stands still and has no direction."""
+    data: dict[str, Any] = {
+        "title": found.scene.title,
+        "reduction": found.scene.reduction_element,
+        "condition": found.condition,
+        "over": found.over,
+        "messages": list(found.remarks),
+        "t": found.t,
+        "q": found.q,
+        "rate": found.rate,
+        "acceleration": found.acceleration,
+        "breakpoints": found.breakpoints,
+        "curves": {name: _as_dict(found, curve) for name, curve in found.curves.items()},
+        "errors": {
+            **{name: None if getattr(found, name) is None else error for name, error in found.errors.items()},
+            "breakpoints": found.breakpoint_errors,
+            "curves": {name: _errors(found, curve) for name, curve in found.curves.items()},
+        },
+    }
+    if centres is not None:
+        data["instant_centres"] = velocities_data(centres)
+    return encoded(data, indent=2)
+
+
+def _axes(array: Array) -> Any:
+    return array if array.ndim == 1 else {"x": array[0], "y": array[1]}
+
+
+def _as_dict(found: Kinematics, curve: Curve) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "kind": curve.kind,
+        "units": dict(zip(_QUANTITIES, units(found, curve), strict=True)),
+        **{name: _axes(part) for name, part in zip(_QUANTITIES, curve[3:6], strict=True)},
+        "acceleration_parts": {name: _axes(part) for name, part in zip(_PARTS, curve.parts, strict=True)},
+    }
+    if curve.kind == POINT:
+        data |= {"velocity_total": curve.speed, "acceleration_total": curve.total}
+        data |= {"tangential": curve.tangential, "normal": curve.normal}
+    data["dead_centres"] = found.dead_centres[curve.name]
+    data["extremes"] = [_extreme(extreme) for extreme in found.extremes[curve.name]]
+    return data
+
+
+_PARTS = ("driver_acceleration", "driver_speed")
+
+
+def _extreme(extreme: Extreme) -> dict[str, Any]:
+    named = extreme._asdict()
+    return {name: named[name] for name in ("quantity", "component", "which", "value", "at")}
+
+
+def _errors(found: Kinematics, curve: Curve) -> dict[str, Any]:
+    of_velocity, of_acceleration = curve.errors[1:]
+    data: dict[str, Any] = {
+        **{name: _axes(part) for name, part in zip(_QUANTITIES, curve.errors, strict=True)},
+        "acceleration_parts": dict.fromkeys(_PARTS, _axes(of_acceleration)),
+    }
+    if curve.kind == POINT:
+        totals = np.hypot(*of_velocity), np.hypot(*of_acceleration)
+        data |= {"velocity_total": totals[0], "acceleration_total": totals[1]}
+        data |= dict.fromkeys(("tangential", "normal"), curve.direction_error)
+    data["dead_centres"] = found.dead_centre_errors[curve.name]
+    data["extremes"] = [{"value": extreme.error, "at": extreme.at_error} for extreme in found.extremes[curve.name]]
+    return data
+
+
+# -- instant centres ------------------------------------------------------------------------------------------------------
+
+
+_PLACES = 12
+
+
+def velocities_text(found: InstantCentres) -> str:
+    """For every position the centres, with their errors, and the velocities of all points by them and by coefficients."""
+    blocks: list[list[str]] = []
+    for k in range(found.q.size):
+        for name, centres in found.mechanisms.items():
+            title = f"{name}: instant centres at {_position(found, k)}"
+            blocks.append([title, *_listed(centres, k)])
+            blocks.append(
+                [f"velocities by them, and by influence coefficients, {_unit(found)}", *_velocities(found, centres, k)]
+            )
+    return page(blocks)
+
+
+def _position(found: InstantCentres, k: int) -> str:
+    if found.scene.sliding:
+        return f"x = {figure(1000 * float(found.q[k]), 0.0, _PLACES)} mm"
+    return f"phi = {figure(DEGREES * float(found.q[k]), 1e-12, _PLACES)} deg"
+
+
+def _unit(found: InstantCentres) -> str:
+    if found.speed is not None:
+        return "m/s"
+    return "per unit of the driver, 1" if found.scene.sliding else "m/rad"
+
+
+def _listed(centres: Centres, k: int) -> list[str]:
+    """A line for every two bodies: where their centre is, or along which direction, or that they do not move apart."""
+    rows = []
+    for centre in centres.centres.values():
+        names = f"{centre.first} - {centre.second}"
+        error = float(centre.error[k])
+        kind, lasting = centre.kind[k], "always" if centre.permanent else ""
+        if kind == FINITE:
+            x, y = (figure(float(value), error, _DIGITS) for value in centre.place[:, k])
+            rows.append((names, x, y, "m", f"± {short(error)} m", lasting))
+        elif kind == INFINITE:
+            along = figure(DEGREES * float(centre.direction[k]), DEGREES * error, _DIGITS)
+            rows.append((names, "at infinity", f"along {along}", "deg", f"± {short(DEGREES * error)} deg", lasting))
+        else:
+            rows.append((names, str(kind), "", "", "", lasting))
+    return columns(rows, ("bodies", "x", "y", "", "error", ""))
+
+
+def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:
+    """A line for every point that moves: x and y by the centre, by coefficients, and how far they are apart."""
+    rows = []
+    for point in centres.velocities:
+        error = float(point.error[k])
+        by_centre, by_coefficients = point.by_centre[:, k], point.by_coefficients[:, k]
+        if max(np.hypot(*by_centre), np.hypot(*by_coefficients)) <= error:
+            continue
+        told = (figure(float(value), error, _DIGITS) for value in (*by_centre, *by_coefficients))
+        rows.append((point.name, *told, short(float(np.hypot(*(by_centre - by_coefficients)))), short(error)))
+    heads = ("point", "x by centre", "y by centre", "x by g", "y by g", "apart", "error")
+    return columns(rows, heads) or ["  everything stands still"]
+
+
+def velocities_table(found: InstantCentres) -> Iterator[tuple[str, Array]]:
+    """Columns of a CSV: x, y, direction, rate and error of every centre, velocities of every point by its body's centre."""
+    unit = "m/s" if found.speed is not None else "1" if found.scene.sliding else "m"
+    for name, centres in found.mechanisms.items():
+        prefix = "" if len(found.mechanisms) == 1 else f"{name}."
+        for centre in centres.centres.values():
+            title = f"P({prefix}{centre.first} {prefix}{centre.second})"
+            yield f"{title} x [m]", centre.place[0]
+            yield f"{title} y [m]", centre.place[1]
+            yield f"{title} direction [rad]", centre.direction
+            finite = centre.kind == FINITE
+            yield f"{title} error [m]", np.where(finite, centre.error, np.nan)
+            yield f"{title} direction error [rad]", np.where(finite, np.nan, centre.error)
+        for point in centres.velocities:
+            for axis, values in zip("xy", point.by_centre, strict=True):
+                yield f"{prefix}{point.name} velocity by centre {axis} [{unit}]", values
+
+
+def velocities_data(found: InstantCentres) -> dict[str, Any]:
+    """The same for JSON, SI: by mechanism a list of centres and a list of velocities, with their errors."""
+    return {
+        name: {
+            "centres": [_centre_dict(centre, centres.rate) for centre in centres.centres.values()],
+            "velocities": [
+                {
+                    "point": point.name,
+                    "body": point.body,
+                    "by_centre": {"x": point.by_centre[0], "y": point.by_centre[1]},
+                    "by_coefficients": {"x": point.by_coefficients[0], "y": point.by_coefficients[1]},
+                    "error": point.error,
+                }
+                for point in centres.velocities
+            ],
+        }
+        for name, centres in found.mechanisms.items()
+    }
+
+
+def _centre_dict(centre: InstantCentre, rate: Array) -> dict[str, Any]:
+    finite, moving = centre.kind == FINITE, centre.kind != ANYWHERE
+    return {
+        "bodies": [centre.first, centre.second],
+        "permanent": centre.permanent,
+        "kind": centre.kind,
+        "x": centre.place[0],
+        "y": centre.place[1],
+        "direction": centre.direction,
+        "relative_rate": centre.rate * rate,
+        "error": np.where(finite, centre.error, np.nan),
+        "direction_error": np.where(moving & ~finite, centre.error, np.nan),
+    }
+
+
+# -- motions in time ------------------------------------------------------------------------------------------------------
+
+
+def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
+    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate.
+
+    With `breaks` also where laws switch, at the same time once for each side.
+    """
+    trail = transient.motion.trail
+    assert trail is not None
+    found = sampled(trail, *instants(trail, points, breaks))
+    return found._replace(phi=found.phi + transient.scene.origin)
+
+
+def transient_text(transient: Transient) -> str:
+    """What a designer asks of a motion, at most 100 columns wide."""
+    motion = transient.motion
+    phi, speed = float(motion.phi[0]), _speed(transient, float(motion.omega[0]))
+    at = f"{figure(phi, most=7)} m" if transient.scene.sliding else f"{figure(phi * DEGREES, most=7)} deg"
+    title = wrapped(transient.scene.title, "") if transient.scene.title else []
+    headline = [*title, *wrapped(f"From {at}, {speed}: {transient.ended}.", "")]
+    parts = (headline, _figures(transient), _energy(transient), _motor_start(transient))
+    return page((*parts, sentences(transient.messages, "")))
+
+
+def _speed(transient: Transient, value: float) -> str:
+    if transient.scene.sliding:
+        return f"{figure(value, most=7)} m/s"
+    return f"{figure(value, most=7)} rad/s ({figure(value * RPM, most=7)} rpm)"
+
+
+def _figures(transient: Transient) -> list[str]:
+    way = f"{figure(transient.way, most=7)} m" if transient.scene.sliding else f"{figure(transient.turns, most=7)} turns"
+    rows = [
+        ("time", f"{figure(transient.time, most=7)} s"),
+        ("way", way),
+        ("speed at the end", _speed(transient, transient.omega)),
+    ]
+    if transient.regime_speed is not None:
+        rows.append(("regime, mean speed over time", _speed(transient, transient.regime_speed)))
+        when = transient.time_to_regime
+        slows = float(transient.motion.omega[0]) > 0.0 and transient.peaks.speed.time == 0.0
+        if when != 0.0 and not slows:
+            rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
+    rows += _peaks(transient)
+    rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
+    rows.append(("estimated error", f"{short(transient.error)} of speed and way (asked {short(transient.rtol)})"))
+    if transient.scene.stroke is not None or not (transient.inertia or transient.scene.has_flywheel):
+        rows = [row for row in rows if row[0] != "flywheel"]
+    width = max(len(name) for name, _ in rows)
+    return [f"  {name.ljust(width)}  {value}" for name, value in rows]
+
+
+def _peaks(transient: Transient) -> list[tuple[str, str]]:
+    peaks, torque = transient.peaks, "N" if transient.scene.sliding else "N m"
+    rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)}{_when(peaks.speed)}")]
+    force = "force" if torque == "N" else "torque"
+    others = (
+        (f"greatest {force} of the drive", peaks.torque, torque),
+        ("greatest power of the drive", peaks.power, "W"),
+        ("greatest current", peaks.current, "A"),
+    )
+    rows += [(name, f"{figure(top.value, most=7)} {unit}{_when(top)}") for name, top, unit in others if top is not None]
+    return rows
+
+
+def _when(top: Peak) -> str:
+    return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
+
+
+def _energy(transient: Transient) -> list[str]:
+    """Work of everything, and what it has become."""
+    energy = transient.energy
+    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
+    rows = [*given, *energy.works.items()]
+    if energy.meshes:
+        rows.append(("losses in meshes", -energy.meshes))
+    scale = max((abs(value) for _, value in rows), default=0.0)
+    cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
+    cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
+    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
+    for where, heat in (("armature", energy.copper), ("rotor", energy.rotor_heat)):
+        if heat is not None:
+            lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
+    return lines
+
+
+def _motor_start(transient: Transient) -> list[str]:
+    """What the start does to its motor, beside what it bears; nothing of a motor of whose current nothing is known."""
+    found = transient.start_heat
+    if found is None or (found.current_squared is None and not found.times):
+        return []
+    rows = [("switched", " and ".join(f"after {figure(time, most=5)} s" for time in found.times))] if found.times else []
+    rows.append(
+        ("lasts", f"{figure(found.time, most=5)} s" + ("" if found.over else ", and is not over: below the rated speed"))
+    )
+    heats = (("winding of rotor or armature", found.winding), ("resistors", found.added or None), ("stator", found.stator))
+    rows += [(f"heat, {where}", f"{figure(heat, most=5)} J") for where, heat in heats if heat is not None]
+    if found.current_squared is not None:
+        rows.append(("integral of (I/I_n)^2", f"{figure(found.current_squared, most=5)} s"))
+    states = (
+        ("warm", found.allowed, found.share, found.starts),
+        ("cold", found.allowed_cold, found.share_cold, found.starts_cold),
+    )
+    for state, allowed, share, starts in states:
+        if allowed is not None and share is not None:
+            told = f"{figure(100 * share, most=4)} % of the {figure(allowed, most=5)} s that the motor bears"
+            many = "not one such start" if not starts else f"{starts} such start{'' if starts == 1 else 's'} in turn"
+            rows.append((state, f"{told}: {many}"))
+    width = max(len(name) for name, _ in rows)
+    return [f"Start of the motor: {found.title}", *(f"  {name.ljust(width)}  {value}" for name, value in rows)]
+
+
+def transient_table(transient: Transient, points: int, breaks: bool = False) -> Iterator[tuple[str, Array]]:
+    """Every column of the CSV with the name that heads it, its unit in brackets."""
+    found, sliding = evenly(transient, points, breaks), transient.scene.sliding
+    names = (
+        ("x [m]", "v [m/s]", "a [m/s^2]", "F* after losses [N]")
+        if sliding
+        else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* after losses [N m]")
+    )
+    yield "t [s]", found.t
+    yield from zip(names, (found.phi, found.omega, found.acceleration, found.moment), strict=True)
+    yield "drive [N]" if sliding else "drive torque [N m]", found.drive
+    yield "drive power [W]", found.power
+    yield "mesh losses [W]", found.loss
+    yield "kinetic energy [J]", found.kinetic
+    held = _stores(transient, found)
+    for kind, stores in (("kinetic", held.kinetic), ("potential", held.potential)) if held is not None else ():
+        yield from ((f"{kind} energy {name} [J]", energy) for name, energy in stores.items())
+    if found.current is not None:
+        yield "current [A]", found.current
+    circuit = transient.scene.motor.circuit if transient.scene.motor is not None else None
+    for name, unit, _ in () if circuit is None else circuit.names:
+        if found.states is not None and name != "current":
+            yield f"{name.replace('_', ' ')} [{unit}]", found.states[name]
+
+
+def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
+    """What bodies, springs and weights hold along a motion; None where shafts twist, so that one angle does not tell.
+
+    off: by how many of its errors position and speed are taken aside.
+    """
+    scene, motion, stroke = transient.scene, transient.motion, transient.scene.stroke
+    if scene.compliances:
+        return None
+    way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
+    phi = found.phi + off * motion.error * way
+    phi = phi if stroke is None else np.clip(phi, stroke.start, stroke.end)
+    omega = found.omega + off * motion.error * float(np.abs(motion.omega).max())
+    return stored_energy(scene, phi, omega, flywheel=transient.inertia or 0.0)
+
+
+def _stored(transient: Transient, samples: Samples) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """What the stores hold, and estimated errors: their own, and what those of the motion make of it to either side."""
+    held, *beside = (_stores(transient, samples, off) for off in (0.0, 1.0, -1.0))
+    if held is None:
+        return None, None
+    found: dict[str, Any] = {"kinetic": held.kinetic, "potential": held.potential}
+    errors = {
+        kind: {
+            name: held.errors[name] + np.max([np.abs(getattr(other, kind)[name] - value) for other in beside], axis=0)
+            for name, value in values.items()
+        }
+        for kind, values in found.items()
+    }
+    return found, errors
+
+
+def transient_csv(transient: Transient, points: int, breaks: bool = False) -> str:
+    """The motion at so many times (see `evenly`) as CSV, SI throughout."""
+    return csv(transient_table(transient, points, breaks))
+
+
+def transient_json(transient: Transient, points: int, breaks: bool = False) -> str:
+    """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
+    errors = {**estimates(transient), "samples": of_samples(transient, points)}
+    samples = evenly(transient, points, breaks)
+    stores, errors["stores"] = _stored(transient, samples)
+    columns = {name: column for name, column in samples._asdict().items() if name != "states"} | (samples.states or {})
+    data = {**transient.as_dict(), "errors": errors, "samples": columns, "stores": stores}
+    return encoded(data, indent=2)

@@ -1,0 +1,740 @@
+"""What a designer acts on, as one page: plain data that other pages take, and its text of 80 columns.
+
+Every block is a function of the sizing. What it says is marked for translation, and its figures are in the units of the
+trade, to five digits or as many as their errors leave. `flywheel size` prints this; `--full` prints every figure there is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from math import atan2, degrees, hypot, isnan
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from flywheel.components.energy import Energy
+from flywheel.components.gear_trains import gd2
+from flywheel.components.wheels import ROUNDING, Wheel
+from flywheel.language import message, number
+from flywheel.language import text as _
+from flywheel.numerics.units import columns, figure
+from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, shown
+from flywheel.sizing.power_flow import can_lose
+from flywheel.sizing.results import Sizing
+from flywheel.tables import power
+from flywheel.tables.rows import DEGREES, NOTHING, SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits, printable
+from flywheel.tables.scene import Part, parts, running
+from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_names, remarks, settles, speed_band
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import Motor
+    from flywheel.sizing.results import Synchronism
+
+WIDTH = 80
+_LINES, _MOST = 24, 26  # of the page, and with what no shorter form takes out
+_LEAST = 6  # lines that the machine takes at least, however long the rest is
+_SAME = 5e-6  # share below which two flywheels are the same to five digits
+_RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
+_TIE = 1e-9  # share within which two powers are one
+_MILLION = 1e-6
+
+
+class Row(NamedTuple):
+    """A line: what it is, the figure (several where they belong together), its unit, and what goes with it."""
+
+    label: str
+    value: str
+    unit: str = ""
+    note: str = ""
+
+
+class Block(NamedTuple):
+    """A part of the page: rows, or a table under a header, then sentences. `name` is the same in every language."""
+
+    name: str
+    title: str = ""
+    rows: tuple[Row, ...] = ()
+    header: tuple[str, ...] = ()
+    table: tuple[tuple[str, ...], ...] = ()
+    sentences: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: rows as mappings, everything as text in the language in use."""
+        return {
+            **self._asdict(),
+            "rows": [row._asdict() for row in self.rows],
+            "header": list(self.header),
+            "table": [list(cells) for cells in self.table],
+            "sentences": list(self.sentences),
+        }
+
+
+def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple[Block, ...]:
+    """The page of answers, in the language in use; blocks that have nothing to say are left out.
+
+    Args:
+        sizing: what `flywheel.size` gives.
+        units: "si", or "us" for WR² in lb ft², hp, psi...
+        motions: False for a hand that moves: what irregularity the approximate flywheels give is left open.
+
+    >>> import flywheel
+    >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
+    ...                        "flywheel": {"irregularity": 0.02}})
+    >>> [block.name for block in summary(flywheel.size(scene))]
+    ['title', 'machine', 'flywheel', 'drive', 'run']
+
+    """
+    system = SYSTEMS[units]
+    found = (block(sizing, system) if block is not _flywheel else _flywheel(sizing, system, motions) for block in BLOCKS)
+    return tuple(block for block in found if any(block[1:]))
+
+
+# -- the machine -----------------------------------------------------------------------------------------------------
+
+
+def _title(sizing: Sizing, units: TradeUnits) -> Block:
+    return Block("title", printable(sizing.scene.title or "").strip() or _("The machine as it was read"))
+
+
+def _machine(sizing: Sizing, units: TradeUnits) -> Block:
+    """The machine as it was read: parts that are alike in one row."""
+    rows = []
+    for alike in _alike(part for part in parts(sizing.scene, units) if part.kind != "runs"):
+        first = alike[0]
+        if first.kind == "mechanism":
+            told = f"{first.head}{_at_phases(alike)}: {first.told}"
+            names = ", ".join(part.label for part in alike)
+            rows.append(Row(names, told) if len(alike) == 1 else Row(_("mechanisms"), f"{names}: {told}"))
+        else:
+            heads = ", ".join(part.head for part in alike if part.head)
+            rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
+    if sizing.scene.gravity is not None and any(sizing.scene.gravity):
+        x, y = sizing.scene.gravity
+        size, angle = (number(figure(value, most=6)) for value in (hypot(x, y), atan2(y, x) * DEGREES))
+        rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on all that has a mass", size=size, angle=angle)))
+    return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(sizing.scene, units)))))
+
+
+def _at_phases(alike: list[Part]) -> str:
+    if not any(part.phase for part in alike):
+        return ""
+    return " " + _("at {angles}", angles=", ".join(part.phase or "0" for part in alike))
+
+
+def _alike(found: Iterable[Part]) -> Iterator[list[Part]]:
+    """Parts of a kind that say the same of themselves, such as the cylinders of an engine."""
+    groups: dict[tuple[str, ...], list[Part]] = {}
+    for k, part in enumerate(found):
+        own = (str(k),) if part.kind in ("shaft", "areas", "inertia") else ()
+        what = (part.head,) if part.kind == "mechanism" else ()
+        groups.setdefault((part.kind, part.told, *what, *own), []).append(part)
+    yield from groups.values()
+
+
+# -- the flywheel ----------------------------------------------------------------------------------------------------
+
+
+def _shaft(sizing: Sizing) -> str:
+    on, ratio = sizing.flywheel.on, sizing.scene.flywheel_ratio
+    if on == "crank":
+        return _("the crank")
+    return _("shaft {name} ({n} × the crank's speed)", name=on, n=number(figure(ratio, most=6)))
+
+
+def _deviation(eps: float, error: float = 0.0) -> str:
+    """An irregularity as a deviation to either side."""
+    return f"±{five_digits(50 * eps, 50 * error, 4)} %"
+
+
+def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
+    """The exact flywheel beside the approximate ones, and how far these are off; or the irregularity of a given one."""
+    scene, us = sizing.scene, units.name == "us"
+    if scene.inertia is not None:
+        return _given(sizing, units)
+    asked = scene.irregularity or 0.0
+    of = {"shaft": _shaft(sizing), "eps": number(figure(asked, most=6)), "percent": number(figure(50 * asked, most=6))}
+    inertia = units.unit("inertia")
+    header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
+    header += (_("off by"), _("irregularity"))
+    found = candidates(sizing, motions)
+    table = []
+    for one in found:
+        off, gives = _off(one), _gives(one)
+        figures = [
+            _inertia(one.inertia, one.error, units),
+            *([] if us else [_inertia(gd2(one.inertia), 4 * one.error, units)]),
+        ]
+        table.append((_name(one), *figures, off, gives))
+    title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
+    told = tuple(_shortcuts(sizing, found))
+    if sizing.limits:
+        title = _("Flywheel on {shaft}: the smallest that keeps its limits", shaft=of["shaft"])
+        if sizing.binding != "irregularity":  # which alone the approximate ones are for
+            table, told = table[:1], ()
+    if not any(cells[-2] for cells in table):
+        header, table = _without(header, -2), [_without(cells, -2) for cells in table]
+    return Block("flywheel", title, header=header, table=tuple(table), sentences=told)
+
+
+def _limits(sizing: Sizing, units: TradeUnits) -> Block:
+    """Limits that the flywheel keeps together: asked, reached, and the flywheel that each alone would need."""
+    if not sizing.limits:
+        return Block("limits")
+    names, table = limit_names(), []
+    for name, limit in sizing.limits.items():
+        error = limit.reached_error * limit.reached
+        if name == "irregularity":
+            asked, reached = number(figure(limit.asked, most=6)), five_digits(limit.reached, error)
+        else:
+            asked, reached = f"{few_digits(100 * limit.asked, 4)} %", f"{five_digits(100 * limit.reached, 100 * error)} %"
+        table.append(
+            (names[name], asked, reached, str(units.shown(limit.alone, "inertia", limit.alone_error * limit.alone)))
+        )
+    header = (_("limit"), _("asked"), _("reached"), _("alone it needs"))
+    told = _("None binds: the machine's own inertia keeps them.")
+    if sizing.binding is not None:
+        told = _("What binds: {limit}.", limit=names[sizing.binding])
+    return Block("limits", header=header, table=tuple(table), sentences=(told,))
+
+
+def _without(cells: tuple[str, ...], place: int) -> tuple[str, ...]:
+    place %= len(cells)
+    return cells[:place] + cells[place + 1 :]
+
+
+def _name(one: Candidate) -> str:
+    return {
+        "exact": _("exact (Wittenbauer)"),
+        "approximate": _("accumulated areas"),
+        "inertia_torque_flywheel": _("inertia torque"),
+    }[one.key]
+
+
+def _inertia(value: float, error: float, units: TradeUnits) -> str:
+    return "?" if 0.0 < value <= error else units.of(value, "inertia", error)
+
+
+def _off(one: Candidate) -> str:
+    if one.off is None:
+        return ""
+    percent = few_digits(100 * one.off, 3, 100 * one.off_error)
+    return f"{'+' if one.off > 0 and percent != '0' else ''}{percent} %"
+
+
+def _gives(one: Candidate) -> str:
+    if one.gives is None:
+        return _("it stops")
+    eps, error = one.gives
+    if isnan(eps):
+        return "…"
+    return five_digits(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
+
+
+def _given(sizing: Sizing, units: TradeUnits) -> Block:
+    """The figures of a flywheel that was given."""
+    scene, motion = sizing.scene, sizing.simulation
+    assert scene.inertia is not None
+    rows = []
+    if motion is not None:
+        error = (sizing.error.simulation or 0.0) * motion.irregularity
+        told = _gives(Candidate("", "", 0.0, 0.0, None, 0.0, (motion.irregularity, error), None))
+        deviation = "" if motion.irregularity <= max(error, NOTHING) else _deviation(motion.irregularity, error)
+        rows.append(Row(_("irregularity"), told, "", deviation))
+    if units.name == "us":
+        rows.append(Row(_("inertia"), *units.shown(scene.inertia, "inertia")))
+    else:
+        rows.append(Row("GD²", *units.shown(gd2(scene.inertia), "inertia")))
+    value = units.read(scene.inertia, "inertia", 5)
+    return Block("flywheel", _("Given flywheel of {inertia} on {shaft}", inertia=value, shaft=_shaft(sizing)), tuple(rows))
+
+
+def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
+    """How far the approximate flywheels are off, and on which side."""
+    wheel, run = sizing.flywheel, sizing.run
+    if sizing.scene.areas is not None:
+        yield _("A diagram tells nothing of the machine's own inertia: the figure is the total needed.")
+        return
+    if wheel.needed is False:
+        if run is None:
+            yield _("No flywheel is needed: the machine's torques alone hold its speed as evenly as asked.")
+        else:
+            eps = five_digits(run.irregularity, run.error * run.irregularity)
+            yield _("No flywheel is needed: the machine's own inertia suffices and gives {eps}.", eps=eps)
+        too_large = [one for one in found if one.key != "exact" and one.inertia > one.error]
+        if too_large:
+            yield _("The approximate methods ask for one in vain.")
+        return
+    shortcuts = [one for one in found if one.key != "exact"]
+    if all(abs(one.off or 0.0) <= max(_SAME, one.off_error) for one in shortcuts):
+        yield _("Both approximate methods agree with the exact one here.")
+        return
+    areas, torque = (_shortcut(one, sizing) for one in shortcuts)
+    yield _("Areas {areas}, inertia torque {torque}.", areas=areas, torque=torque)
+
+
+def _shortcut(one: Candidate, sizing: Sizing) -> str:
+    """How far an approximate flywheel is off the exact one; too small a flywheel is the dangerous side."""
+    exact, off = sizing.flywheel.exact or 0.0, one.off or 0.0
+    if one.gives is None:
+        return _("too small: the machine would stop (DANGER)")
+    if one.inertia <= 0.0:
+        return _("ask for none (DANGER)")
+    if abs(off) <= max(_SAME, one.off_error):
+        return _("agrees")
+    if off > 0.0:
+        return _("{much} too large (safe)", much=_times(one.inertia / exact) if off > 0.5 else _percent(off))
+    much = _times(exact / one.inertia) if exact > 1.5 * one.inertia else _percent(-off)
+    return _("{much} too small (DANGER)", much=much) if off < -_RISKY else _("{much} too small (unsafe)", much=much)
+
+
+def _times(factor: float) -> str:
+    return _("{n} times", n=number(f"{factor:.0f}" if factor >= 100 else figure(factor, 0.0, 2)))
+
+
+def _percent(share: float) -> str:
+    return f"{few_digits(100 * share, 3)} %"
+
+
+def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
+    """The wheel to be built: shape, size, mass, the greatest stress, and the irregularity with it."""
+    built = sizing.built
+    if built is None:
+        return Block("wheel")
+    wheel = built.wheel
+    across, width = (units.shown(size, "length") for size in (2 * wheel.body.outer, wheel.body.width))
+    size = f"Ø {across} × {width}" if across.unit != width.unit else f"Ø {across.value} × {width}"
+    if wheel.shape != "disc":
+        size += ", " + _("rim {size} thick", size=units.shown(wheel.body.thickness, "length"))
+    shape = {"disc": _("disc"), "rim": _("rim"), "arms": _("rim on arms")}[wheel.shape]
+    mass = units.shown(wheel.mass, "mass")
+    rows = [Row(_("wheel"), f"{shape}, {material_name(wheel.material.name)}, {size}, {mass}")]
+    if wheel.stresses:
+        rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), _against_allowable(wheel, units)))
+    note = ""
+    if built.irregularity is not None:
+        eps = five_digits(built.irregularity, built.error * built.irregularity)
+        inertia = units.shown(wheel.inertia, "inertia")
+        note = _("as built {inertia}, irregularity {eps}", inertia=inertia, eps=eps)
+    rows.append(Row(_("rim speed"), *units.shown(wheel.rim_speed, "velocity"), note))
+    return Block("wheel", rows=tuple(rows))
+
+
+def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
+    """Where a wheel's greatest stress is, and what it may be."""
+    allowable, words = wheel.material.allowable, [stress_place(wheel.place)]
+    if allowable is not None:
+        limit = {"allowable": units.read(allowable, "stress", 4).value}
+        fits = wheel.greatest_stress <= allowable * (1 + ROUNDING)
+        words.append(_("allowable {allowable}", **limit) if fits else _("TOO HIGH, allowable {allowable}", **limit))
+    if wheel.safety is not None:
+        words.append(_("safety {n}", n=few_digits(wheel.safety, 2)))
+    return ", ".join(words)
+
+
+def material_name(name: str) -> str:
+    """One of the usual metals, or a material by its own name."""
+    names = {
+        "grey cast iron": _("grey cast iron"),
+        "ductile iron": _("ductile iron"),
+        "cast steel": _("cast steel"),
+        "carbon steel": _("carbon steel"),
+        "alloy steel": _("alloy steel"),
+        "aluminium": _("aluminium"),
+        "own material": _("own material"),
+    }
+    return names.get(name, name)
+
+
+def stress_place(place: str) -> str:
+    """The place of the greatest stress in a wheel, as its formulas name it."""
+    places = {
+        "inside of the rim": _("inside of the rim"),
+        "centre": _("centre"),
+        "edge of the bore": _("edge of the bore"),
+        "rim": _("rim"),
+        "rim at the arms": _("rim at the arms"),
+        "rim between the arms": _("rim between the arms"),
+        "arms at the hub": _("arms at the hub"),
+        "arms at the rim": _("arms at the rim"),
+    }
+    return places.get(place, place)
+
+
+# -- torque, power, the motor ----------------------------------------------------------------------------------------
+
+
+def _drive(sizing: Sizing, units: TradeUnits) -> Block:
+    """The balance, power with the flywheel and without it, the motor with its load and heat."""
+    scene, fluctuation = sizing.scene, finding("energy_fluctuation")
+    rows = [*_balance(sizing, units)]
+    energy, motor, engine = sizing.energy, scene.motor, sizing.engine
+    if energy is not None:
+        over_time = _("at {speed} over time", speed=units.read(scene.cycle / energy.period, "speed", 5))
+        note = ", ".join(filter(None, (_or_horses(energy.mean_power, units), over_time)))
+        rows.append(_power(_("mean power"), energy.mean_power, note, units))
+        alone = _("without a flywheel {power}", power=units.shown(abs(energy.peak_power_alone), "power"))
+        rows.append(_power(_("peak power"), energy.peak_power, alone, units))
+    if engine is not None:
+        of_extremes = _("at {speed}, mean of extremes", speed=units.read(sizing.speed, "speed", 5))
+        note = ", ".join(filter(None, (_or_horses(engine.indicated_power, units), of_extremes)))
+        rows.append(_power(_("indicated power"), engine.indicated_power, note, units))
+    share = sizing.coefficient_of_energy
+    note = "" if share is None else _("{share} of the drive's work", share=five_digits(share, fluctuation.error(sizing), 4))
+    rows.append(_row(fluctuation, sizing, units, note))
+    rows += [_row(one, sizing, units) for one, _value in shown(SUMMARY, sizing)]
+    told: list[str] = []
+    if motor is not None and energy is not None:
+        rows += _motor(sizing, motor, energy, units)
+        told += power.warnings(sizing, motor, units)
+    if can_lose(scene) and sizing.power_flow is not None:
+        told += filter(None, [power.sentence(sizing.power_flow, units)])
+    return Block("drive", rows=tuple(rows), sentences=tuple(told))
+
+
+def _row(one: Finding, sizing: Sizing, units: TradeUnits, note: str = "") -> Row:
+    """A figure as a line of the page, in the units of the trade."""
+    value, error = float(one.of(sizing)), one.error(sizing)
+    written = units.shown(value, KINDS[one.unit], error) if one.unit in KINDS else Shown(five_digits(value, error), one.unit)
+    return Row(one.name, *written, note)
+
+
+def _balance(sizing: Sizing, units: TradeUnits) -> Iterator[Row]:
+    balance, scene = sizing.balance, sizing.scene
+    if balance is None:
+        return
+    error = power.balance_error(sizing)
+    if balance.name == "drive" and scene.drive is not None:
+        note = _("on {place} (the balance)", place=_("the crank") if scene.drive.on == "crank" else scene.drive.on)
+        if balance.value < -error:
+            note += ", " + _("it brakes")
+        yield Row(_("drive torque"), *units.shown(balance.value, "torque", error), note)
+        return
+    kind = {"N": "force", "N m": "torque"}.get(sizing.balance_unit or "")
+    if kind is None:
+        value = five_digits(balance.value, error)
+        yield Row(balance.name, value, sizing.balance_unit or _("in the units of its expression"), _("(the balance)"))
+    else:
+        yield Row(balance.name, *units.shown(balance.value, kind, error), _("(the balance)"))
+
+
+def _or_horses(value: float, units: TradeUnits) -> str:
+    return "" if units.name == "us" else f"= {US.shown(abs(value), 'power')}"
+
+
+def _power(label: str, value: float, note: str, units: TradeUnits) -> Row:
+    brakes = _("it brakes") if value < 0.0 else ""
+    return Row(label, *units.shown(value, "power"), ", ".join(filter(None, (note, brakes))))
+
+
+def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> Iterator[Row]:
+    """A motor's load beside its rated point, and its heat."""
+    title, rated = message(motor.title), motor.rated
+    if rated is None:
+        yield Row(_("motor"), title, "", _("without a rated point"))
+    else:
+        shares = [few_digits(100 * part / rated.power, 3) for part in (energy.mean_power, energy.peak_power)]
+        speed = f"{few_digits(rated.speed / SI.scales['speed'][0].size, 5)} rpm"
+        name = _("{motor}, {power} at {speed}", motor=title, power=units.read(rated.power, "power", 4), speed=speed)
+        yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} %", mean=shares[0], peak=shares[1]))
+    heat = power.heat_of(sizing, motor, energy)
+    if sizing.duty is not None and heat is not None:
+        return  # what it bears is told of all phases together
+    if heat is None:
+        unknown = _("not known: torque against speed alone does not tell what heats it")
+        overloaded = rated is not None and energy.mean_power > rated.power * (1 + _TIE)
+        if overloaded:
+            unknown += "; " + _("TOO MUCH: the mean power is more than the rated one")
+        if sizing.synchronism is not None:
+            yield from _in_step(sizing.synchronism)
+        elif not motor.governed:
+            yield Row(_("motor's heat"), unknown)
+        return
+    if energy.stator_heat is None or energy.stator_heat_share is None:
+        yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+    else:
+        yield Row(_("rotor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+        stands = _("within") if energy.stator_heat_share <= 1.0 + _TIE else _("TOO HOT")
+        beside = _("{share} % of that at its rating", share=few_digits(100 * energy.stator_heat_share, 3))
+        yield Row(_("stator's heat"), *_watts(energy.stator_heat), f"{beside}, {stands}")
+    if energy.current_rms is not None and energy.current_peak is not None:
+        limit, note = motor.rated_current, ""
+        if limit is not None:
+            rms, peak = (few_digits(100 * abs(one) / limit, 3) for one in (energy.current_rms, energy.current_peak))
+            rated_current = few_digits(limit, 4)
+            note = _("{rms} % of the rated {rated} A, peak {peak} %", rms=rms, rated=rated_current, peak=peak)
+        yield Row(_("motor's current"), few_digits(energy.current_rms, 4), "A", note)
+
+
+def _in_step(found: Synchronism) -> Iterator[Row]:
+    """The load angle of a synchronous motor, and the natural frequency of its swing."""
+    mean, least, greatest, limit = (
+        few_digits(degrees(angle), 3)
+        for angle in (found.load_angle, found.load_angle_least, found.load_angle_greatest, found.pull_out_angle)
+    )
+    span = _("from {least} to {greatest}, pull-out at {limit}", least=least, greatest=greatest, limit=limit)
+    yield Row(_("load angle"), mean, "deg", span)
+    damping = _("damping ratio {ratio}", ratio=few_digits(found.damping_ratio, 3))
+    yield Row(_("frequency of its swing"), few_digits(found.natural_frequency, 4), "Hz", damping)
+
+
+def _duty(sizing: Sizing, units: TradeUnits) -> Block:
+    """What the motor bears over a duty, and which of its phases decides on the flywheel."""
+    found, motor = sizing.duty, sizing.scene.motor
+    if found is None:
+        return Block("duty")
+    loaded = few_digits(100 * found.cyclic_duration_factor, 3)
+    told = _(
+        "{n} phases in {time} s, loaded for {percent} %",
+        n=len(found.phases),
+        time=few_digits(found.period, 4),
+        percent=loaded,
+    )
+    hardest = _("hardest for the flywheel: {phase}", phase=printable(found.governing))
+    rows = [Row(_("duty"), told if found.type is None else f"{found.type}, {told}", "", hardest)]
+    if found.rms_torque is not None:
+        rated = found.rms_torque_share
+        note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
+        rows.append(Row(_("rms torque over it"), *units.shown(found.rms_torque, "torque"), note))
+    if found.heat is not None and motor is not None:
+        share, note = found.heat_share, _("what it may be is not known without a rated point")
+        if share is not None:
+            verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + _TIE else _("within")
+            note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
+        rows.append(Row(_("heat over it"), *_watts(found.heat), note))
+    return Block("duty", rows=tuple(rows))
+
+
+def _watts(heat: float) -> Shown:
+    """A heat, which is in watts everywhere."""
+    return SI.shown(heat, "power")
+
+
+def _heat_beside(heat: power.Heat, energy: Energy) -> str:
+    """A heat beside that at the rated point, and whether the motor stands it."""
+    if heat.share is None or heat.rated is None or heat.even is None:
+        return _("what it may be is not known without a rated point")
+    beside = _("{share} % of that at its rating", share=few_digits(100 * heat.share, 3))
+    if not heat.too_hot:
+        words = f"{beside}, {_('within')}"
+        return words + ("; " + _("in so long a cycle hotter for a while") if power.is_long(energy) else "")
+    mend = _("choose a larger motor") if heat.even > heat.rated else _("choose a larger motor, or more flywheel")
+    return f"{beside}, {_('TOO HOT')}: {mend}"
+
+
+# -- speed, confirmation ---------------------------------------------------------------------------------------------
+
+
+def _run(sizing: Sizing, units: TradeUnits) -> Block:
+    """The band of speed, and whether a second route confirmed it."""
+    band, scene = speed_band(sizing), sizing.scene
+    rows = []
+    if band is not None:
+        least, greatest = (units.shown(speed, "speed", band.error) for speed in (band.least, band.greatest))
+        told = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
+        rows.append(Row(_("speed of the crank"), told, greatest.unit, _where(sizing)))
+    other = scene.flywheel_on != "crank"
+    if other or scene.speed is None or abs(sizing.speed / scene.speed - 1.0) > _SAME:
+        there = units.shown(sizing.speed * scene.flywheel_ratio, "speed")
+        note = _("{speed} on {shaft}", speed=there, shaft=scene.flywheel_on) if other else ""
+        rows.append(Row(_("mean of both"), *units.shown(sizing.speed, "speed"), note))
+    if sizing.cyclic is not None and not settles(sizing.cyclic):
+        rows.append(Row(_("settles"), _("NO: a change of speed does not fade")))
+    return Block("run", rows=tuple(rows), sentences=tuple(_confirmed(sizing)))
+
+
+def _where(sizing: Sizing) -> str:
+    """The angles of the crank at which the speed is least and greatest."""
+    if sizing.angle_speed_min is None or sizing.angle_speed_max is None:
+        return ""
+    places = (f"{number(f'{angle * DEGREES:.1f}')}°" for angle in (sizing.angle_speed_min, sizing.angle_speed_max))
+    least, greatest = places
+    return _("least at {least}, greatest at {greatest}", least=least, greatest=greatest)
+
+
+def _confirmed(sizing: Sizing) -> Iterator[str]:
+    """What confirms the irregularity, and to what; whether the accuracy asked for was reached."""
+    motion, error = sizing.simulation, sizing.error.simulation or 0.0
+    if sizing.scene.areas is not None:
+        yield _("A diagram has no motion that could confirm it.")
+    elif motion is None or motion.route in ("quadrature", "areas"):
+        if sizing.left_out:
+            yield _("NOT confirmed at accuracy {level}: audit takes a second route.", level=sizing.accuracy)
+        else:
+            yield _("NOT confirmed by a second route.")
+    elif error >= CONCLUSIVE:
+        eps = five_digits(motion.irregularity, error * motion.irregularity)
+        yield _("NOT confirmed: a second route finds {eps}, too uncertain to confirm anything.", eps=eps)
+    else:
+        found = {"eps": five_digits(motion.irregularity, error * motion.irregularity), "parts": _parts_of(error)}
+        if motion.route == "time":
+            yield _("Confirmed by time simulation: {eps}, to {parts}.", **found)
+        else:
+            yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **found)
+    if sizing.reached:
+        return
+    worst = max(filter(None, sizing.error[:6]), default=0.0)
+    if worst < _MILLION:
+        yield _("The accuracy asked for was NOT reached, but every figure is good to 1 part in a million.")
+    elif worst < 1.0:
+        yield _("The accuracy asked for was NOT reached: a figure may be off by {parts}.", parts=_parts_of(worst))
+    else:
+        yield _("The accuracy asked for was NOT reached: a figure may be off by more than its own size.")
+
+
+def _parts_of(error: float) -> str:
+    """A relative error in words.
+
+    >>> _parts_of(2e-13), _parts_of(3e-4), _parts_of(0.02)
+    ('better than 1 part in a million', '1 part in 3300', '2 %')
+    """
+    if error < _MILLION:
+        return _("better than 1 part in a million")
+    if error < 1e-3:
+        return _("1 part in {n}", n=f"{float(f'{1 / error:.2g}'):.0f}")
+    return f"{few_digits(100 * error, 2)} %"
+
+
+def _notes(sizing: Sizing, units: TradeUnits) -> Block:
+    """Remarks on what was read, and messages that must not be missed."""
+    found = [_("Remark: {remark}", remark=remark) for remark in remarks(sizing)]
+    found += [_("Note: {note}", note=message(told)) for told in sizing.messages]
+    return Block("notes", sentences=tuple(found))
+
+
+BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
+    _title,
+    _machine,
+    _flywheel,
+    _limits,
+    _wheel,
+    _drive,
+    _duty,
+    _run,
+    _notes,
+)
+"""The blocks of the page in their order; one that has nothing to say is left out."""
+
+
+# -- as text ---------------------------------------------------------------------------------------------------------
+
+
+def text(sizing: Sizing, units: str = "si") -> str:
+    """The page in 80 columns, in about 24 lines: of a long machine the parts that find no place are counted.
+
+    Args:
+        sizing: what `flywheel.size` gives.
+        units: "si" or "us".
+
+    """
+    blocks = summary(sizing, units)
+    lines = _page(blocks)
+    for long, short in _shorter(sizing, units):
+        if len(lines) <= _MOST:
+            break
+        blocks = tuple(
+            block._replace(
+                rows=tuple(row for row in block.rows if short or row.label != long),
+                sentences=tuple(short if told == long else told for told in block.sentences),
+            )
+            for block in blocks
+        )
+        lines = _page(blocks)
+    if len(lines) > _MOST:
+        lines = _page(blocks, max(_LEAST - len(lines) + _MOST, 1))
+    return "\n".join(lines) + "\n"
+
+
+def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
+    """What a full page leaves to `--full`, least needed first: a sentence with its short form, or a row by its label."""
+    flow = sizing.power_flow
+    if flow is not None:
+        yield tuple(power.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]
+    yield finding("energy_fluctuation").name, ""
+    if "motor_heat" in sizing.limits:  # whose figure stands among the limits
+        yield _("rotor's heat"), ""
+        yield _("stator's heat"), ""
+    yield _("peak power"), ""
+    if sizing.scene.flywheel_on == "crank":
+        yield _("mean of both"), ""
+
+
+def _page(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
+    """The lines of all blocks, the machine's in what the others leave of the page, so many lines at least."""
+    others = [_lines(block) for block in blocks if block.name != "machine"]
+    taken = sum(map(len, others)) + len(_GAPS & {block.name for block in blocks})
+    machine = next(_machine_lines(block, max(least, _LINES - taken)) for block in blocks if block.name == "machine")
+    lines: list[str] = []
+    for block in blocks:
+        if lines and block.name in _GAPS:
+            lines.append("")
+        lines += machine if block.name == "machine" else _lines(block)
+    return lines
+
+
+_GAPS = {"flywheel", "drive"}  # blocks with an empty line before them
+_LABELS, _FIGURES = 18, 12  # columns of labels and of figures with their units
+
+
+def _lines(block: Block) -> list[str]:
+    """A block as lines of the page."""
+    lines = _wrapped(block.title, "", "") if block.title else []
+    if block.table:
+        table = columns(block.table, block.header)
+        lines += table if max(map(len, table)) <= WIDTH else columns(block.table, block.header, gap=" ", indent=" ")
+    for row in block.rows:
+        shown = " ".join(filter(None, (row.value, row.unit)))
+        told = (
+            f"{shown.ljust(_FIGURES)}  {row.note}" if len(shown) <= _FIGURES else ", ".join(filter(None, (shown, row.note)))
+        )
+        lines += _wrapped(told.rstrip(), f"  {row.label.ljust(_LABELS)}  ", " " * (_LABELS + 4))
+    indent = "" if block.name == "notes" else "  "
+    for sentence in block.sentences:
+        lines += _wrapped(sentence, indent, indent)
+    return lines
+
+
+_UNITS = {scale.name for system in SYSTEMS.values() for scales in system.scales.values() for scale in scales} | {"%", "J"}
+_QUANTITY = re.compile(rf"(?<=\d) ({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})(?![\w²])")
+
+
+def _wrapped(told: str, first: str, rest: str) -> list[str]:
+    """Lines of a text, where a number stays with its unit."""
+    held = _QUANTITY.sub(lambda unit: unit[0].replace(" ", "\xa0"), printable(told))
+    lines = wrap(held, WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
+    return [line.replace("\xa0", " ") for line in lines]
+
+
+def _machine_lines(block: Block, most: int) -> list[str]:
+    """The parts of the machine in at most so many lines; what finds no place there is counted."""
+    width = min(max(len(row.label) for row in block.rows), _LABELS)
+
+    def lines_of(row: Row, most: int = 1000) -> list[str]:
+        """A row in at most so many lines, the pieces that find no place counted."""
+        pieces = row.value.split("; ")
+        for shown in range(len(pieces), 0, -1):
+            rest = [_("and {n} more", n=len(pieces) - shown)] if shown < len(pieces) else []
+            lines = _wrapped("; ".join([*pieces[:shown], *rest]), f"  {row.label.ljust(width)}  ", " " * (width + 4))
+            if len(lines) <= most:
+                break
+        return lines
+
+    for longest in (1000, 2, 1):
+        shown = [lines_of(row, longest) for row in block.rows]
+        if sum(map(len, shown)) <= most:
+            return [line for lines in shown for line in lines]
+    count = len(block.rows) - 1
+    while count:
+        told = [line for lines in shown[:count] for line in lines]
+        rest = _wrapped(_left(block.rows[count:-1]), "  ", "  ")
+        if len(told) + len(rest) + len(shown[-1]) <= most:
+            break
+        count -= 1
+    return [*told, *rest, *shown[-1]]
+
+
+def _left(rows: Sequence[Row]) -> str:
+    """Rows that found no place, by their labels."""
+    labels = Counter(row.label for row in rows)
+    names = ", ".join(label if n == 1 else f"{n} × {label}" for label, n in labels.items())
+    return _("and {names}: see --full", names=names)

@@ -1,0 +1,18 @@
+"""Motions in time: run-up, run-down, load steps, stalls, with energy, heat and peaks."""
+
+from flywheel.motions.simulation import Energy, Peak, Peaks, Regime, Samples, sampled, time_along
+from flywheel.motions.transients import Transient, run_down, run_up, transient
+
+__all__ = [
+    "Energy",
+    "Peak",
+    "Peaks",
+    "Regime",
+    "Samples",
+    "Transient",
+    "run_down",
+    "run_up",
+    "sampled",
+    "time_along",
+    "transient",
+]

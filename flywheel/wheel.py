@@ -1,0 +1,48 @@
+"""Wheels of metal: size, mass and stresses of a wheel for an inertia and a speed."""
+
+from flywheel.components.wheel_stresses import Arms, Material
+from flywheel.components.wheels import (
+    ARMS,
+    DISC,
+    LIGHTEST,
+    RIM,
+    WHEEL_SHAPES,
+    Body,
+    Hub,
+    Need,
+    Part,
+    Radius,
+    Wheel,
+    WheelAsked,
+    choose,
+    inertia,
+    least_mass,
+    rounded,
+    rounded_down,
+    rounded_up,
+    stress,
+)
+
+__all__ = [
+    "ARMS",
+    "DISC",
+    "LIGHTEST",
+    "RIM",
+    "WHEEL_SHAPES",
+    "Arms",
+    "Body",
+    "Hub",
+    "Material",
+    "Need",
+    "Part",
+    "Radius",
+    "Wheel",
+    "WheelAsked",
+    "choose",
+    "inertia",
+    "least_mass",
+    "rounded",
+    "rounded_down",
+    "rounded_up",
+    "stress",
+]

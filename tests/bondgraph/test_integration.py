@@ -1,0 +1,837 @@
+"""How the motion of a graph is solved: formulation, algebraic loops, steps, programs."""
+
+import math
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from bondgraph import GY, TF, Builder, C, Dynamics, GraphError, I, Law, Modulus, Motion, R, Se, Sf, function
+from bondgraph.laws import Dual
+from bondgraph.motion.algebra import settle, solve, solve_symmetric
+from bondgraph.motion.formulation import Formulation
+from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, at, method
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Step, adaptive, fixed, runge_kutta_step, through_breaks
+from bondgraph.recording import Recorder
+
+# Which flows are independent: against the finite eigenvalues of all bond equations together, and known cases.
+
+
+ONE_PORTS = {"I": I, "C": C, "R": R, "Se": Se, "Sf": Sf}
+
+
+def random_graph(seed):
+    """Junctions joined at random by bonds, transformers and gyrators, with one-ports of either half arrow."""
+    rng = np.random.default_rng(seed)
+    b, count = Builder(), int(rng.integers(1, 7))
+    for k in range(count):
+        (b.one if rng.random() < 0.5 else b.zero)(f"j{k}")
+
+    def link(i, j):
+        how = rng.choice(["bond", "transform", "gyrate"], p=[0.5, 0.3, 0.2])
+        ratio = float(rng.choice([-1, 1]) * rng.uniform(0.5, 2.0))
+        ends = (f"j{i}", f"j{j}") if rng.random() < 0.5 else (f"j{j}", f"j{i}")
+        b.bond(*ends) if how == "bond" else getattr(b, how)(*ends, ratio, name=f"T{len(b)}")
+
+    for k in range(1, count):
+        link(k, int(rng.integers(0, k)))
+    if count > 1 and rng.random() < 0.5:
+        link(*(int(k) for k in rng.choice(count, 2, replace=False)))
+    for k in range(count):
+        for _ in range(int(rng.integers(0, 4))):
+            kind = rng.choice(list(ONE_PORTS), p=[0.32, 0.25, 0.3, 0.08, 0.05])
+            name = b.add(ONE_PORTS[kind](f"{kind}{len(b)}", float(rng.uniform(0.5, 2.0))))
+            b.bond(*((name, f"j{k}") if rng.random() < 0.5 else (f"j{k}", name)))
+    return b.build()
+
+
+class Bondwise:
+    """E x' = A x (+ sources) with the effort and flow of every bond and the displacement of every spring as unknowns."""
+
+    def __init__(self, graph):
+        self.graph, springs = graph, graph.of_kind("C")
+        self.e = {b.number: 2 * k for k, b in enumerate(graph.bonds)}
+        self.f = {number: k + 1 for number, k in self.e.items()}
+        self.q = {spring.name: 2 * len(self.e) + k for k, spring in enumerate(springs)}
+        self.size, self.rows = 2 * len(self.e) + len(springs), []
+        for element in graph.elements.values():
+            self.write(element)
+        self.A, self.E = (np.array([row[k] for row in self.rows]) for k in (0, 1))
+
+    def row(self, plain, rates=()):
+        self.rows.append((np.zeros(self.size), np.zeros(self.size)))
+        for terms, row in zip((plain, rates), self.rows[-1], strict=True):
+            for place, value in terms:
+                row[place] += value
+
+    def write(self, element):
+        graph, e, f, bonds = self.graph, self.e, self.f, self.graph.at(element.name)
+        if element.kind in "10":
+            common, summed = (f, e) if element.kind == "1" else (e, f)
+            for b in bonds[1:]:
+                self.row([(common[b.number], 1.0), (common[bonds[0].number], -1.0)])
+            self.row([(summed[b.number], b.sign(element.name)) for b in bonds])
+        elif element.kind in ("TF", "GY"):
+            (into, out), ratio = (b.number for b in graph.ends(element.name)), element.law
+            pairs = (
+                ((f[out], f[into]), (e[into], e[out])) if element.kind == "TF" else ((e[out], f[into]), (e[into], f[out]))
+            )
+            for answer, cause in pairs:
+                self.row([(answer, 1.0), (cause, -ratio)])
+        else:
+            self.one_port(element, bonds[0].number, bonds[0].sign(element.name))
+
+    def one_port(self, element, b, sign):
+        effort, flow = (self.e[b], 1.0), (self.f[b], sign * element.law if element.kind in "IR" else sign)
+        if element.kind == "R":
+            self.row([effort, (flow[0], -flow[1])])
+        elif element.kind == "I":
+            self.row([effort], [flow])
+        elif element.kind == "C":
+            self.row([effort, (self.q[element.name], -1.0 / element.law)])
+            self.row([flow], [(self.q[element.name], 1.0)])
+        else:
+            self.row([effort if element.kind == "Se" else flow])
+
+
+def state_matrix(graph):
+    dynamics = Dynamics(graph)
+    size = len(dynamics.state.names)
+    at_zero = np.array(dynamics.at(0.0, [0.0] * size).rates, dtype=float)
+    columns = [np.array(dynamics.at(0.0, row.tolist()).rates, dtype=float) - at_zero for row in np.eye(size)]
+    return np.array(columns).reshape(size, size).T
+
+
+def matched(found, expected):
+    """The greatest distance of expected numbers to found ones, each used once, and the found ones left."""
+    left, worst = list(found), 0.0
+    for value in expected:
+        place = int(np.argmin([abs(other - value) for other in left])) if left else None
+        if place is None:
+            return np.inf, left
+        worst = max(worst, abs(left.pop(place) - value))
+    return worst, left
+
+
+def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together():
+    """Eigenvalues as 1/(s - lambda); springs whose efforts are tied add eigenvalues 0 to the state's."""
+    s, compared = 0.7368 + 0.3j, 0
+    for seed in range(60):
+        try:
+            graph = random_graph(seed)
+            matrix = state_matrix(graph)
+        except GraphError:
+            continue
+        whole = Bondwise(graph)
+        pencil = s * whole.E - whole.A
+        if np.linalg.cond(pencil) > 1e10:  # loops leave efforts, but no flows open
+            continue
+        values = np.linalg.eigvals(np.linalg.solve(pencil, whole.E))
+        worst, left = matched(1.0 / (s - np.linalg.eigvals(matrix)), values[np.abs(values) > 1e-5])
+        assert worst < 1e-4, seed
+        assert_allclose(left, 1.0 / s, atol=1e-5)
+        compared += 1
+    assert compared >= 10
+
+
+def test_inertias_come_first_then_resistors_then_springs():
+    b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", 1.0), R("Rs", 1.0))
+    form = Formulation(b.on("node", I("L", 1.0), C("c1", 1.0), C("c2", 2.0), R("leak", 3.0)).build())
+    names = [form.name_of(v) for v in form.coordinates.all]
+    assert names[0] == "bond 4"  # of L
+    assert len(form.coordinates.moving) == 1
+    assert len(form.coordinates.massless) == 3
+    assert len(form.static) == 1
+
+
+def test_an_owner_of_a_displacement_without_inertia_leaves_the_mass_matrix_regular():
+    b = Builder().one("end", displacement="x").one("mass").on("end", Se("F", 1.0), R("d", 0.5)).on("mass", I("m", 1.0))
+    form = Formulation(b.between("end", "mass", C("k", stiffness=4.0)).build())
+    assert [form.name_of(v) for v in form.coordinates.moving] == ["mass"]
+    assert [form.name_of(v) for v in form.coordinates.massless] == ["end"]
+
+
+def test_an_inertia_without_weight_is_none():
+    b = Builder().one("a").one("b").on("a", I("J", 0.0), R("r", 1.0)).on("b", I("K", 1.0))
+    form = Formulation(b.between("a", "b", C("k", 1.0)).build())
+    assert [form.name_of(v) for v in form.coordinates.moving] == ["b"]
+
+
+def test_flow_sources_are_given():
+    form = Formulation(Builder().one("a").on("a", Sf("w", 2.0), I("J", 1.0)).build())
+    assert form.coordinates.moving == ()
+    assert len(form.coordinates.imposed) == 1
+
+
+def test_small_ratios_count_as_much_as_others():
+    b = Builder().one("piston").one("oil").on("piston", I("m", 1.0), Se("F", 1.0)).transform("piston", "oil", 1e-7)
+    b.on("oil", C("volume", 1e-12), R("leak", 1e9))
+    form = Formulation(b.build())
+    assert len(form.coordinates.all) == 1
+    assert form.coordinates.massless == ()
+
+
+def test_two_gyrators_of_equal_ratio_side_by_side_are_no_accident():
+    b = Builder().one("a").one("b").on("a", R("r", 1.0), Se("E", 1.0)).on("b", I("J", 1.0))
+    b.add(GY("g", 1.0))
+    b.add(TF("t", 0.5))
+    b.zero("z").bond("a", "g").bond("g", "z").bond("b", "t").bond("t", "z").on("z", R("s", 1.0))
+    assert len(Formulation(b.build()).coordinates.moving) == 1
+
+
+def refused(builder, match):
+    with pytest.raises(GraphError, match=match) as caught:
+        Formulation(builder.build(loose=True))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_flow_sources_through_a_transformer_contradict():
+    b = Builder().one("a").one("b").on("a", Sf("x", 1.0)).transform("a", "b", 2.0).on("b", Sf("y", 2.0), I("J", 1.0))
+    refused(b, r"over-constrained: TF:a->b \(bonds 2, 3\) ask of the same flows")
+
+
+def test_transformers_in_a_loop_contradict_repeat_or_agree():
+    def ring(last):
+        b = Builder().one("a").one("b").one("c").on("a", I("J", 1.0)).on("c", I("K", 1.0))
+        return b.transform("a", "b", 2.0).transform("b", "c", 2.0).transform("c", "a", last)
+
+    refused(ring(0.5), "over-constrained: TF:a->b .*, TF:b->c .*, TF:c->a .* lock a, c, b")
+    refused(ring(0.25), "over-constrained: TF:.* contradict or repeat each other")
+
+
+def test_a_flow_that_nothing_holds_is_named():
+    b = Builder().zero("node").one("a").one("b").bond("a", "node").bond("node", "b")
+    b.on("a", Se("E", 1.0)).on("b", Se("F", 1.0))
+    refused(b, "nothing holds the flow of (a|b): it meets no inertia, resistor, spring or gyrator")
+
+
+def test_stores_tied_through_a_gyrator_are_named():
+    b = Builder().one("coil").one("shaft").on("coil", I("L", 1.0), Se("V", 1.0)).on("shaft", C("k", 1.0))
+    refused(b.gyrate("coil", "shaft", 2.0), "the flow of shaft is tied through GY:coil->shaft .*: hang an I or R")
+
+
+def test_varying_ratios_are_in_no_relation_to_each_other():
+    b = Builder().one("a", displacement="x").one("b").on("a", I("J", 1.0)).on("b", I("K", 1.0))
+    refused(b.transform("a", "b", lambda x: np.sin(x)).transform("a", "b", lambda x: np.sin(x), name="other"), "lock a, b")
+
+
+# Recordings, small linear systems and Newton's iteration: the same over floats, arrays, symbols and recordings.
+
+
+def inputs(recorder, count):
+    return [recorder.input(f"x{k}") for k in range(count)]
+
+
+def recorded(given, count):
+    recorder = Recorder()
+    return recorder.program(given(*inputs(recorder, count))).function("math")
+
+
+def test_arithmetic_and_functions_are_taken_down():
+    def given(x, y):
+        return [
+            x * y - 1.0,
+            np.sin(x) / (2.0 + y),
+            -x + y**2,
+            abs(x),
+            np.hypot(x, y),
+            np.arctan2(y, x),
+            np.sign(x),
+            np.square(y),
+        ]
+
+    compiled = recorded(given, 2)
+    for x, y in ((0.3, 1.2), (-2.0, 0.5)):
+        assert_allclose(compiled(x, y), [float(v) for v in given(x, y)], rtol=1e-14)
+
+
+@pytest.mark.parametrize("value", [np.float64(-2.0), -2.0, 0.0, 3.0])
+def test_sign_takes_numpys_numbers_too(value):
+    assert recorded(lambda x: [np.sign(x)], 1)(value) == (np.sign(value),)
+
+
+def test_zeros_and_ones_leave_no_code():
+    recorder = Recorder()
+    (x,) = inputs(recorder, 1)
+    assert x * 1.0 is x
+    assert x + 0.0 is x
+    assert isinstance(0.0 * x, float)
+    assert 0.0 * x == 0.0
+    assert x / 1.0 is x
+
+
+def test_what_branches_stays_a_call():
+    def branching(x):
+        return 2.0 * x if x > 0.0 else -x
+
+    recorder = Recorder()
+    (x,) = inputs(recorder, 1)
+    program = recorder.program([recorder.through(branching, [x]), recorder.through(math.floor, [x])])
+    compiled = program.function("math")
+    assert compiled(1.5) == (3.0, 1)
+    assert compiled(-1.5) == (1.5, -2)
+
+
+def test_slopes_with_respect_to_each_of_several_arguments_are_recorded():
+    law = function(lambda a, b: a * np.sin(b) + a / b - np.hypot(a, b) + (2.0 - a) ** 3)
+    recorder = Recorder()
+    x, y = inputs(recorder, 2)
+    value, slopes = law.partials(x, y)
+    assert not any(isinstance(found, Dual) for found in (value, *slopes))
+    expected, exact = law.partials(0.7, 1.3)
+    assert_allclose(recorder.program([value, *slopes]).function("math")(0.7, 1.3), [expected, *exact], rtol=1e-13)
+
+
+def test_names_are_no_code():
+    recorder = Recorder()
+    (x,) = inputs(recorder, 1)
+    called = []
+    recorder.program([recorder.call(called.append, (x,))]).function("math")("); raise SystemExit")
+    assert called == ["); raise SystemExit"]
+
+
+def positive_definite(size, seed):
+    a = np.random.default_rng(seed).normal(size=(size, size))
+    return a @ a.T + 0.1 * np.eye(size)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 6), st.integers(0, 1000))
+def test_solutions_are_numpys(size, seed):
+    matrix = positive_definite(size, seed)
+    right = np.random.default_rng(seed + 1).normal(size=size)
+    expected = np.linalg.solve(matrix, right)
+    assert_allclose(solve_symmetric(matrix.tolist(), right.tolist()), expected, rtol=1e-9, atol=1e-9)
+    assert_allclose(
+        [row[0] for row in solve(matrix.tolist(), [[r] for r in right.tolist()])], expected, rtol=1e-9, atol=1e-9
+    )
+
+
+def test_only_the_lower_triangle_is_read():
+    assert solve_symmetric([[2.0, None], [1.0, 4.0]], [4.0, 9.0]) == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3])
+def test_arrays_symbols_and_recordings_give_what_floats_give(size):
+    matrices = [positive_definite(size, seed) for seed in range(4)]
+    right = [float(k + 1) for k in range(size)]
+    each = [[row[0] for row in solve(m.tolist(), [[r] for r in right])] for m in matrices]
+    stacked = [[np.array([m[i, j] for m in matrices]) for j in range(size)] for i in range(size)]
+    assert_allclose([row[0] for row in solve(stacked, [[r] for r in right])], np.transpose(each), rtol=1e-12)
+    assert_allclose(solve_symmetric(stacked, right), np.transpose(each), rtol=1e-12)
+    recorder = Recorder()
+    nodes = inputs(recorder, size * size)
+    rows = [nodes[size * i : size * (i + 1)] for i in range(size)]
+    outputs = [*(row[0] for row in solve(rows, [[r] for r in right])), *solve_symmetric(rows, right)]
+    solved = recorder.program(outputs).function("math")
+    assert_allclose(solved(*matrices[0].ravel().tolist()), each[0] * 2, rtol=1e-12)
+    symbols = [[sympy.Symbol(f"a{i}{j}") for j in range(size)] for i in range(size)]
+    at = {symbols[i][j]: matrices[0][i, j] for i in range(size) for j in range(size)}
+    found = [float(row[0].subs(at)) for row in solve(symbols, [[sympy.Float(r)] for r in right])]
+    assert_allclose(found, each[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("matrix", [[[0.0]], [[1.0, 2.0], [2.0, 4.0]]])
+def test_singular_systems_are_errors(matrix):
+    with pytest.raises(GraphError, match="lock or branch"):
+        solve(matrix, [[1.0] for _ in matrix])
+    with pytest.raises(GraphError, match="lock or branch"):
+        solve([[sympy.Float(entry) for entry in row] for row in matrix], [[sympy.Integer(1)] for _ in matrix])
+
+
+def test_a_mass_matrix_that_is_not_positive_is_an_error():
+    for matrix in ([[0.0]], [[-1.0]], [[1.0, None], [1.0, 1.0]]):
+        with pytest.raises(GraphError, match="the inertia that the motion sees vanishes"):
+            solve_symmetric(matrix, [1.0] * len(matrix))
+
+
+def test_newton_settles_each_of_many_states():
+    efforts = np.array([4.0, -9.0, 1e-8, 0.0])
+    (found,) = settle(lambda u: ([u[0] * abs(u[0]) - efforts], [[2.0 * abs(u[0])]]), 1, (4,), "pipe")
+    assert_allclose(found, np.sign(efforts) * np.sqrt(np.abs(efforts)), rtol=1e-10, atol=1e-15)
+    pair = settle(
+        lambda u: ([u[0] + u[1] - 3.0, u[0] * u[1] ** 2 - 2.0], [[1.0, 1.0], [u[1] ** 2, 2 * u[0] * u[1]]]), 2, (), ""
+    )
+    assert_allclose([pair[0] + pair[1], pair[0] * pair[1] ** 2], [3.0, 2.0], rtol=1e-12)
+
+
+def test_where_it_was_last_is_where_it_goes_on():
+    calls = []
+
+    def equations(flows):
+        calls.append(flows)
+        return [flows[0] ** 2 - 4.0], [[2.0 * flows[0]]]
+
+    assert settle(equations, 1, (), "pipe", near=[-2.0]) == [-2.0]
+    assert calls == [[-2.0]]
+
+
+def test_a_step_into_where_a_law_is_not_defined_is_shortened():
+    def equations(flows):
+        if flows[0] <= 0.0:
+            raise ValueError("no logarithm")
+        return [np.log(flows[0]) + 3.0], [[1.0 / flows[0]]]
+
+    assert_allclose(settle(equations, 1, (), "pipe"), np.exp(-3.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.0, 1.0])
+def test_equations_without_solution_are_an_error_that_names_the_flows(slope):
+    with pytest.raises(GraphError, match="no flow of pipe, which no inertia weighs, solves the resistors' laws"):
+        settle(lambda flows: ([1.0 + flows[0] ** 2], [[slope * 2.0 * flows[0]]]), 1, (), "pipe")
+
+
+# Methods of order 5 and 8 in plain numbers: their order at the end of a step and within it, and what is kept of a step.
+
+
+ORDERS = {5: (ORDER_5, 5, 4), 8: (ORDER_8, 8, 7)}
+
+
+def swing(t, y):
+    """Of y'' = -y, and the integral of t cos t."""
+    return y[1], -y[0], t * math.cos(t)
+
+
+def truth(t):
+    t = np.asarray(t)
+    return np.array([np.cos(t), -np.sin(t), t * np.sin(t) + np.cos(t) - 1.0])
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_errors_fall_by_the_order_of_the_method(order):
+    chosen, at_end, within = ORDERS[order]
+    ends, inside = [], []
+    for h in (1.0, 0.5):
+        step = DormandPrince(swing, 0.0, (1.0, 0.0, 0.0), 10.0, 1.0, (math.inf,) * 3, h, chosen).step()
+        ends.append(abs(np.array(step.after) - truth(h)).max())
+        inside.append(abs(step(h * np.array([0.3, 0.6])) - truth(h * np.array([0.3, 0.6]))).max())
+    assert math.log2(ends[0] / ends[1]) > at_end + 0.7
+    assert math.log2(inside[0] / inside[1]) > within + 0.5
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_motion_is_as_good_as_asked_and_told_alike_in_every_way(order):
+    chosen, tolerance = ORDERS[order][0], 1e-8
+    runner, steps = DormandPrince(swing, 0.0, (1.0, 0.0, 0.0), 10.0, tolerance, (tolerance,) * 3, method=chosen), []
+    while runner.t < 10.0:
+        steps.append(runner.step())
+    times = np.linspace(0.0, 10.0, 101)
+    owners = np.clip(np.searchsorted([step.t + step.h for step in steps], times), 0, len(steps) - 1)
+    found = at(steps, owners, times)
+    assert abs(found - truth(times)).max() < 100 * tolerance
+    one_by_one = np.array([steps[owner](t) for owner, t in zip(owners, times, strict=True)]).T
+    plain = np.array([steps[owner].one(2)(t) for owner, t in zip(owners, times, strict=True)])
+    assert abs(one_by_one - found).max() < 1e-14
+    assert abs(plain - found[2]).max() < 1e-13
+    kept = pickle.loads(pickle.dumps(steps[-1]))
+    assert np.array_equal(kept(9.99), steps[-1](9.99))
+
+
+def test_a_loose_tolerance_is_met_by_the_lower_order():
+    assert (method(1e-3).order, method(1e-10).order) == (5, 8)
+
+
+# Methods, their orders, and restarts at breaks.
+
+
+def oscillator(t, y):
+    return np.array([y[1], -y[0]])
+
+
+@pytest.mark.parametrize(("name", "order"), [("euler", 1), ("rk2", 2), ("rk4", 4)])
+def test_a_step_satisfies_its_order_conditions(name, order):
+    """On y' = y a step of order p is the exponential series up to h^p."""
+    h = 0.3
+    stepped = runge_kutta_step(FIXED[name], lambda t, y: y, 0.0, np.ones(1), h, np.ones(1))[0]
+    assert_allclose(stepped, sum(h**k / [1, 1, 2, 6, 24][k] for k in range(order + 1)), rtol=1e-15)
+
+
+def test_equal_steps_end_exactly_and_are_joined_smoothly():
+    steps = list(fixed("rk4", oscillator, 0.0, np.array([1.0, 0.0]), 1.0, 0.3))
+    assert [s.start for s in steps] == pytest.approx([0.0, 0.3, 0.6, 0.9])
+    assert steps[-1].end == 1.0
+    for before, after in pairwise(steps):
+        assert_allclose(before.dense(before.end), after.dense(after.start), rtol=1e-15)
+    times = np.linspace(0.3, 0.6, 7)
+    assert_allclose(steps[1].dense(times)[0], np.cos(times), atol=2e-4)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_every_adaptive_method_keeps_its_tolerance(method):
+    steps = list(adaptive(method, oscillator, 0.0, np.array([1.0, 0.0]), 3.0, (1e-8, 1e-8 * np.ones(2))))
+    assert steps[0].start == 0.0
+    assert steps[-1].end == 3.0
+    assert_allclose(steps[-1].dense(3.0), [np.cos(3.0), -np.sin(3.0)], atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_field_that_ends_is_an_error_with_the_time(method):
+    def field(t, y):
+        return np.array([1.0 if y[0] < 1.0 else np.nan])
+
+    with pytest.raises(GraphError, match=r"the motion cannot be followed past t = (0|1)"):
+        list(adaptive(method, field, 0.0, np.zeros(1), 3.0, (1e-6, 1e-6 * np.ones(1))))
+
+
+def test_equal_steps_into_nowhere_are_an_error():
+    with pytest.raises(GraphError, match=r"cannot be followed past t = 0\.9 s"):
+        list(fixed("rk4", lambda t, y: np.array([1.0 if y[0] < 0.95 else np.nan]), 0.0, np.zeros(1), 3.0, 0.1))
+
+
+def test_pieces_are_those_between_breaks():
+    breaks = Breaks(0, np.array([1.0, 4.0]), None)
+    assert breaks.around(2.0, forwards=True) == (1.0, 4.0)
+    assert breaks.around(1.0, forwards=True) == (1.0, 4.0)
+    assert breaks.around(1.0, forwards=False) == (-np.inf, 1.0)
+    assert breaks.around(5.0, forwards=True) == (4.0, np.inf)
+    periodic = Breaks(0, np.array([1.0, 4.0]), 2 * np.pi)
+    low, high = periodic.around(-3.0, forwards=True)
+    assert_allclose([low, high], [1.0 - 2 * np.pi, 4.0 - 2 * np.pi])
+    assert_allclose(periodic.around(4.0 + 20 * np.pi, forwards=True), [4.0 + 20 * np.pi, 1.0 + 22 * np.pi])
+    assert_allclose(periodic.around(0.5, forwards=True), [4.0 - 2 * np.pi, 1.0])
+
+
+def pushed(accelerations, edges, start, until, times=()):
+    """A mass with a constant acceleration in each piece between the edges, stepped."""
+    edges = np.array(edges, dtype=float)
+
+    def acceleration(q):
+        return accelerations[int(np.searchsorted(edges, q, side="right"))]
+
+    def steps(t, y, stop, anchors):
+        a = acceleration(anchors[0])
+        return adaptive("DOP853", lambda t, y: np.array([y[1], a]), t, y, stop, (1e-10, 1e-10 * np.ones(2)))
+
+    def rate(t, y):
+        return np.array([y[1], acceleration(y[0])])
+
+    return list(through_breaks(steps, rate, [Breaks(0, edges, None, "q")], times, np.array(start, dtype=float), until))
+
+
+PUSHES, EDGES = (2.0, -3.0, 2.0, -1.0), (1.0, 4.0, 4.01)
+
+
+def by_hand(accelerations, edges, start, until):
+    """The same motion, from the roots of its parabolas."""
+    (q, v), t = start, 0.0
+    place = int(np.searchsorted(edges, q + 1e-9 * (v or accelerations[int(np.searchsorted(edges, q, side="right"))])))
+    while True:
+        a, span = accelerations[place], until - t
+        leaves = []
+        for edge, to in [(edges[k], k + 1 - (k < place)) for k in (place - 1, place) if 0 <= k < len(edges)]:
+            roots = np.roots([0.5 * a, v, q - edge])
+            leaves += [(r.real, to, edge) for r in roots if abs(r.imag) < 1e-12 and 1e-9 < r.real < span]
+        when, to, edge = min(leaves, default=(span, place, None))
+        q, v, t = q + v * when + 0.5 * a * when**2 if edge is None else edge, v + a * when, t + when
+        if edge is None:
+            return q, v
+        place = to if to != place else (place - 1 if edge == edges[place - 1] else place + 1)
+
+
+@pytest.mark.parametrize(
+    ("start", "until"),
+    [
+        ((0.0, 3.0), 5.0),
+        ((5.0, -3.0), 5.0),
+        ((0.2, 0.0), 5.0),
+        ((4.0, 0.0), 0.59),
+        ((1.0, 0.4), 5.0),
+        ((4.0 + 1e-7, -1e-3), 5.0),
+        ((6.0, -20.0), 5.0),
+    ],
+    ids=["forwards", "backwards", "from rest", "from rest on a break", "from a break", "just before a break", "fast"],
+)
+def test_motions_through_breaks_are_those_of_the_pieces_by_hand(start, until):
+    steps = pushed(PUSHES, EDGES, start, until)
+    assert_allclose(steps[-1].dense(until), by_hand(PUSHES, EDGES, start, until), rtol=1e-10, atol=1e-10)
+    for before, after in pairwise(steps):
+        assert before.end == after.start
+        assert_allclose(before.dense(before.end), after.dense(after.start), rtol=1e-12, atol=1e-12)
+
+
+def test_a_motion_that_comes_to_rest_where_either_side_leads_away_keeps_its_energy():
+    """From rest at 4 it is back there after 0.6 s, pushed away on both sides: the last digit says which way it goes."""
+    work = np.concatenate(([0.0], np.cumsum(np.multiply(PUSHES[1:3], np.diff(EDGES)))))  # up to each edge, from q = 1
+    for step in pushed(PUSHES, EDGES, (4.0, 0.0), 5.0):
+        q, v = step.after
+        place = int(np.searchsorted(EDGES, q))
+        level = (work[place - 1] + PUSHES[place] * (q - EDGES[place - 1])) if place else PUSHES[0] * (q - 1.0)
+        assert_allclose(0.5 * v * v - level, -work[1], rtol=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-2.0, 7.0), st.floats(0.1, 8.0), st.booleans())
+def test_starts_anywhere(q, speed, forwards):
+    start = q, speed if forwards else -speed
+    steps = pushed(PUSHES, EDGES, start, 3.0)
+    assert_allclose(steps[-1].dense(3.0), by_hand(PUSHES, EDGES, start, 3.0), rtol=1e-8, atol=1e-8)
+
+
+def test_a_step_does_not_jump_over_a_narrow_window():
+    steps = pushed((0.0, -1000.0, 0.0), (1.0, 1.0001), (0.0, 3.0), 5.0)
+    assert_allclose(steps[-1].dense(5.0)[1], np.sqrt(9.0 - 2 * 1000 * 0.0001), rtol=1e-12)
+    assert any(abs(s.end - 1 / 3) < 1e-15 for s in steps)
+
+
+def test_a_motion_that_turns_beyond_a_break_is_seen_even_between_the_ends_of_a_step():
+    steps = pushed((-1.0, -9.0), (1.0,), (0.0, 1.5), 5.0)
+    assert_allclose(steps[-1].dense(5.0), by_hand((-1.0, -9.0), (1.0,), (0.0, 1.5), 5.0), rtol=1e-11)
+
+
+def test_laws_that_drive_a_motion_back_onto_a_break_from_both_sides_are_an_error():
+    with pytest.raises(GraphError, match="sticks at q = 1, t = 0 s"):
+        pushed((2.0, -3.0), (1.0,), (1.0, 0.0), 5.0)
+
+
+@pytest.mark.parametrize("place", [0.1, 1.0 / 3.0, 7.7, -123.4, 1e6])
+def test_a_start_at_rest_on_a_break_is_left_at_once_whatever_its_digits(place):
+    with pytest.raises(GraphError, match="sticks at q = "):
+        pushed((2.0, -3.0), (place,), (place, 0.0), 5.0)
+
+
+def test_steps_end_at_given_times():
+    steps = pushed((1.0, 1.0), (100.0,), (0.0, 1.0), 2.0, times=(0.5, 1.25, 7.0, 0.0))
+    ends = [s.end for s in steps]
+    assert 0.5 in ends
+    assert 1.25 in ends
+    assert ends[-1] == 2.0
+
+
+def test_far_too_many_steps_are_an_error(monkeypatch):
+    monkeypatch.setattr("bondgraph.motion.stepping._MOST_STEPS", 10)
+
+    def steps(t, y, stop, anchors):
+        return (Step(lambda t: np.zeros(1), 0.01 * k, 0.01 * (k + 1), after=np.zeros(1)) for k in range(1000))
+
+    with pytest.raises(GraphError, match=r"10 steps reach t = 0.11 s only: .*Radau, LSODA"):
+        list(through_breaks(steps, lambda t, y: y, [], (), np.zeros(1), 5.0))
+
+
+# One walk on floats, on arrays and recorded gives the same; states, signals and starts by name.
+
+
+t, u, theta, f = sympy.symbols("t u theta f")
+
+
+def coil_and_shaft():
+    b = Builder().one("coil", "electric").one("shaft", "rotation", displacement="theta")
+    return b.on("coil", Se("V", 3.0), R("Ra", 2.0)).on("shaft", I("J", 0.5), R("b", 0.1))
+
+
+def modulated_gyrator():
+    b = coil_and_shaft().on("coil", I("L", 0.1)).gyrate("coil", "shaft", lambda theta: 1 + 0.5 * np.sin(theta))
+    return b.on("shaft", R("brake", lambda f, theta: 0.1 * f * (1 + theta**2)))
+
+
+def no_inductance():
+    return coil_and_shaft().gyrate("coil", "shaft", 0.7)
+
+
+def two_gyrators():
+    b = coil_and_shaft().one("middle").on("middle", R("r", 1.0)).on("coil", I("L", 0.1))
+    return b.gyrate("coil", "middle", 2.0).gyrate("middle", "shaft", 4.0)
+
+
+def algebraic_loop():
+    b = Builder().one("a").one("b").one("mass", displacement="x").on("mass", I("m", 2.0)).on("a", Se("F", 3.0), R("ra", 1.0))
+    return b.on("b", R("rb", 2.0)).between("a", "b", R("ab", 3.0)).between("b", "mass", R("bm", 0.5), C("k", stiffness=4.0))
+
+
+def bent_resistor_without_mass():
+    b = Builder().one("mass").one("end", displacement="x").on("mass", I("m", 2.0), C("k0", stiffness=3.0))
+    return b.between("mass", "end", C("k", stiffness=5.0)).on("end", R("d", lambda f: f * np.abs(f) + f**3))
+
+
+def springs_in_series():
+    b = Builder().one("mass").one("end").on("mass", I("m", 2.0)).between("mass", "end", C("k1", lambda q: q + q**3))
+    return b.on("end", C("k2", stiffness=3.0))
+
+
+def parallel_capacitors():
+    b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", lambda t: 5 + t), R("Rs", 2.0))
+    return b.on("node", C("c1", 0.1), C("c2", 0.3), R("leak", 10.0))
+
+
+def driven_mechanism():
+    b = Builder().one("crank", displacement="theta").one("ram").transform("crank", "ram", sympy.sin(theta) + 2)
+    return b.on("ram", I("m", 1.0), R("r", 1.0)).on("crank", Sf("w", lambda t: np.cos(3 * t)))
+
+
+def modulus_of_time():
+    b = Builder().signal("u").one("a").one("b", displacement="x").on("a", I("m", 1.0), Se("F", lambda u: u))
+    return b.transform("a", "b", lambda u, t: 2 + np.sin(u) * t).on("b", I("M", 2.0), R("r", sympy.sqrt(1 + u**2) * f))
+
+
+def by_closure():
+    """A four-bar: rod's and rocker's speeds from two loop equations."""
+    b = Builder().one("crank", "rotation", displacement="theta").one("rod", "rotation", displacement="phi", initial=0.3)
+    b.one("rocker", "rotation", displacement="psi", initial=1.2).zero("x", "translation").zero("y", "translation")
+    for name, angle, length in (("crank", "theta", 0.2), ("rod", "phi", 0.6), ("rocker", "psi", -0.5)):
+        symbol = sympy.Symbol(angle)
+        b.transform(name, "x", -length * sympy.sin(symbol)).transform(name, "y", length * sympy.cos(symbol))
+    return b.on("crank", I("J", 0.1), Se("M", 1.0)).on("rod", I("K", 0.2)).on("rocker", I("L", 0.3), R("r", 0.4))
+
+
+GALLERY = [
+    modulated_gyrator, no_inductance, two_gyrators, algebraic_loop, bent_resistor_without_mass, springs_in_series,
+    parallel_capacitors, driven_mechanism, modulus_of_time, by_closure,
+]  # fmt: skip
+SIGNALS = {"u": lambda t: t * t}
+
+
+@pytest.mark.parametrize("make", GALLERY)
+def test_floats_arrays_and_recordings_give_the_same_rates(make):
+    graph = make().build()
+    dynamics = Dynamics(graph, {name: SIGNALS[name] for name in graph.signals})
+    rng = np.random.default_rng(5)
+    times, states = rng.uniform(0.1, 1.0, 6), rng.uniform(0.2, 1.0, (len(dynamics.state.names), 6))
+    together = dynamics.at(times, list(states))
+    for k, time in enumerate(times.tolist()):
+        values = states[:, k].tolist()
+        alone = dynamics.at(time, values)
+        assert all(isinstance(rate, float) for rate in alone.rates)
+        assert_allclose(dynamics.rates(time, *values), alone.rates, rtol=1e-12, atol=1e-12)
+        for whole, one in ((together.rates, alone.rates), (together.flows, alone.flows)):
+            assert_allclose([np.broadcast_to(v, times.shape)[k] for v in whole], one, rtol=1e-12, atol=1e-12)
+        pairs = [(w, o) for w, o in zip(together.efforts, alone.efforts, strict=True) if o is not None]
+        assert_allclose(
+            [np.broadcast_to(w, times.shape)[k] for w, _ in pairs], [o for _, o in pairs], rtol=1e-12, atol=1e-12
+        )
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(2, 6), st.integers(0, 999))
+def test_accelerations_of_several_flows_are_those_of_the_mass_matrix(size, seed):
+    """Masses m_k on every flow, and one on each sum of two: M = diag(m) + coupling, M u' = F."""
+    rng = np.random.default_rng(seed)
+    masses, coupled, forces = rng.uniform(0.5, 2.0, size), rng.uniform(0.5, 2.0, size - 1), rng.normal(size=size)
+    b, matrix = Builder(), np.diag(masses)
+    for k in range(size):
+        b.one(f"v{k}").on(f"v{k}", I(f"m{k}", masses[k]), Se(f"F{k}", forces[k]))
+    for k in range(size - 1):
+        ratio = float(rng.normal())
+        b.sum(f"s{k}", [(f"v{k}", 1.0), (f"v{k + 1}", ratio)], "translation").on(f"s{k}", I(f"c{k}", coupled[k]))
+        row = np.eye(size)[k] + ratio * np.eye(size)[k + 1]
+        matrix = matrix + coupled[k] * np.outer(row, row)
+    dynamics = Dynamics(b.build())
+    assert dynamics.state.names == tuple(f"f_v{k}" for k in range(size))
+    assert_allclose(dynamics.at(0.0, [0.0] * size).rates, np.linalg.solve(matrix, forces), rtol=1e-10, atol=1e-12)
+
+
+def test_springs_in_series_share_their_rate_by_stiffness():
+    dynamics = Dynamics(springs_in_series().build())
+    assert dynamics.state.names == ("f_mass", "q_k1", "q_k2")
+    stiffness = 1 + 3 * 0.5**2
+    share = stiffness / (stiffness + 3.0)
+    assert_allclose(dynamics.at(0.0, [2.0, 0.5, 0.2]).rates[1:], [2.0 * (1 - share), 2.0 * share], rtol=1e-14)
+
+
+def test_a_varying_modulus_takes_its_part_of_the_acceleration():
+    """T = 2 + u t with m, M at its ends: (m + T^2 M) a' = F - T T' M a - ..., T' = u' t + u."""
+    b = Builder().signal("u").one("a").one("b").on("a", I("m", 1.0)).on("b", I("M", 2.0))
+    graph = b.transform("a", "b", lambda u, t: 2 + u * t).build()
+    for signal in (lambda t: t * t, t**2):
+        ratio, slope = 2 + 0.5**3, 3 * 0.5**2
+        rates = Dynamics(graph, {"u": signal}).rates(0.5, 0.7)
+        assert_allclose(rates, [-ratio * slope * 2.0 * 0.7 / (1.0 + ratio**2 * 2.0)], rtol=1e-14)
+
+
+def test_a_flow_source_through_a_mechanism_takes_the_force_that_its_law_needs():
+    """T = sin(theta) + 2 driven at w(t): the inertia's effort is m (T w' + T' w^2)."""
+    dynamics = Dynamics(driven_mechanism().build())
+    instant = dynamics.at(0.4, [0.3])
+    flow, rate = np.cos(1.2), -3 * np.sin(1.2)
+    (inertia,) = [e for p, e in zip(dynamics.form.ports, instant.efforts, strict=True) if p.element.name == "m"]
+    assert_allclose(inertia, (np.sin(0.3) + 2) * rate + np.cos(0.3) * flow**2, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("law", "inverse"),
+    [
+        (lambda f: f * np.abs(f), lambda e: np.sign(e) * np.sqrt(np.abs(e))),
+        (lambda f: f**3, np.cbrt),
+        (lambda f: np.sign(f) * np.sqrt(np.abs(f)), lambda e: e * np.abs(e)),
+        (lambda f: 2.0 * np.arctan(50.0 * f) + 0.1 * f, None),
+        (f * sympy.Abs(f), lambda e: np.sign(e) * np.sqrt(np.abs(e))),
+    ],
+    ids=["square", "cube", "root", "saturating", "SymPy"],
+)
+@pytest.mark.parametrize("effort", [4.0, -300.0, 1e-6, 0.0])
+def test_resistors_that_bend_settle_flows_without_inertia(law, inverse, effort):
+    graph = Builder().one("a", displacement="x").on("a", Se("E", effort), R("r", law)).build()
+    dynamics = Dynamics(graph)
+    flow = dynamics.at(0.0, [0.0]).flows[0]
+    if inverse is None:
+        assert_allclose(2.0 * np.arctan(50.0 * flow) + 0.1 * flow, effort, rtol=1e-9, atol=1e-15)
+    else:
+        assert_allclose(flow, inverse(effort), rtol=1e-10, atol=1e-15)
+    assert_allclose(dynamics.rates(0.0, 0.0), [flow], rtol=1e-10, atol=1e-20)
+
+
+def forced_oscillator():
+    b = Builder().signal("push").one("mass", "translation", displacement="x").on("mass", I("m", 2.0), R("d", 0.5))
+    return b.on("mass", C("spring", stiffness=8.0), Se("F", lambda push: push)).build()
+
+
+def test_the_state_is_flows_displacements_springs():
+    dynamics = Dynamics(forced_oscillator(), {"push": 3.0})
+    assert dynamics.state == (("f_mass", "x", "q_spring"), 1, 1)
+    assert dynamics.at(0.0, [1.0, 0.5, 0.25]).rates == [(3.0 - 0.5 - 2.0) / 2.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("push", [2, 2.0, np.float64(2.0), lambda t: 4.0 * t, 4 * sympy.Symbol("t"), sympy.Integer(2)])
+def test_signals_are_numbers_functions_or_expressions(push):
+    assert_allclose(Dynamics(forced_oscillator(), {"push": push}).rates(0.5, 0.0, 0.0, 0.0), [1.0, 0.0, 0.0], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("signals", "match"),
+    [
+        ({}, "signal 'push' has no function of t"),
+        ({"push": 1.0, "pull": 1.0}, "no signal 'pull': the graph declares push"),
+        ({"push": "sin(t)"}, r"signal 'push': found 'sin\(t\)', expected a number, a function of t"),
+        ({"push": lambda t, x: t}, "signal 'push': found a function of t, x, expected one of t"),
+    ],
+)
+def test_wrong_signals_are_named(signals, match):
+    with pytest.raises(GraphError, match=match):
+        Dynamics(forced_oscillator(), signals)
+
+
+def test_open_parameters_are_named():
+    graph = Builder().parameter(k=None).one("a").on("a", I("m", sympy.Symbol("k")), Se("F", 1.0)).build()
+    with pytest.raises(GraphError, match=r"parameter 'k' \(I:m, bond 1\) has no value"):
+        Dynamics(graph)
+    assert Dynamics(graph.with_parameters(k=4.0)).at(0.0, [0.0]).rates == [0.25]
+
+
+def test_evaluating_leaves_the_graph_alone():
+    graph = forced_oscillator()
+    before = str(graph), dict(graph.elements), graph.bonds
+    dynamics = Dynamics(graph, {"push": 3.0})
+    first, second = (dynamics.rates(0.1, 1.0, 2.0, 3.0) for _ in range(2))
+    assert first == second == tuple(dynamics.at(0.1, [1.0, 2.0, 3.0]).rates)
+    assert before == (str(graph), dict(graph.elements), graph.bonds)
+
+
+def test_springs_that_hold_a_flow_alone_must_balance_at_the_start():
+    b = Builder().one("mass").one("end").on("mass", I("m", 1.0)).between("mass", "end", C("k1", stiffness=5.0))
+    dynamics = Dynamics(b.on("end", C("k2", stiffness=3.0)).build())
+    assert dynamics.unbalanced([0.0, 0.3, 0.5]) == []
+    (fault,) = dynamics.unbalanced([0.0, 1.0, 0.0])
+    assert fault.startswith(
+        "C:k1, C:k2 alone hold the flow of end, and their efforts there are off balance by 5 at the start"
+    )
+
+
+def test_a_spring_whose_law_a_motion_gives_is_no_state_and_motions_are_anchored_once_each():
+    law = Law(lambda here, anchor: here.q, Motion("a"))
+    b = Builder().one("a").one("ram").on("a", I("m", 1.0), C("k", 1.0), C("cam", law), Se("M", law)).on("ram", I("M'", 1.0))
+    dynamics = Dynamics(b.transform("a", "ram", Modulus(np.sin, np.cos, Motion("a"))).build())
+    assert dynamics.state.names == ("f_a", "a", "q_k")
+    assert dynamics.anchored == ("a",)

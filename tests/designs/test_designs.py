@@ -1,0 +1,563 @@
+"""The best design, and what changes of the data do to a design."""
+
+import math
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.numerics.differences import gradient, slopes
+from flywheel.numerics.optima import STATIONARY, descent, minimum
+from tests.scenes import yoke
+
+# The best design: beside closed forms and sweeps, in corners, at bounds and under limits; and where there is none.
+
+
+ROTOR = {
+    "load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "90 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 30},
+    "flywheel": {"irregularity": 0.01},
+}
+"""Load T from 0 to b at w: power T b w/2pi, fluctuation T b (1 - b/2pi), flywheel that over eps w²."""
+
+
+def loads(*starts):
+    return [{"on": "crank", "torque": -100, "from": f"{a} deg", "to": f"{a + 60} deg"} for a in starts]
+
+
+@pytest.mark.slow
+def test_a_limit_that_binds_beside_a_sweep_along_it():
+    """Two loads whose power together is 900 W at least: along the limit none of a sweep is better."""
+    scene = flywheel.load({**ROTOR, "load": loads(0, 100)})
+    found = flywheel.optimize(scene, "flywheel.exact", over={"load.1.torque": (-150, -80), "load.0.torque": (-130, -90)},
+                              subject_to={"power": (900, None)}, samples=16, starts=2)  # fmt: skip
+    assert found.confirmed
+    assert found.limits[0].binds == "low"
+    assert found.figures["power"] == pytest.approx(900, rel=1e-9)
+    grid = np.array([[a, -900 * 6 / 30 - a] for a in np.linspace(-130, -90, 9)])
+    kept = [row for row in grid if -150 <= row[1] <= -80]
+    sweep = [flywheel.size(scene.with_({"load.0.torque": a, "load.1.torque": b}), simulate=False).flywheel.exact
+             for a, b in kept]  # fmt: skip
+    assert found.value <= min(sweep) * (1 + 1e-9)
+
+
+def test_the_least_swing_is_where_lobes_are_equal():
+    """A torque of -T for 60 deg from 0, another of S from 180 deg: equal ones leave the least swing for their sum."""
+    scene = flywheel.load({**ROTOR, "load": loads(0, 180)})
+    found = flywheel.optimize(scene, "energy_fluctuation/power", over={"load.0.torque": (-200, -50)}, samples=8, starts=1)
+    assert found.numbers["load.0.torque"] == pytest.approx(-100, rel=1e-8)
+    assert found.confirmed
+    assert found.unit == ""
+
+
+@pytest.mark.slow
+def test_an_optimum_inside_and_one_at_a_bound():
+    scene = flywheel.load(ROTOR)
+    over = {"load.0.to": ("60 deg", "300 deg"), "regime.speed": (20, 40)}
+    found = flywheel.optimize(scene, maximize="flywheel.exact", over=over, samples=16, starts=2)
+    assert found.numbers == {"load.0.to": pytest.approx(math.pi, abs=1e-5), "regime.speed": 20.0}
+    assert found.value == pytest.approx(50 * math.pi / (0.01 * 400), rel=1e-11)
+    assert found.at_bounds == {"regime.speed": "low"}
+    assert found.messages[0] == ("at its lower bound: regime.speed = 20 rad/s, beyond which flywheel.exact rises on")
+    assert abs(found.sizing.flywheel.exact - found.value) <= 2 * found.error
+    assert found.best.speed == 20.0
+    assert found.as_dict()["numbers"]["regime.speed"]["before"] == 30.0
+
+
+@pytest.mark.slow
+def test_a_wheel_whose_mass_is_least():
+    """A disc of given radius: mass 2 J/R², the largest allowed radius is best."""
+    wheel = {"irregularity": 0.01, "shape": "disc", "outer_radius": 0.3, "material": "cast steel"}
+    scene = flywheel.load({**ROTOR, "flywheel": wheel})
+    found = flywheel.optimize(scene, "flywheel.mass", over={"flywheel.outer_radius": ("0.2 m", "500 mm")}, samples=4,
+                              starts=1)  # fmt: skip
+    exact = 50 * math.pi * 0.75 / (0.01 * 900)
+    assert found.value == pytest.approx(2 * exact / 0.25, rel=1e-9)
+    assert found.unit == "kg"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"minimize": "exact", "over": {"load.0.to": (1, 2)}, "subject_to": {"power": (None, "100 W")}},
+         'subject_to power: found 477.465 W at the best, where load.0.to = 1 rad, expected power <= 100 W'),
+        ({"minimize": "exact", "over": {"flywheel.irregularity": (2.5, 3)}}, "no design within the bounds that is"),
+        ({"minimize": "mass", "over": {"load.0.to": (1, 2)}}, "give the flywheel a shape"),
+        ({"minimize": "exakt", "over": {"load.0.to": (1, 2)}}, 'did you mean "exact"?'),
+        ({"minimize": "exact + ", "over": {"load.0.to": (1, 2)}}, "an expression of figures"),
+        ({"minimize": "exact", "over": {"load.0.too": (1, 2)}}, 'did you mean "load.0.to"?'),
+        ({"minimize": "exact", "over": {"load.0.to": (1, None)}}, "two bounds (low, high)"),
+        ({"minimize": "exact", "over": {"load.0.to": (2, 1)}}, "the lower one first"),
+        ({"minimize": "exact", "over": {}}, "paths: found none"),
+        ({"over": {"load.0.to": (1, 2)}}, "minimize: found nothing to minimize"),
+        ({"minimize": "exact", "over": {"load.0.to": (1, 2)}, "subject_to": {"power": 5}}, "limits (low, high)"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_one_line(options, words):
+    with pytest.raises(flywheel.SceneError) as error:
+        flywheel.optimize(flywheel.load(ROTOR), **options, samples=4, starts=1)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.slow
+def test_an_optimum_that_does_not_exist_is_said():
+    """Nothing depends on the irregularity; and the flywheel falls on to where designs are refused."""
+    scene = flywheel.load(ROTOR)
+    found = flywheel.optimize(scene, "power", over={"flywheel.irregularity": (0.01, 0.02)}, samples=2, starts=1)
+    assert found.messages == ("no optimum: power is the same for all designs, whatever flywheel.irregularity",)
+    found = flywheel.optimize(scene, "exact", over={"flywheel.irregularity": (0.5, 3)}, samples=4, starts=1)
+    ends = "no optimum within the bounds: the best ends at flywheel.irregularity = 2"
+    assert any(message.startswith(ends) for message in found.messages)
+
+
+def test_least_values_of_functions_with_corners():
+    calls = []
+
+    def lobes(x):
+        calls.append(x.shape[1])
+        return np.array([np.abs(x[0] - 0.3) + 3 * np.abs(x[1] - 0.7 * x[0]) + x[1] ** 2, 0.1 - x[0]])
+
+    low, high = np.zeros(2), np.ones(2)
+    assert minimum(lobes, np.array([0.2, 0.9]), low, high, high) == pytest.approx([0.3, 0.21], abs=1e-9)
+    assert sum(calls) < 1000
+
+
+WHEEL = {"irregularity": 0.01, "shape": "disc", "bore": "0.1 m", "outer_radius": 0.3, "material": "grey cast iron"}
+
+
+def test_the_allowable_stress_of_a_wheel_is_kept_without_being_asked_for():
+    """A bored disc gets lighter with its radius; by rho w²/4 ((3 + nu) R² + (1 - nu) r²) it bears that up to R alone."""
+    scene = flywheel.load({**ROTOR, "regime": {"speed": 150}, "flywheel": WHEEL})
+    found = flywheel.optimize(scene, "flywheel.mass", over={"flywheel.outer_radius": (0.2, 0.9)}, samples=4, starts=1)
+    fast, density, nu = 150 * 1.005, 7200.0, 0.26
+    radius = math.sqrt((4 * 11.5e6 / (density * fast**2) - (1 - nu) * 0.05**2) / (3 + nu))
+    inertia = 50 * math.pi * 0.75 / (0.01 * 150**2)
+    assert found.numbers["flywheel.outer_radius"] == pytest.approx(radius, rel=1e-8)
+    assert found.value == pytest.approx(2 * inertia / (radius**2 + 0.05**2), rel=1e-8)
+    assert found.confirmed
+    assert found.limits[0][:4] == ("wheel.stress", None, 11.5e6, "Pa")
+    assert found.limits[0].binds == "high"
+    assert found.messages[0].startswith("the wheel's allowable stress is kept without being asked for")
+    warned = flywheel.size(found.best).messages
+    assert "grey cast iron usually stays below 30 m/s" in warned[0]
+    assert set(warned) <= set(found.messages)
+
+
+def test_no_wheel_is_recommended_that_bursts():
+    scene = flywheel.load({**ROTOR, "regime": {"speed": 150}, "flywheel": WHEEL})
+    with pytest.raises(flywheel.SceneError, match=r"^subject_to wheel.stress: .* at the best, .* expected wheel.stress <="):
+        flywheel.optimize(scene, "flywheel.mass", over={"flywheel.outer_radius": (0.5, 0.9)}, samples=2, starts=1)
+
+
+def test_figures_of_the_wheel_in_sweeps_tolerances_sensitivities_and_limits():
+    scene, path = flywheel.load({**ROTOR, "flywheel": WHEEL}), "flywheel.outer_radius"
+    swept = flywheel.sweep(scene, {path: [0.2, 0.4]})
+    fast, radius = 30 * 1.005, np.array([0.2, 0.4])
+    stress = 7200 * fast**2 / 4 * (3.26 * radius**2 + 0.74 * 0.05**2)
+    assert swept["wheel.stress"] == pytest.approx(stress, rel=1e-9)
+    assert swept["wheel.safety"] == pytest.approx(115e6 / stress, rel=1e-9)
+    assert swept["wheel.rim_speed"] == pytest.approx(fast * radius, rel=1e-9)
+    assert swept["wheel.outer_diameter"] == pytest.approx(2 * radius, rel=1e-12)
+    slope = flywheel.sensitivities(scene, path, figures=["wheel.stress"]).derivative("wheel.stress", path)
+    assert slope.value == pytest.approx(7200 * fast**2 / 2 * 3.26 * 0.3, rel=1e-7)
+    spread = flywheel.tolerance(scene, {path: (0.2, 0.4)}, figures=["wheel.stress"], samples=64)["wheel.stress"]
+    assert (spread.least.value, spread.greatest.value) == pytest.approx(tuple(stress), rel=1e-9)
+    found = flywheel.optimize(scene, "mass", over={path: (0.2, 0.9)}, subject_to={"wheel.rim_speed": (None, "15 m/s")},
+                              samples=2, starts=1)  # fmt: skip
+    assert found.numbers[path] == pytest.approx(15 / fast, rel=1e-8)
+
+
+def test_a_wheel_that_is_not_needed_has_no_stress():
+    light = {
+        "load": [{"on": "crank", "torque": "-1 N m", "from": 0, "to": "90 deg"}],
+        "inertia": [{"on": "crank", "value": 50}],
+    }
+    scene = flywheel.load({**ROTOR, **light, "flywheel": WHEEL})
+    swept = flywheel.sweep(scene, {"flywheel.outer_radius": [0.3]})
+    assert [swept[name][0] for name in ("mass", "wheel.stress", "wheel.outer_diameter")] == [0.0, 0.0, 0.0]
+    assert math.isinf(swept["wheel.safety"][0])
+
+
+COUNTERWEIGHT = {
+    "mechanism": {"type": "slider-crank", "crank": {"length": 0.1, "mass": 30, "com": 0.5}, "rod": {"length": 0.4}},
+    "gravity": {"direction": "-90 deg"},
+    "load": [{"on": "crank", "torque": "100*cos(phi) + 50*cos(2*phi)"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 10},
+    "flywheel": {"irregularity": 0.01},
+}
+"""A weight against 100 cos(phi): balanced where m s g = 100 N m, with the swing of 50 cos(2 phi), 50 J, left over."""
+
+
+def test_the_ridge_of_a_product_is_followed_to_its_end():
+    """On m s g = 100 the flywheel is 50/(eps w²) - m s², the least at the greatest s; beside it the swing grows."""
+    over = {"mechanism.crank.com": (0.2, 1.0), "mechanism.crank.mass": (5, 80)}
+    scene = flywheel.load(COUNTERWEIGHT)
+    found = flywheel.optimize(scene, "exact", over=over, samples=8, starts=1)
+    assert found.value == pytest.approx(50 / (0.01 * 100) - 100 / 9.80665, rel=1e-7)
+    assert found.numbers["mechanism.crank.mass"] == pytest.approx(100 / 9.80665, rel=1e-6)
+    assert found.numbers["mechanism.crank.com"] == pytest.approx(1.0, rel=1e-7)  # at its bound, or a rounding below it
+    assert found.at_bounds == {"mechanism.crank.com": "high"}
+    assert found.confirmed
+
+
+@pytest.mark.parametrize(
+    ("ridge", "end", "low", "high"),
+    [
+        (lambda x: np.abs(x[0] * x[1] - 0.3) - 0.01 * x[0], (1.0, 0.3), (0.1, 0.1), (1.0, 1.0)),
+        (lambda x: np.abs(x[0] * x[1] - 0.3) + 0.1 * (x[0] - 0.6) ** 2, (0.6, 0.5), (0.1, 0.1), (1.0, 1.0)),
+        (lambda x: 5 * np.abs(x[0] ** 2 + x[1] ** 2 - 1) - x[0] - x[1], (0.5**0.5, 0.5**0.5), (-2.0, -2.0), (2.0, 2.0)),
+        (lambda x: 100 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2 + 1, (1.0, 1.0), (-2.0, -2.0), (2.0, 2.0)),
+    ],
+)
+def test_curved_ridges_and_where_they_end(ridge, end, low, high):
+    low, high = np.array(low), np.array(high)
+
+    def rows(x):
+        return ridge(x)[None]
+
+    found = minimum(rows, low + np.array([0.2, 0.9]) * (high - low), low, high, high - low)
+    assert found == pytest.approx(end, abs=2e-6)
+    assert descent(rows, np.array(end), low, high) <= STATIONARY
+    beside = np.clip(np.array(end) + 0.02 * (high - low) * np.array([-1.0, 0.0]), low, high)
+    assert descent(rows, beside, low, high) > STATIONARY
+
+
+def test_a_bound_is_named_by_its_own_side():
+    """An optimum that is off the lower bound by less than counts."""
+    aim = "1 + 1000*abs(flywheel.irregularity - 0.2500000003)"
+    found = flywheel.optimize(flywheel.load(ROTOR), aim, over={"flywheel.irregularity": (0.25, 0.7)}, samples=2, starts=1)
+    assert found.at_bounds == {"flywheel.irregularity": "low"}
+    assert any(message.startswith("at its lower bound: flywheel.irregularity = 0.25") for message in found.messages)
+
+
+def test_refused_designs_are_counted_with_their_reason():
+    scene = flywheel.load(ROTOR)
+    found = flywheel.optimize(scene, "exact", over={"flywheel.irregularity": (0.5, 3)}, samples=8, starts=1)
+    assert sum(found.refused.values()) == sum(math.isnan(value) for value in found.course.values)
+    assert "flywheel.irregularity: found " in next(iter(found.refused))
+    assert any("designs within the bounds are refused" in message for message in found.messages)
+
+
+# Derivatives of figures by the numbers of a scene, beside 30-digit ones and closed forms, and the reasons for none.
+
+
+SENSITIVITIES_ROTOR = {
+    "load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 30},
+    "flywheel": {"irregularity": 0.01},
+}
+
+
+def yoke_by_hand(radius, mass, force, speed, eps):
+    """The exact flywheel of the yoke: M = FR/pi less FR sin(phi) to 180 deg, I* = m R² sin²(phi)."""
+    even = force * radius / mpmath.pi
+
+    def excess(phi, z):
+        work = even * phi - force * radius * (1 - mpmath.cos(phi) if phi < mpmath.pi else 2)
+        return work - z * speed**2 / 2 * mass * radius**2 * mpmath.sin(phi) ** 2
+
+    def slope(phi, z):
+        moment = even - (force * radius * mpmath.sin(phi) if phi < mpmath.pi else 0)
+        return moment - z * speed**2 / 2 * mass * radius**2 * mpmath.sin(2 * phi)
+
+    def extremes(z):
+        grid = [2 * mpmath.pi * k / 60 for k in range(61)]
+        at = [mpmath.findroot(lambda phi: slope(phi, z), (a, b), solver="anderson")
+              for a, b in pairwise(grid) if slope(a, z) * slope(b, z) < 0]  # fmt: skip
+        return [excess(phi, z) for phi in (*at, mpmath.mpf(0), mpmath.pi, 2 * mpmath.pi)]
+
+    fast, slow = (1 + eps / 2) ** 2, (1 - eps / 2) ** 2
+    return (max(extremes(fast)) - min(extremes(slow))) / (eps * speed**2)
+
+
+def test_derivatives_of_the_exact_flywheel_beside_30_digits():
+    paths = ["mechanism.crank.length", "mechanism.yoke.mass", "load.0.force", "regime.speed", "flywheel.irregularity"]
+    found = flywheel.sensitivities(flywheel.load(yoke()), paths, figures=["flywheel.exact"])
+    with mpmath.workdps(30):
+        at = [mpmath.mpf(found.numbers[path]) for path in paths]
+        assert found.values["exact"] == pytest.approx(float(yoke_by_hand(*at)), rel=1e-12)
+        for k, path in enumerate(paths):
+            order = tuple(int(i == k) for i in range(len(paths)))
+            true = mpmath.diff(yoke_by_hand, tuple(at), order)
+            derivative = found.derivative("exact", path)
+            assert abs(derivative.value - true) < min(derivative.error, 1e-8 * abs(true))
+            assert derivative.left == derivative.right == derivative.value
+
+
+def test_derivatives_of_a_window_in_closed_form():
+    """Load T from 0 to b: fluctuation T b (1 - b/2pi), power T b w/2pi, both 0 where nothing depends on a number."""
+    found = flywheel.sensitivities(
+        flywheel.load(SENSITIVITIES_ROTOR), ["load[0].to", "flywheel.irregularity", "load.0.torque"]
+    )
+    w, b = 30.0, math.pi
+    exact = 100 * b * (1 - b / math.tau) / (0.01 * w**2)
+    assert found.derivative("power", "load.0.to").value == pytest.approx(100 * w / math.tau, rel=1e-8)
+    assert found.derivative("exact", "load.0.to").value == pytest.approx(0.0, abs=1e-8 * exact)
+    assert found.derivative("exact", "load.0.torque").value == pytest.approx(-exact / 100, rel=1e-8)
+    power = found.derivative("power", "flywheel.irregularity")
+    assert abs(power.value) <= power.error < 1e-5
+    assert found.elasticity("flywheel.exact", "flywheel.irregularity") == pytest.approx(-1.0, rel=1e-8)
+    assert math.isnan(found.elasticity("angle_speed_max", "load.0.to"))  # of a figure that is 0
+
+
+def test_the_slopes_of_two_equal_lobes_are_given_with_the_reason():
+    """Two equal loads: with the first larger by d the fluctuation grows by 0.75 d pi/2, smaller by d by 0.25 d pi/2."""
+    loads = [{"on": "crank", "torque": -100, "from": f"{a} deg", "to": f"{a + 90} deg"} for a in (0, 180)]
+    found = flywheel.sensitivities(flywheel.load({**SENSITIVITIES_ROTOR, "load": loads}), "load.0.torque")
+    lobes = found.derivative("energy_fluctuation", "load.0.torque")
+    assert math.isnan(lobes.value)
+    assert lobes.left == pytest.approx(-0.75 * math.pi / 2, rel=1e-8)
+    assert lobes.right == pytest.approx(0.25 * math.pi / 2, rel=1e-8)
+    assert lobes.reason.startswith("two greatest values of W are equal, at ")
+    angle = found.derivative("angle_speed_min", "load.0.torque")
+    assert math.isnan(angle.value)
+    assert "equal" in angle.reason
+    assert not found.derivative("power", "load.0.torque").reason
+
+
+@pytest.mark.slow
+def test_a_lobe_that_takes_over_nearby_is_not_in_the_derivative():
+    """With the first load larger by a ten-thousandth its own slope holds, and steps are smaller than that."""
+    loads = [{"on": "crank", "torque": t, "from": f"{a} deg", "to": f"{a + 90} deg"} for a, t in ((0, -100.01), (180, -100))]
+    found = flywheel.sensitivities(flywheel.load({**SENSITIVITIES_ROTOR, "load": loads}), "load.0.torque")
+    assert found.derivative("energy_fluctuation", "load.0.torque").value == pytest.approx(-0.75 * math.pi / 2, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_where_a_flywheel_stops_being_needed_both_slopes_are_given():
+    """The machine's own inertia is what is asked for: less of it is missing one to one, more of it changes nothing."""
+    whole = 50 * math.pi / (0.01 * 30**2)
+    scene = flywheel.load({**SENSITIVITIES_ROTOR, "inertia": [{"on": "crank", "value": whole}]})
+    flips = flywheel.sensitivities(scene, ["inertia.0.value"]).derivative("exact", "inertia.0.value")
+    assert math.isnan(flips.value)
+    assert (flips.left, flips.right) == (pytest.approx(-1.0, rel=1e-7), pytest.approx(0.0, abs=1e-7))
+    assert flips.reason == "the flywheel is needed on one side alone"
+
+
+@pytest.mark.slow
+def test_a_number_at_the_end_of_its_range_has_the_slope_of_one_side():
+    """Crank and motor shaft without losses: an efficiency above 1 is refused."""
+    raw = {
+        **SENSITIVITIES_ROTOR,
+        "shafts": {"motor": {"ratio": 5, "efficiency": 1}},
+        "drive": {"on": "motor", "torque": "balance"},
+    }
+    found = flywheel.sensitivities(flywheel.load(raw), ["shafts.motor.efficiency"])
+    power = found.derivative("power", "shafts.motor.efficiency")
+    assert math.isnan(power.value)
+    assert math.isnan(power.right)
+    assert power.left == pytest.approx(-1500.0, rel=1e-7)
+    assert power.reason.startswith("refused above: shafts.motor.efficiency: found 1.000001")
+
+
+def test_faults_name_the_nearest():
+    scene = flywheel.load(SENSITIVITIES_ROTOR)
+    for call, words in (
+        ({"paths": "load.0.torqe"}, 'load.0.torqe: found no number of the scene, expected the path of one; did you mean "load.0.torque"?'),  # noqa: E501
+        ({"paths": ()}, "paths: found none, expected paths of numbers"),
+        ({"figures": ["exakt"]}, 'figures: found "exakt", expected a figure; did you mean "exact"?'),
+        ({"figures": ["mass"]}, "mass: found no figure of this scene"),
+        ({"engine": "nunba"}, 'did you mean "numba"?'),
+    ):  # fmt: skip
+        with pytest.raises(flywheel.SceneError) as error:
+            flywheel.sensitivities(scene, **call)
+        assert words in str(error.value)
+
+
+@pytest.mark.slow
+def test_all_numbers_are_taken_where_none_is_named_and_the_record_is_plain():
+    found = flywheel.sensitivities(flywheel.load(SENSITIVITIES_ROTOR), figures=["exact"])
+    assert list(found.numbers) == ["load.0.torque", "load.0.from", "load.0.to", "regime.speed", "flywheel.irregularity"]
+    data = found.as_dict()["figures"]["exact"]["derivatives"]["regime.speed"]
+    assert data["elasticity"] == pytest.approx(-2.0, rel=1e-8)
+    assert repr(found) == "Sensitivities(1 figures by 5 numbers)"
+
+
+def test_corners_jumps_and_poles_of_functions():
+    def values(x):
+        a, b = x
+        parts = [np.exp(a) * np.sin(b), np.maximum(a - 1.0, 0.0) + a**3, np.where(a < 1.0, 0.0, 1.0) + b, 1 / (1.02 - a)]
+        return np.stack(parts), 1e-15 * np.ones((4, a.size))
+
+    found = slopes(values, np.array([1.0, 2.0]), np.array([1.0, 2.0]))
+    assert found.both[0] == pytest.approx([math.e * math.sin(2), math.e * math.cos(2)], rel=1e-9)
+    assert (found.left[1, 0], found.right[1, 0]) == (pytest.approx(3.0, rel=1e-8), pytest.approx(4.0, rel=1e-8))
+    assert found.corner.tolist() == [[False, False], [True, False], [False, False], [False, False]]
+    assert found.jump.tolist() == [[False, False], [False, False], [True, False], [False, False]]
+    assert abs(found.both[3, 0] - 2500.0) < found.error[3, 0] < 1e-6
+    assert found.both[2, 1] == pytest.approx(1.0, rel=1e-9)
+    assert gradient(values, np.array([1.0, 2.0]), np.ones(2))[1][0] == pytest.approx(found.both[0], rel=1e-7)
+
+
+# How figures spread as numbers do: extremes inside and at the ends of intervals, statistics and shares in closed form.
+
+
+TOLERANCE_ROTOR = {
+    "load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 30},
+    "flywheel": {"irregularity": 0.01},
+}
+"""Load T from 0 to b at w: power T b w/2pi, fluctuation T b (1 - b/2pi)."""
+
+
+@pytest.fixture(scope="module")
+def within():
+    vary = {"load.0.torque": ("-110 N m", "-90 N m"), "regime.speed": (25, 35), "load.0.to": ("150 deg", "230 deg")}
+    return flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), vary, figures=["power", "energy_fluctuation"], samples=64)
+
+
+def test_extremes_at_corners_and_within(within):
+    b, t = math.radians(230), 110.0
+    assert within["power"].greatest.value == pytest.approx(t * b * 35 / math.tau, rel=1e-12)
+    assert within["power"].least.at == {"load.0.torque": -90.0, "regime.speed": 25.0, "load.0.to": math.radians(150)}
+    greatest = within["energy_fluctuation"].greatest
+    assert greatest.value == pytest.approx(t * math.pi / 2, rel=1e-12)
+    assert greatest.at["load.0.to"] == pytest.approx(math.pi, abs=1e-5)
+    assert within["energy_fluctuation"].least.value == pytest.approx(90 * b * (1 - b / math.tau), rel=1e-12)
+
+
+def test_no_sample_lies_outside_of_the_extremes(within):
+    for name, values in within.figures.items():
+        assert within[name].least.value <= values.min()
+        assert values.max() <= within[name].greatest.value
+    low, high = within.intervals["load.0.to"]
+    assert low <= within.samples[2].min() <= within.samples[2].max() <= high
+
+
+def test_statistics_and_shares_of_a_product_within_their_errors(within):
+    """Of y = x1 x2 x3, independent and even: with c = V(x)/m², V(y)/E(y)² is the product of all 1 + c less 1."""
+    ends = np.array([[90, 110], [25, 35], [math.radians(150), math.radians(230)]])
+    c = ((ends[:, 1] - ends[:, 0]) ** 2 / 12) / ends.mean(axis=1) ** 2
+    whole, power = np.prod(1 + c) - 1, within["power"]
+    mean = ends.mean(axis=1).prod() / math.tau
+    assert power.mean == pytest.approx(mean, abs=4 * power.mean_error)
+    assert power.mean_error < 1e-4 * mean
+    assert power.deviation == pytest.approx(mean * math.sqrt(whole), abs=4 * power.deviation_error)
+    for k, share in enumerate(power.shares.values()):
+        assert share.first == pytest.approx(c[k] / whole, abs=4 * share.first_error + 1e-6)
+        total = c[k] * np.prod(np.delete(1 + c, k)) / whole
+        assert share.total == pytest.approx(total, abs=4 * share.total_error + 1e-6)
+        assert share.first_error < 2e-3
+
+
+def test_deviations_give_quantiles_with_their_sampling_errors():
+    found = flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), {"load.0.torque": 2, "regime.speed": "2 rpm"}, samples=64)
+    power = found["power"]
+    of_torque, of_speed = 2 / 100, 2 * math.pi / 30 / 30
+    deviation = 1500 * math.sqrt(of_torque**2 + of_speed**2 + (of_torque * of_speed) ** 2)
+    assert power.deviation == pytest.approx(deviation, abs=4 * power.deviation_error + 1e-9)
+    for z, value, error in zip((-2.3263, -1.6449, 0.0, 1.6449, 2.3263), power.quantiles, power.quantile_errors, strict=True):
+        assert value == pytest.approx(1500 + z * deviation, abs=3 * error)
+    assert power.least is None
+    assert found["exact"].shares["regime.speed"].first == pytest.approx(0.3277, abs=1e-3)  # exact ~ T/w²
+    assert found["speed"].shares["load.0.torque"].total == pytest.approx(0.0, abs=1e-9)
+    assert sum(share.first for share in power.shares.values()) == pytest.approx(1.0, abs=1e-3)
+    assert found.as_dict()["numbers"]["load.0.torque"]["deviation"] == 2.0
+
+
+def test_quantiles_of_designs_that_are_left_are_those_of_samples():
+    found = flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), {"regime.speed": 15}, samples=64)
+    assert found.refused > 0  # speeds below zero
+    speeds = found.samples[0][found.samples[0] > 0.0]
+    assert found["power"].quantiles == pytest.approx(np.quantile(50 * speeds, [0.01, 0.05, 0.5, 0.95, 0.99]))
+
+
+def test_quantiles_of_a_flywheel_that_many_designs_do_not_need_are_none_below_0():
+    """I = max(T pi/2/(eps w²) - I0, 0) of a normal T: every quantile is that of T, clipped."""
+    own = 100 * math.pi / 2 / (0.01 * 900) - 0.2
+    raw = {**TOLERANCE_ROTOR, "inertia": [{"on": "crank", "value": own}]}
+    found = flywheel.tolerance(flywheel.load(raw), {"load.0.torque": 2.0}, samples=128)["exact"]
+    for z, value, error in zip((-2.3263, -1.6449, 0.0, 1.6449, 2.3263), found.quantiles, found.quantile_errors, strict=True):
+        true = max((100 + 2 * z) * math.pi / 2 / 9 - own, 0.0)
+        assert value == pytest.approx(true, abs=3 * error)
+        assert value == 0.0 or z > -1.0
+    slope, least = 2 * math.pi / 18, 100 - 9 * own * 2 / math.pi  # I = slope (z - z0) above z0
+    z0 = -least / 2
+    density, above = math.exp(-z0 * z0 / 2) / math.sqrt(math.tau), 0.5 * math.erfc(z0 / math.sqrt(2))
+    mean, square = slope * (density - z0 * above), slope**2 * ((1 + z0 * z0) * above - z0 * density)
+    assert found.mean == pytest.approx(mean, abs=4 * found.mean_error)
+    assert found.deviation == pytest.approx(math.sqrt(square - mean**2), abs=4 * found.deviation_error)
+
+
+def test_a_window_that_varies_beyond_the_cycle_goes_on_at_its_beginning():
+    """From 300 deg to 360 ± 1 deg: a window of 60 ± 1 deg, whose power is in proportion."""
+    raw = {**TOLERANCE_ROTOR, "load": [{"on": "crank", "torque": "-100 N m", "from": "300 deg", "to": "360 deg"}]}
+    found = flywheel.tolerance(flywheel.load(raw), {"load[0].to": "1 deg"}, samples=64)
+    power = found["power"]
+    assert found.refused == 0
+    assert power.mean == pytest.approx(500.0, abs=3 * power.mean_error + 1e-9)
+    assert power.deviation == pytest.approx(500.0 / 60, abs=3 * power.deviation_error + 1e-6)
+    slowest = found["angle_speed_min"]  # where the load ends
+    assert math.degrees(slowest.mean - slowest.nominal) == pytest.approx(0.0, abs=1e-2)
+    assert math.degrees(slowest.deviation) == pytest.approx(1.0, rel=1e-2)
+    assert (power.quantiles[0] - 500) / (500 / 60) == pytest.approx(-2.3263, abs=3 * power.quantile_errors[0] * 60 / 500)
+
+
+def test_shares_are_not_given_where_designs_are_refused():
+    found = flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), {"regime.speed": 15, "load.0.torque": 20}, samples=64)
+    assert found.refused > 0
+    assert found["power"].shares == {}
+    assert found["power"].deviation > 0.0
+    assert found.messages[-1].startswith("no shares of the variance are given: some designs are refused")
+
+
+def test_paths_are_taken_as_messages_write_them():
+    scene, path = flywheel.load(TOLERANCE_ROTOR), "load[0].to"
+    spread = flywheel.tolerance(scene, {path: ("170 deg", "190 deg")}, figures=["power"], samples=64)
+    assert spread["power"].least.value == pytest.approx(3000 * math.radians(170) / math.tau, rel=1e-12)
+    best = flywheel.optimize(scene, f"power + 0*{path}", over={path: ("170 deg", "190 deg")}, starts=1)
+    assert best.numbers["load.0.to"] == pytest.approx(math.radians(170))
+    slopes = flywheel.sensitivities(scene, [path])
+    assert slopes.derivative("power", path).value == pytest.approx(3000 / math.tau, rel=1e-8)
+    assert slopes.elasticity("power", path) == pytest.approx(1.0, rel=1e-8)
+    assert flywheel.sweep(scene, {path: [1.0, 2.0]})[path].tolist() == [1.0, 2.0]
+    for call in (flywheel.tolerance, lambda scene, both: flywheel.optimize(scene, "power", over=both)):
+        with pytest.raises(flywheel.SceneError, match=r"load\.0\.to: found two values, expected one"):
+            call(scene, {path: (1.0, 2.0), "load.0.to": (1.0, 2.0)})
+
+
+@pytest.mark.slow
+def test_designs_that_are_refused_are_counted():
+    """An efficiency above 1 is no machine: half of a scatter about 1."""
+    raw = {
+        **TOLERANCE_ROTOR,
+        "shafts": {"motor": {"ratio": 5, "efficiency": 0.999}},
+        "drive": {"on": "motor", "torque": "balance"},
+    }
+    found = flywheel.tolerance(flywheel.load(raw), {"shafts.motor.efficiency": 0.001}, figures=["power"], samples=64)
+    assert found.refused == pytest.approx(0.16 * 128, abs=4)
+    assert found.reason.startswith("shafts.motor.efficiency: found 1.0")
+    assert 1500 < found["power"].quantiles[0] < found["power"].quantiles[-1] < 1506
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ({"": 1}, "paths: found no number of the scene"),
+        (2.5, "vary: found 2.5, expected paths, each with (low, high)"),
+        ({}, "paths: found none"),
+        ({"load.0.torqe": 1}, 'did you mean "load.0.torque"?'),
+        ({"regime.speed": (35, 25)}, "regime.speed: found from 35 to 25, expected a low end below the high one"),
+        ({"regime.speed": (25, 30, 35)}, "regime.speed: found 3 numbers"),
+        ({"regime.speed": -1}, "regime.speed: found a standard deviation of -1"),
+        ({"regime.speed": "1 mm"}, "expected a speed"),
+        ({"regime.speed": 1, "load.0.to": (1, 2)}, "found a standard deviation beside intervals, expected all of one kind"),
+    ],
+)
+def test_what_is_no_tolerance_is_refused(vary, words):
+    with pytest.raises(flywheel.SceneError) as error:
+        flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), vary)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 3, 12])
+def test_samples_are_a_power_of_two(samples):
+    with pytest.raises(flywheel.SceneError, match="a power of two, 2 or more"):
+        flywheel.optimize(flywheel.load(ROTOR), "exact", over={"load.0.to": (1, 2)}, samples=samples, starts=1)

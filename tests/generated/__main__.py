@@ -1,0 +1,86 @@
+"""Draw scenes, try each on every route, and count what becomes of them.
+
+    python -m tests.generated --seed 1 --scenes 200
+
+Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of duties, strokes, models of a stroke, steps
+of a start, friction in joints, limits of heat and current, in a numbering of their own. Every defect is printed with its
+number; `--only N` draws one scene, prints it and all that is said of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import multiprocessing
+import pprint
+import time
+
+from tests.generated import identities
+from tests.generated.judging import DEFECTS, ROUTES, Verdict, judged
+from tests.generated.scenes import drawn
+from tests.generated.special import special
+
+
+def tried(seed: int, routes: tuple[str, ...] = ROUTES, seldom: bool = False) -> tuple[int, list[Verdict]]:
+    """The verdicts on a scene by its number."""
+    return seed, identities.tried(special(seed)) if seldom else judged(drawn(seed), routes)
+
+
+def table(verdicts: list[Verdict], scenes: int, seconds: float) -> str:
+    """How many scenes a minute, and what became of them by route."""
+    outcomes = ("right", "refused", "undecided", *DEFECTS)
+    lines = [f"{scenes} scenes in {seconds:.0f} s, {60 * scenes / max(seconds, 1e-9):.0f} a minute"]
+    routes = [r for r in ("load", *ROUTES) if any(v.route == r for v in verdicts)]
+    routes += sorted({v.route for v in verdicts} - set(routes))
+    wide = max(map(len, routes), default=0) + 1
+    lines.append(f"{'':{wide}}" + "".join(f"{name:>11}" for name in outcomes))
+    for route in routes:
+        counts = collections.Counter(v.outcome for v in verdicts if v.route == route)
+        lines.append(f"{route:{wide}}" + "".join(f"{counts[name]:11}" for name in outcomes))
+    computing = sum(v.seconds for v in verdicts), sum(v.oracle for v in verdicts)
+    lines.append(f"{computing[0]:.0f} s of computing by the toolkit, {computing[1]:.0f} s by the oracle")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.generated", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--seed", type=int, default=1, help="scenes 1000000 SEED and those that follow")
+    parser.add_argument("--scenes", type=int, default=100, help="how many")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--routes", nargs="+", choices=ROUTES, default=ROUTES, help="what each scene is tried on")
+    parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")
+    parser.add_argument("--only", type=int, help="a single scene, shown with all that is said of it")
+    asked = parser.parse_args()
+    routes = tuple(asked.routes)
+    if asked.only is not None:
+        scene = (special if asked.special else drawn)(asked.only).scene
+        pprint.pprint(scene, width=120, sort_dicts=False)
+        for verdict in tried(asked.only, routes, asked.special)[1]:
+            took = f"({verdict.seconds:.2f} s, oracle {verdict.oracle:.2f} s)"
+            print(f"{verdict.route}: {verdict.outcome} {took} {verdict.detail}")
+        return
+    first, begun, found = 10**6 * asked.seed, time.monotonic(), list[Verdict]()
+    with multiprocessing.Pool(asked.jobs) as pool:
+        numbers = range(first, first + asked.scenes)
+        rows = (
+            pool.imap_unordered(_one, [(n, routes, asked.special) for n in numbers])
+            if asked.jobs > 1
+            else map(_one, [(n, routes, asked.special) for n in numbers])
+        )
+        for seed, verdicts in rows:
+            found += verdicts
+            for v in verdicts:
+                if v.outcome in DEFECTS:
+                    print(f"--only {seed} {v.route}: {v.outcome} {v.detail}", flush=True)
+    print(table(found, asked.scenes, time.monotonic() - begun))
+
+
+def _one(given: tuple[int, tuple[str, ...], bool]) -> tuple[int, list[Verdict]]:
+    return tried(*given)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""Every text in both languages."""
+
+import pytest
+
+import flywheel
+from flywheel import Fault, report, starters
+from flywheel.language import message, use
+from tests.language import texts
+from tests.page.browsers import EXAMPLES
+
+# No text that is marked lacks its translation; and the gatherer sees what is marked, wherever it stands.
+
+
+@pytest.mark.parametrize("language", texts.languages())
+def test_no_text_of_report_or_page_lacks_its_translation(language):
+    found = texts.findings(texts.marked(), language)
+    assert found == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", texts.languages())
+def test_no_fault_remark_or_message_lacks_its_translation(language):
+    known = {entry.text for entry in texts.entries(language) if entry.told} | texts.NOT_TRANSLATED
+    assert [f"{text.place}: {text.text}" for text in texts.built_texts() if text.text not in known] == []
+
+
+def test_a_fault_is_told_by_its_parts():
+    fault = Fault(
+        "mechanism.rod.length", '"0,6 m"', 'a length such as "250 mm" or a bare number in m', "write 0.6, not 0,6", 5
+    )
+    expected = 'una longitud como "250 mm" o un número sin unidad en m; escriba 0.6, no 0,6'
+    with use("es"):
+        assert fault.told == f' (línea 5): hay "0,6 m", se esperaba {expected}'
+    assert "found" in fault.told
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        ('"a table of units"', '"a table of units"'),
+        ("the crank pin runs at 401.5 m/s", "el botón de la manivela corre a 401,5 m/s"),
+        ('write "0.5 mm" if millimetres are meant', 'escriba "0.5 mm" si quiere decir milímetros'),
+        ("nobody has heard of this", "nobody has heard of this"),
+        ("nobody has heard of this and of that at all", "nobody has heard of this and of that at all"),
+        (
+            "friction in joints is that of the motion's own speed and acceleration; "
+            "at a constant 12.5 rad/s it would give 74.3 kg m^2, 0.3 % more",
+            "el rozamiento en las articulaciones es el de la velocidad y aceleración del propio movimiento; "
+            "a una velocidad constante de 12,5 rad/s daría 74,3 kg m^2, un 0,3 % más",
+        ),
+        (
+            "rtol 1e-09 not reached: 0.2 J of net work (0.01 of the swing) are left over in the cycle, and may belong "
+            "anywhere in it: the exact inertia is good to 0.01, the work is good to 0.01",
+            "rtol 1e-09 no alcanzado: quedan de sobra en el ciclo 0,2 J de trabajo neto (0,01 de la variación), que pueden "
+            "estar en cualquier punto de él: inercia exacta con un error de 0,01, trabajo con un error de 0,01",
+        ),
+    ],
+)
+def test_a_message_is_told_with_what_is_in_quotes_left_alone(english, spanish):
+    with use("es"):
+        assert message(english) == spanish
+
+
+def test_a_module_is_read_by_the_names_it_imports():
+    source = (
+        "from flywheel.language import text as _\nfrom flywheel import language\n"
+        '_("a {n} " "b", n=1)\nlanguage.text("c")\n_(x)\nother.text("d")\ntext("e")\n'
+    )
+    found = list(texts.module_texts(source, "m"))
+    assert [(text.text, text.values) for text in found] == [("a {n} b", {"n"}), ("c", frozenset()), ("", None)]
+    assert [bool(text.fault) for text in found] == [False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("written", "text", "values"),
+    [
+        ('_("a {n} b", {n: 3})', "a {n} b", {"n"}),
+        ("text('it\\'s', {a, \"b\": 2})", "it's", {"a", "b"}),
+        ('_("one " +\n  `two`)', "one two", frozenset()),
+        ('_("\\u00b0 x", values)', "° x", None),
+        ('node.textContent = text("é")', "é", frozenset()),
+    ],
+)
+def test_a_script_is_read_without_its_comments(written, text, values):
+    (found,) = texts.one_script(f'// _("no")\nawait answer.text(); /* text("no") */ {written}', "x.js")
+    assert (found.text, found.values, found.fault) == (text, values, "")
+
+
+def test_a_script_that_marks_a_name_is_told():
+    source = "export function text(message) {}\nhost.append(text(label));"
+    (found,) = texts.one_script(source, "x.js")
+    assert found.place == "x.js:2"
+    assert found.fault
+
+
+def test_html_gives_texts_and_labels_but_not_what_is_kept():
+    page = '<p title="A b">Hello <b translate="no">X</b> you<br> all</p><script>var x</script><svg><text>z</text></svg>'
+    assert [found.text for found in texts.one_html(page, "i.html")] == ["A b", "Hello", "you", "all"]
+
+
+def test_a_catalogue_gives_all_its_entries(tmp_path):
+    po = tmp_path / "x.po"
+    po.write_text(
+        'msgid ""\nmsgstr "Language: es\\n"\n\n# a.py:3\nmsgid "one"\nmsgstr ""\n"uno "\n"solo"\n\n'
+        '#, fuzzy\nmsgid "two"\nmsgstr "dos"\n\nmsgid "three"\nmsgstr ""\n'
+    )
+    assert [(entry.text, entry.told, entry.fuzzy) for entry in texts.catalogue(po)] == [
+        ("one", "uno solo", False),
+        ("two", "dos", True),
+        ("three", "", False),
+    ]
+
+
+# A report in Spanish leaves no text in English, but for titles and names that the scene gives and sources that it cites.
+
+
+SCENES = {
+    "press": (EXAMPLES / "machines/press.toml").read_text("utf-8"),
+    "motor-press": starters.starter("motor-press"),
+    "geared-press": (EXAMPLES / "drive_lines/press.toml").read_text("utf-8"),
+}
+STAY = {"Se:slider.", "MSe:drive.torque"}  # names of bonds in their graph
+
+
+def test_what_is_the_same_in_both_languages_is_told():
+    page = '<h1 title="the same label">%s</h1><p>crank_pin</p><p>my own press</p><svg><text>turns a minute</text></svg>'
+    found = texts.left(page % "one two", page % "uno dos", 'title = "my own press"')
+    assert found == ["the same label", "turns a minute"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_no_text_of_a_report_is_left_in_english(name):
+    scene = flywheel.load(SCENES[name])
+    pages = [report.html(scene, language=language) for language in ("en", "es")]
+    assert [text for text in texts.left(*pages, SCENES[name]) if text not in STAY] == []
