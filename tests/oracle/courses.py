@@ -653,8 +653,10 @@ class Machine:
 
         def broken(a: float, b: float, dense: Any) -> tuple[float, int] | None:
             """When the first end within a step comes, and which it is."""
+            looks = [a + q * (b - a) for q in (0.0, *INSIDE)]
+            dips = self._dips(looks, np.array([ends(at, dense(at)) for at in looks]), lambda at: ends(at, dense(at)))
             before = a
-            for at in (a + q * (b - a) for q in INSIDE):
+            for at in sorted([*looks[1:], *dips]):
                 if at <= begun and at < b:
                     continue
                 since = max(before, begun) if at > begun else before
@@ -683,6 +685,18 @@ class Machine:
             if len(pieces) > MOST:
                 raise Undetermined("too many steps")
         return until, solver.y
+
+    @staticmethod
+    def _dips(looks: list[float], left: Any, ends: Callable[[float], list[float]]) -> list[float]:
+        """Where an end closes and opens again between looks: near the vertex of a parabola through three of them."""
+        bend, slope = (left[:-2] - 2 * left[1:-1] + left[2:]) / 2, (left[2:] - left[:-2]) / 2
+        inside = (bend > 0) & (np.abs(slope) <= 2 * bend) & (left.min(axis=0) >= 0)
+        near = inside & (left[1:-1] - slope**2 / (4 * np.where(inside, bend, np.inf)) < 0.1 * np.ptp(left, axis=0))
+        dips = [
+            (float(minimize_scalar(lambda at, j=j: ends(at)[j], bounds=(looks[k], looks[k + 2]), method="bounded").x), j)
+            for k, j in np.argwhere(near)
+        ]
+        return [at for at, j in dips if ends(at)[j] < 0]
 
     @staticmethod
     def _root(f: Callable[[float], float], a: float, b: float) -> float:
