@@ -296,6 +296,7 @@ def too_short(error: StepError) -> Fault:
 _MOST_STEPS = 1_000_000
 _LEAST_SPEED = 1e-3  # of the typical speed: below this, errors of speed count as if it were this
 _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_FARTHER, _FARTHEST = 10.0, 1e-3  # factor of that for each change of side at one instant; of a piece: the limit of it
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
@@ -398,7 +399,7 @@ class _Motion:
             piece = self._piece()
             ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
             width, stop = ends[1] - ends[0], self.times.after(self.t)
-            anchor, own = self._anchor(ends, stop)
+            anchor, own = self._anchor(ends, stop, min(_AHEAD * _FARTHER**stops, _FARTHEST))
             rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor, own)
             try:
                 steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along, self.length)]
@@ -621,8 +622,8 @@ class _Motion:
             raise SceneError([turning_moment.weightless(self.machine, phi, 0.0)])
         self.light = 0.0
 
-    def _anchor(self, ends: tuple[float, float], stop: float) -> tuple[Anchor, Array]:
-        """The anchor of the coming stretch: a little ahead, where there are branches that position does not decide.
+    def _anchor(self, ends: tuple[float, float], stop: float, share: float) -> tuple[Anchor, Array]:
+        """The anchor of the coming stretch: a share of it ahead, where there are branches that position does not decide.
 
         And a motor's own states there.
         """
@@ -637,8 +638,8 @@ class _Motion:
             here = here._replace(omega=self.direction * max(self.direction * omega, least))
         rate = self._rates(ends, here)(self.t, self.state)
         acceleration = float(rate[1]) if np.isfinite(rate[1]) or not self.rough else 0.0  # friction may leave none
-        ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
-        ahead = min(ahead, _AHEAD * self.typical / max(abs(acceleration), 1e-300))
+        ahead = share * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
+        ahead = min(ahead, share * self.typical / max(abs(acceleration), 1e-300))
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
         held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
@@ -692,9 +693,25 @@ class _Motion:
         found = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here, there=True)])
         if straight:
             return Events(values, found, clear)
+        rounding = np.zeros(found.size)
+        if len(self.machine.stages) > 1:
+            first = len(goals) + len(self.dynamics.switches(*here[:1], anchor, *here[1:3]))
+            rounding[first : first + len(self.machine.stages) - 1] = self._mesh_error(anchor, coming)
         short = residuals(found, values(np.array([self.t]), self.state[:, None])[:, 0])
         short[: len(goals)] = 0.0  # a goal that is reached is reached
-        return Events(values, found, residuals=short)
+        return Events(values, found, residuals=short, rounding=rounding)
+
+    def _mesh_error(self, anchor: Anchor, coming: Array) -> Array:
+        """The moment (N m, on the crank) by which an error of speed of one step's tolerance changes what each mesh passes.
+
+        A mesh that passes less has no side: in steady running a wheel behind a mesh takes nothing but these errors.
+        """
+        assert anchor.omega is not None
+        allowed = self.tolerance.relative * abs(anchor.omega) + float(self.tolerance.absolute[1])
+        omega = np.array([anchor.omega, anchor.omega + allowed])
+        at, own = np.full(2, anchor.phi), np.repeat(coming[:, None], 2, axis=1)
+        passed = self.dynamics.at_many(at, anchor, omega, np.full(2, anchor.time), own).passed[1:]
+        return np.array([abs(float(tau[1] - tau[0])) for tau in passed])
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 

@@ -11,13 +11,14 @@ from tests.generated.special import special
 
 LONG = (3, 7, 21, 29, 33, 55)  # sized in some seconds each: left to the slow leg
 BY_LOSSES, AT_A_JUMP = 1000348, 1000457  # meshes alone fix the speed; it starts where a load drives it back on both sides
-FIXED = [*(seed for seed in range(66) if seed not in LONG), BY_LOSSES, AT_A_JUMP]
+IDLE = 1000462  # in its regime a wheel behind a mesh takes nothing but the rounding of the speed
+FIXED = [*(seed for seed in range(66) if seed not in LONG), BY_LOSSES, AT_A_JUMP, IDLE]
 WAYS = (("size",), ("rest", "both"), ("size", "regime"), ("down", "both"))
 LATE = "late"
 SLOW, TOGETHER = 1000, 20
 SPECIAL = (1, 7, 13, 19, 25, 31, 20, 23, 29, 41, 53, 15, 39, 36, 0, 4)  # the cheaper ones of each kind
 SELDOM = 60
-STUCK = 10**6 + 60  # beside rubbing joints a mesh that passes next to nothing changes its side without end
+NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when it changes its side
 
 
 def defects(seed: int, routes: tuple[str, ...]) -> list[str]:
@@ -57,10 +58,9 @@ def test_special_scenes(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(10**6, 10**6 + SELDOM, 10))
 def test_many_special_scenes(first: int) -> None:
-    assert [line for seed in range(first, first + 10) if seed != STUCK for line in seldom(seed)] == []
+    assert [line for seed in range(first, first + 10) for line in seldom(seed)] == []
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, reason="refused as a motion that sticks, though it has a regime")
 def test_a_mesh_that_passes_next_to_nothing_beside_rubbing_joints() -> None:
-    assert seldom(STUCK) == []
+    assert seldom(NEXT_TO_NOTHING) == []
