@@ -354,14 +354,19 @@ def _roots(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
     """The same, with the slopes there."""
     both = np.empty((len(rows), 2, rows.shape[-1]))
     both[:, 0], both[:, 1] = rows, rows @ _DIFFERENTIATE
+    step = right - left
     for _ in range(_MOST_STEPS):
         here, slope = (both @ basis(t, ORDER)[..., None])[..., 0].T
-        step = here / np.where(slope == 0.0, np.inf, slope)
+        earlier, step = step, here / np.where(slope == 0.0, np.inf, slope)
         before, t = t, np.minimum(np.maximum(t - step, left), right)
         if not np.abs(t - before).max(initial=0.0) > _SETTLED:
             break
-    lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
-    if lost.any():  # bisection, for rows that change sign between left and right; the others keep their t
+    size, last = np.abs(step), np.abs(earlier)
+    lost = (size > 1e-5) | (
+        (size > _SETTLED) & (size > 0.1 * last)
+    )  # the next step would be above 1e-10, or they halve only
+    lost &= right > left
+    if lost.any():  # bisection, for rows that change sign between left and right
         rows, low, high = rows[lost], left[lost], right[lost]
         rising = np.sign(value(rows, high))
         bracketed = rising * value(rows, low) < 0.0
@@ -369,7 +374,11 @@ def _roots(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
             middle = 0.5 * (low + high)
             above = rising * value(rows, middle) > 0.0
             low, high = np.where(above, low, middle), np.where(above, middle, high)
-        t[lost] = np.where(bracketed, 0.5 * (low + high), t[lost])
+        # without a change of sign a root lies at an end whose value is nearer 0, as where a double one begins a cell
+        ends = np.stack([t[lost], left[lost], right[lost]])
+        nearest = np.argmin([np.abs(value(rows, end)) for end in ends], axis=0)
+        t[lost] = np.where(bracketed, 0.5 * (low + high), np.take_along_axis(ends, nearest[None], axis=0)[0])
+        slope[lost] = value(rows @ _DIFFERENTIATE, t[lost])
     return t, slope
 
 

@@ -526,14 +526,24 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
 def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     """Error (rad) of the angles where M* crosses zero.
 
-    Each is off by the error of M* over its slope; where it is the end of a cell the moment jumps through zero, or its zeros
-    end, or the cycle does, and only rounding is left. What the cycle leaves over may move it as far as that is the work of
-    the moment on the way.
+    Each is off by the error of M* over its slope, beside a double root by the angle 2 sqrt(2 noise/|M*''|) in which M* is
+    within its error; where a cell ends the moment jumps through zero, or the cycle ends, and only rounding is left, or its
+    zeros end, and what follows counts. What the cycle leaves over may move it as far as that is the work of the moment on
+    the way.
     """
     end, found = float(cycle.mesh.edges[-1]), roots.crossings
-    half, noise = cycle.mesh.half.take(found.cell), cycle.noise[0].take(found.cell) + cycle.errors.work / end
-    errors = half * np.minimum(noise / np.maximum(np.abs(found.slope), 1e-300), 2.0)
-    error = 4 * ROUNDING * end + float(errors[found.t < _CELL_END].max(initial=0.0))
+    at_end = found.t >= _CELL_END
+    cell = np.minimum(found.cell + at_end, cycle.mesh.half.size - 1)
+    t = np.where(at_end, -1.0, found.t)
+    noise = cycle.noise[0].take(cell) + cycle.errors.work / end
+    series = cycle.series[0].take(cell, axis=0)
+    slopes = cells.derivative(series)
+    value, slope, bend = (np.abs(cells.value(rows, t)) for rows in (series, slopes, cells.derivative(slopes)))
+    along = noise / np.maximum(slope, 1e-300)
+    along = along * (1.0 + 6.0 * along * bend / np.maximum(slope, 1e-300))
+    errors = np.minimum(np.minimum(along, 2.0 * np.sqrt(2.0 * noise / np.maximum(bend, 1e-300))), 2.0)
+    uncertain = ~at_end | ((value <= noise) & (found.cell + 1 < cycle.mesh.half.size))
+    error = 4 * ROUNDING * end + float((cycle.mesh.half.take(cell) * errors)[uncertain].max(initial=0.0))
     if not cycle.errors.residual or not found.t.size:
         return error
     phi, work = _at_nodes(cycle)[:2]

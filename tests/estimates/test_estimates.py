@@ -27,6 +27,8 @@ FOUND = {  # what these once had wrong
     1000722: "a speed that has settled, and is least nowhere",
     1000728: "cells that torques which switch at a speed had cut, to be halved",
     1000784: "a machine in which nothing varies",
+    1000553: "where the zeros of M* end in a double root",
+    1000629: "a double root of M* at the beginning of a cell, off by 7e-5 rad",
 }
 
 
