@@ -47,8 +47,9 @@ if TYPE_CHECKING:
     from flywheel.motions.joint_forces import JointForces, joint_forces
     from flywheel.motions.kinematics import Kinematics, motion
     from flywheel.motions.kinetic_energy import cycle_shares, shares, stored_energy
-    from flywheel.motions.simulation import Motion, simulate, time_along
-    from flywheel.motions.transients import Transient, run_down, run_up, transient
+    from flywheel.motions.motion import Motion, Transient, time_along
+    from flywheel.motions.simulation import simulate
+    from flywheel.motions.transients import run_down, run_up, transient
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.mechanisms import animate, draw
@@ -68,7 +69,7 @@ _HOMES = {
     "Kinematics": "motions.kinematics",
     "Machine": "machine.machine",
     "MachineState": "regime.state",
-    "Motion": "motions.simulation",
+    "Motion": "motions.motion",
     "Optimum": "designs.optimum",
     "PowerFlow": "sizing.results",
     "Scene": "scene.scene",
@@ -80,7 +81,7 @@ _HOMES = {
     "Sweep": "designs.sweep_results",
     "Tolerance": "designs.tolerance",
     "Tradeoff": "study.tradeoff",
-    "Transient": "motions.transients",
+    "Transient": "motions.motion",
     "along": "regime.state",
     "animate": "pictures.mechanisms",
     "cycle_shares": "motions.kinetic_energy",
@@ -102,7 +103,7 @@ _HOMES = {
     "size": "sizing.sizing",
     "stored_energy": "motions.kinetic_energy",
     "sweep": "designs.sweep",
-    "time_along": "motions.simulation",
+    "time_along": "motions.motion",
     "suitable_motors": "designs.catalogue",
     "tolerance": "designs.tolerance",
     "tradeoff": "study.tradeoff",

@@ -1,7 +1,8 @@
 """Motions in time: run-up, run-down, load steps, stalls, with energy, heat and peaks."""
 
-from flywheel.motions.simulation import Energy, Peak, Peaks, Regime, Samples, sampled, time_along
-from flywheel.motions.transients import Transient, run_down, run_up, transient
+from flywheel.motions.motion import Energy, Peak, Peaks, Samples, Transient, sampled, time_along
+from flywheel.motions.simulation import Regime
+from flywheel.motions.transients import run_down, run_up, transient
 
 __all__ = [
     "Energy",

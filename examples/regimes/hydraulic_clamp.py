@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import flywheel
-from flywheel.motions.simulation import Motion
+from flywheel.motions.motion import Motion
 from flywheel.numerics.units import columns
 from flywheel.regime.state import along
 from flywheel.scene.scene import Scene

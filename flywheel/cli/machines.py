@@ -44,7 +44,7 @@ from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 if TYPE_CHECKING:
     from flywheel.machine.reactions import Array
     from flywheel.motions.joint_forces import JointForces
-    from flywheel.motions.transients import Transient
+    from flywheel.motions.motion import Transient
     from flywheel.scene.scene import Scene
 
 
@@ -436,7 +436,7 @@ def _along(
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
     """The same along a motion in time, from its start to its end."""
     from flywheel.motions.joint_forces import along_run, closely_along
-    from flywheel.motions.simulation import evenly
+    from flywheel.motions.motion import evenly
 
     trail = run.motion.trail
     assert trail is not None

@@ -37,7 +37,7 @@ from flywheel.cli.common import (
 from flywheel.cli.common import speed as speed_of
 
 if TYPE_CHECKING:
-    from flywheel.motions.transients import Transient
+    from flywheel.motions.motion import Transient
     from flywheel.regime.free_motion import Watching
     from flywheel.scene.scene import Scene
 

@@ -26,8 +26,9 @@ from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
 from flywheel.designs.figures import progress_bar
 from flywheel.machine.machine import Machine
+from flywheel.motions.motion import Transient
 from flywheel.motions.starting import RunUp, load_at_rest, mapped_run_up, maps, torque_at_rest
-from flywheel.motions.transients import Transient, Until, transient
+from flywheel.motions.transients import Until, transient
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, figure, parse_quantity
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue

@@ -801,3 +801,26 @@ def _turned(ratio: float, origin: float = 0.0) -> Callable[[Here], Any]:
 
 def _displaced(position: Callable[[Any], Any]) -> Callable[[Here], Any]:
     return lambda here: position(here.position)
+
+
+def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
+    """The graph of a machine with its flywheel, which is a parameter where it is to be sized; and what it leaves out."""
+    loaded = machine.scene
+    sized = loaded.irregularity is not None or bool(loaded.limits)
+    heavy = [e for e in machine.graph.elements.values() if e.kind == "I"]
+    moved = not loaded.has_flywheel and all(element.law == 0.0 for element in heavy)
+    graph = machine.graph
+    if loaded.stroke is None or moved:  # a flywheel that sizing finds is a parameter without a value
+        graph = machine.with_values(0.0, 1.0 if sized else loaded.inertia or 0.0, moved=moved)
+        if sized:
+            name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
+            wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
+            graph = replace(graph, elements={**graph.elements, name: wheel}, parameters={"J_flywheel": None})
+    left_out = tuple(
+        f"shafts.{name}: losses in its mesh (efficiency {efficiency:g}) are no element of the graph"
+        for name, efficiency in loaded.efficiencies.items()
+        if efficiency < 1.0
+    )
+    if moved:
+        left_out += ("nothing has inertia: a source of flow moves the driver at unit speed",)
+    return graph, left_out

@@ -17,11 +17,9 @@ from bondgraph.numerics import roots_between
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
-from flywheel.motions.joint_forces import DRIVER as DRIVER
-from flywheel.motions.joint_forces import TIME as TIME
-from flywheel.motions.joint_forces import steady_motion
-from flywheel.motions.simulation import Motion, sampled, switching, time_along
-from flywheel.motions.transients import Transient
+from flywheel.motions.motion import DRIVER as DRIVER
+from flywheel.motions.motion import TIME as TIME
+from flywheel.motions.motion import Motion, Transient, sampled, steady_motion, switching, time_along
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed

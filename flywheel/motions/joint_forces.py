@@ -22,17 +22,15 @@ from flywheel.machine.reactions import MachineMotion, close_positions, port_forc
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.motions.simulation import sampled, time_along
-from flywheel.motions.transients import Transient
-from flywheel.numerics import cells, notebook
+from flywheel.motions.motion import TIME, Transient, regime_motion, sampled, steady_motion, time_along
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
-from flywheel.regime import constant_speed, state, turning_moment
+from flywheel.regime import constant_speed, state
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
-from flywheel.sizing.errors import speed_error_over_cycle
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
@@ -246,27 +244,6 @@ def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
     return value, abs(value) * constant_speed.operating_point_errors(machine, at)[1]
 
 
-def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
-    """The steady regime of a sizing at crank angles phi (rad), and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
-    machine = sizing.machine or machine  # with friction in joints as it is in that regime
-
-    if sizing.cycle is None or sizing.run is None:
-        return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size)), (0.0, 0.0)
-    omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
-    reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
-    moment = reduced.moment
-    noise = sizing.cycle.noise[:, sizing.cycle.where(phi - machine.scene.origin)[0]]
-    if sizing.run.cycle is not None:
-        cell, t = sizing.cycle.where(phi)
-        moment = cells.value(sizing.cycle.series[0, cell], t)
-    total = reduced.inertia + sizing.run.inertia
-    alpha = (moment - 0.5 * reduced.slope * omega**2) / total
-    off = omega * speed_error_over_cycle(sizing)
-    heavy = (sizing.error.exact or 0.0) * sizing.run.inertia / total
-    slower = (noise[0] + 0.5 * omega**2 * noise[1] + np.abs(reduced.slope) * omega * off) / total + np.abs(alpha) * heavy
-    return MachineMotion(phi, omega, alpha), (off, slower)
-
-
 def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) -> JointForces:
     """Forces in the joints of a machine's mechanisms, or of some, in the steady regime that its sizing has found.
 
@@ -285,14 +262,6 @@ def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) ->
         if mechanism.name in mechanisms or not mechanisms
     }
     return JointForces(motion, found, MotionErrors(), balance, "steady regime", (), machine)
-
-
-def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
-    """The steady regime that a sizing has found at crank angles from 0 to the cycle (rad), without its errors."""
-    if sizing.cycle is None or sizing.run is None:
-        return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size))
-    omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
-    return MachineMotion(phi, omega, turning_moment.acceleration_over_cycle(sizing.cycle, sizing.run, phi, omega))
 
 
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times
@@ -399,7 +368,6 @@ def close_times(run: Transient) -> tuple[Array, Indices]:
 
 # -- curves ------------------------------------------------------------------------------------------------------------
 
-DRIVER, TIME = "driver", "time"
 DRIVING, RESULTANT = "driving", "resultant"
 COMPONENTS = (
     "x", "y", "normal", "moment", RESULTANT, DRIVING, "friction", "front", "rear", "tangential", "radial",

@@ -20,8 +20,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build, has_joints
 from flywheel.mechanisms.linkages.positions import Track
 from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
-from flywheel.motions.simulation import Motion
-from flywheel.motions.transients import Transient
+from flywheel.motions.motion import Motion, Transient
 from flywheel.numerics import arguments, cells, notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError

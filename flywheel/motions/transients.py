@@ -7,10 +7,9 @@ motion (`Transient`) and the errors of its figures.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -21,28 +20,24 @@ from flywheel.components.motors import Motor, Started
 from flywheel.components.motors.starting import as_started
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine, circuit_of
-from flywheel.motions.simulation import (
+from flywheel.motions.motion import (
     Energy,
     Indices,
     Motion,
     Peak,
-    Peaks,
-    Regime,
     Samples,
-    actual,
+    Transient,
     column,
     energy_of,
     highest,
-    motion_from,
     peaks_of,
-    regime_of,
     sampled,
     samples_of,
     speed_at,
     states_at,
 )
-from flywheel.motions.starting import StartHeat, drive_acts, moment_at_rest, start_heat, within
-from flywheel.numerics import notebook
+from flywheel.motions.simulation import Regime, actual, motion_from, regime_of
+from flywheel.motions.starting import drive_acts, moment_at_rest, start_heat, within
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
@@ -670,122 +665,6 @@ def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> 
 
 
 # -- the record -------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, repr=False)
-class Transient:
-    """A machine followed from a start to an end.
-
-    `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall` (its drive pushes,
-    and is too weak), `creep` (it slows down for ever), `limit` (what was asked for does not come), `stroke`.
-    `time` (s), `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in
-    turns. On a stroke whose driver slides, m.
-
-    `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
-    none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at
-    its own shaft (kg m²). `given_errors` are those of inertia, balance and regime speed, in their units.
-    """
-
-    scene: Scene
-    motion: Motion
-    ended: str
-    reason: str
-    inertia: float
-    balance: float
-    regime_speed: float | None
-    time_to_regime: float | None
-    rtol: float
-    messages: tuple[str, ...] = ()
-    given_errors: Mapping[str, float | None] = field(default_factory=dict)
-    from_regime: bool = False
-
-    @cached_property
-    def samples(self) -> tuple[Samples, Indices]:
-        """The motion in every stretch, and the stretches that samples belong to."""
-        assert self.motion.trail is not None
-        return samples_of(self.motion.trail)
-
-    @cached_property
-    def peaks(self) -> Peaks:
-        """Greatest speed, and of a driven machine torque, power and current."""
-        assert self.motion.trail is not None
-        with np.errstate(all="ignore"):
-            return peaks_of(self.motion.trail, *self.samples)
-
-    @cached_property
-    def energy(self) -> Energy:
-        """Works and heats from start to end, and how far they close."""
-        assert self.motion.trail is not None
-        with np.errstate(all="ignore"):
-            return energy_of(self.motion.trail, self.samples[0].kinetic)
-
-    @cached_property
-    def start_heat(self) -> StartHeat | None:
-        """Heat of the motor's start, against what it bears; None where it is not started, or its kind does not tell."""
-        assert self.motion.trail is not None
-        return None if self.from_regime else start_heat(self.motion.trail)
-
-    def __repr__(self) -> str:
-        """How it ended, instead of the motion."""
-        figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
-        return f"Transient({self.reason}: {self.ended}; {figures})"
-
-    _repr_html_ = notebook.html
-
-    @property
-    def time(self) -> float:
-        """When it ended, s."""
-        return float(self.motion.t[-1])
-
-    @property
-    def phi(self) -> float:
-        """Where it ended, rad."""
-        return float(self.motion.phi[-1])
-
-    @property
-    def omega(self) -> float:
-        """The speed at the end, rad/s: 0 of a machine that stopped, whose motion ends there to rounding."""
-        return 0.0 if self.reason in ("stop", "stall") else float(self.motion.omega[-1])
-
-    @property
-    def way(self) -> float:
-        """How far it went, rad."""
-        return float(self.motion.phi[-1] - self.motion.phi[0])
-
-    @property
-    def turns(self) -> float:
-        """How far it went, in turns of the crank."""
-        return self.way / TURN
-
-    @property
-    def error(self) -> float:
-        """Estimated error of position and speed, relative to the way gone and to the greatest speed."""
-        return self.motion.error
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI throughout."""
-        return {
-            "title": self.scene.title,
-            "reduction": self.scene.reduction_element,
-            "reason": self.reason,
-            "ended": self.ended,
-            "start": {"phi": float(self.motion.phi[0]), "omega": float(self.motion.omega[0])},
-            "end": {"t": self.time, "phi": self.phi, "omega": self.omega},
-            "way": self.way,
-            "turns": self.turns,
-            "flywheel": {"on": self.scene.flywheel_on, "inertia": self.inertia},
-            "balance": self.scene.unknown and {"name": self.scene.unknown, "value": self.balance},
-            "regime_speed": self.regime_speed,
-            "time_to_95_percent": self.time_to_regime,
-            "peaks": {name: found and found._asdict() for name, found in self.peaks._asdict().items()},
-            "energy": self.energy._asdict(),
-            "motor_start": None if self.start_heat is None else self.start_heat.as_dict(),
-            "error": self.error,
-            "energy_residual": self.energy.residual,
-            "drift": self.motion.drift,
-            "rtol": self.rtol,
-            "messages": list(self.messages),
-        }
 
 
 # -- errors -----------------------------------------------------------------------------------------------------------

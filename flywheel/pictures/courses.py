@@ -14,15 +14,13 @@ from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
 from flywheel.motions.kinematics import ANGLE, motion
-from flywheel.motions.simulation import Samples, sampled
-from flywheel.motions.transients import Transient
+from flywheel.motions.motion import Samples, Transient, sampled
 from flywheel.pictures import figures, noun, written
 from flywheel.pictures.figures import BLACK, BLUE, BODIES, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from flywheel.pictures.kinematics import axis_of, broken, draw_panel, legend, shown, ticks
 from flywheel.regime import constant_speed
-from flywheel.regime.state import MachineState, reduce
+from flywheel.regime.state import MachineState, at_speed, conditions, reduce
 from flywheel.scene.scene import Scene
-from flywheel.tables.reduction import at_speed, conditions
 from flywheel.tables.rows import RPM
 
 Array = NDArray[np.float64]

@@ -827,7 +827,7 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
 def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
     """How the driver moves: as the forces say; by the steady regime; at the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
-    from flywheel.motions.joint_forces import regime_motion
+    from flywheel.motions.motion import regime_motion
 
     scene, q = part.scene, part.axis.taken
     if part.sizing is not None and part.machine is not None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import bondgraph
 from flywheel.language import number as localized
 from flywheel.language import text as _
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, graph_with_flywheel
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.units import figure as number
@@ -30,7 +30,6 @@ from flywheel.pictures.mechanisms import _draw_bodies, _write_names, colours
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism, Scene
-from flywheel.tables.reduction import graph_with_flywheel
 
 Array = NDArray[np.float64]
 

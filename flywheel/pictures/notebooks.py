@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.kinematics import Kinematics
-    from flywheel.motions.simulation import Motion
-    from flywheel.motions.transients import Transient
+    from flywheel.motions.motion import Motion, Transient
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import PowerFlow, Sizing, Sizings

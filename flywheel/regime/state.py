@@ -341,3 +341,32 @@ def _stroke_of(scene: Scene) -> Stroke:
         expected, advice = "a table with from and to", "flywheel.reduce takes any machine"
         raise SceneError([Fault("stroke", "nothing", expected, advice)])
     return scene.stroke
+
+
+def at_speed(scene: Scene, speed: float | None) -> Machine:
+    """The machine of a scene that has one, at a constant speed (rad/s or m/s) in place of the scene's, if one is given."""
+    if scene.areas is not None:
+        advice = "give mechanism, inertia or load instead"
+        raise SceneError([Fault("areas", "a diagram of areas", "a machine to reduce", advice)])
+    if speed is not None:
+        scene = replace(scene, speed=speed, stroke=scene.stroke and scene.stroke._replace(speed=speed))
+    return machine_of(scene, speed)
+
+
+def conditions(machine: Machine, speed: float | None) -> str:
+    """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
+    scene = machine.scene
+    sliding = scene.reduction_element == "slide"
+    found = []
+    if machine.depends_on_speed and speed is not None:
+        found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
+    if machine.friction is not None and speed is None and scene.speed is None:
+        found.append("friction in joints is that without inertia forces, as no speed is given")
+    if machine.depends_on_time:
+        found.append("what depends on time is taken at t = 0")
+    if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
+        found.append("losses in meshes are left out")
+    told = [f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}"] if found else []
+    if scene.stroke is not None and scene.stroke.speed is None:
+        told.append("no speed is given, and so neither the driving action nor velocities: [stroke] speed, or --speed")
+    return "\n".join(told)

@@ -13,9 +13,9 @@ from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFIN
 from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Extreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
-from flywheel.motions.simulation import Peak, Samples, sampled
-from flywheel.motions.simulation import evenly as instants
-from flywheel.motions.transients import Transient, estimates, of_samples
+from flywheel.motions.motion import Peak, Samples, Transient, sampled
+from flywheel.motions.motion import evenly as instants
+from flywheel.motions.transients import estimates, of_samples
 from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.units import columns, figure, short
 from flywheel.tables.rows import DEGREES, RPM, csv, encoded, page, sentences, wrapped

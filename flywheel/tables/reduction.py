@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -13,23 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bondgraph
-from bondgraph import BondGraph, GraphError, I
-from flywheel.machine.machine import FLYWHEEL, Machine
+from bondgraph import BondGraph, GraphError
+from flywheel.machine.machine import Machine, graph_with_flywheel
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
-from flywheel.motions.joint_forces import (
-    DRIVER,
-    DRIVING,
-    TIME,
-    Axis,
-    ForceCurve,
-    JointForces,
-    axis,
-    figures_of,
-    force_curves,
-)
+from flywheel.motions.joint_forces import DRIVING, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
 from flywheel.motions.kinematics import POINT, Curve, motion
 from flywheel.motions.kinetic_energy import stored_energy
+from flywheel.motions.motion import DRIVER, TIME
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import columns, figure
 from flywheel.reading.scenes import load
@@ -39,6 +29,8 @@ from flywheel.regime.state import (
     MachineState,
     Passage,
     along,
+    at_speed,
+    conditions,
     passage_errors,
     reduce,
     state_errors,
@@ -98,35 +90,6 @@ def reduced(
     else:
         text = csv(chain(_columns(machine, phi, state), _position_columns(machine, phi, _bodies(machine, phi))))
     return text, conditions(machine, at)
-
-
-def at_speed(scene: Scene, speed: float | None) -> Machine:
-    """The machine of a scene that has one, at a constant speed (rad/s or m/s) in place of the scene's, if one is given."""
-    if scene.areas is not None:
-        advice = "give mechanism, inertia or load instead"
-        raise SceneError([Fault("areas", "a diagram of areas", "a machine to reduce", advice)])
-    if speed is not None:
-        scene = replace(scene, speed=speed, stroke=scene.stroke and scene.stroke._replace(speed=speed))
-    return machine_of(scene, speed)
-
-
-def conditions(machine: Machine, speed: float | None) -> str:
-    """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
-    scene = machine.scene
-    sliding = scene.reduction_element == "slide"
-    found = []
-    if machine.depends_on_speed and speed is not None:
-        found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
-    if machine.friction is not None and speed is None and scene.speed is None:
-        found.append("friction in joints is that without inertia forces, as no speed is given")
-    if machine.depends_on_time:
-        found.append("what depends on time is taken at t = 0")
-    if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
-        found.append("losses in meshes are left out")
-    told = [f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}"] if found else []
-    if scene.stroke is not None and scene.stroke.speed is None:
-        told.append("no speed is given, and so neither the driving action nor velocities: [stroke] speed, or --speed")
-    return "\n".join(told)
 
 
 def _translates(machine: Machine, name: str) -> bool:
@@ -290,29 +253,6 @@ def _stroke_columns(
 
 
 # -- the bond graph ----------------------------------------------------------------------------------------------------
-
-
-def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of a machine with its flywheel, which is a parameter where it is to be sized; and what it leaves out."""
-    loaded = machine.scene
-    sized = loaded.irregularity is not None or bool(loaded.limits)
-    heavy = [e for e in machine.graph.elements.values() if e.kind == "I"]
-    moved = not loaded.has_flywheel and all(element.law == 0.0 for element in heavy)
-    graph = machine.graph
-    if loaded.stroke is None or moved:  # a flywheel that sizing finds is a parameter without a value
-        graph = machine.with_values(0.0, 1.0 if sized else loaded.inertia or 0.0, moved=moved)
-        if sized:
-            name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
-            wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
-            graph = replace(graph, elements={**graph.elements, name: wheel}, parameters={"J_flywheel": None})
-    left_out = tuple(
-        f"shafts.{name}: losses in its mesh (efficiency {efficiency:g}) are no element of the graph"
-        for name, efficiency in loaded.efficiencies.items()
-        if efficiency < 1.0
-    )
-    if moved:
-        left_out += ("nothing has inertia: a source of flow moves the driver at unit speed",)
-    return graph, left_out
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 import flywheel
 from flywheel import Sizing, Transient, transient
 from flywheel.components.gas_forces import Compression, compressor_work
-from flywheel.motions.simulation import sampled
+from flywheel.motions.motion import sampled
 from tests.oracle.drive_lines import DriveLine, Regime
 
 # The regime examples run, and their figures hold by short calculations of their own.

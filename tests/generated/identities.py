@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import flywheel
-from flywheel.motions.simulation import speed_at
+from flywheel.motions.motion import speed_at
 from tests.generated.judging import FLOOR, LATE, Answer, Late, Plan, Scene, Told, Verdict, answered, judged, limited
 from tests.generated.judging import _beside as beside
 from tests.generated.judging import _figures as figures_of

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 import flywheel
-from flywheel.motions.simulation import speed_at, states_at
+from flywheel.motions.motion import speed_at, states_at
 from tests.generated.scenes import Drawn, chance
 from tests.oracle.courses import RTOL, Course, Machine, Piece, Undetermined
 from tests.oracle.drive_lines import value

@@ -18,7 +18,7 @@ import flywheel
 from flywheel import Machine, SceneError, joint_forces
 from flywheel.machine.reactions import MachineMotion, port_forces
 from flywheel.motions.joint_forces import along_run, axis, close_times, figures_of, force_curves, joint_errors
-from flywheel.motions.simulation import evenly, sampled
+from flywheel.motions.motion import evenly, sampled
 from tests import regimes
 from tests.limits import sample
 from tests.scenes import crank_press, press, shaper, yoke

@@ -21,7 +21,8 @@ import flywheel
 from flywheel import Machine, joint_forces, run_down, run_up, time_along, transient
 from flywheel.motions import transients
 from flywheel.motions.joint_forces import joint_errors
-from flywheel.motions.simulation import energy_of, peak, regime_of, sampled, samples_of, speed_at, switching
+from flywheel.motions.motion import energy_of, peak, sampled, samples_of, speed_at, switching
+from flywheel.motions.simulation import regime_of
 from flywheel.motions.transients import Until, estimates, of_samples, until
 from flywheel.regime.state import state_errors
 from flywheel.scene.scene import TURN

@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, root
 
 import flywheel
-from flywheel.motions.simulation import speed_at
+from flywheel.motions.motion import speed_at
 from flywheel.regime import turning_moment
 from flywheel.tables.power import sentence
 from tests import regimes, scenes
