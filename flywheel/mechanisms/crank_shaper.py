@@ -211,7 +211,7 @@ KIND = f.Kind(
     family,
     (
         f.CRANK_PART,
-        f.Part("frame", "the frame", (length("rocker's pivot to crank's pivot, along +x"),)),
+        f.Part("frame", "the frame", (length("rocker's pivot to crank's pivot, along +x"),), alias="ground"),
         f.Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to ram pin"),), BODY),
         f.Part("block", "sits at the crank pin and turns with the rocker", (), (MASS, OWN_INERTIA)),
         f.Part("rocker_pin", "mass at the rocker's end", (), POINT),

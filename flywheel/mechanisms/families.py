@@ -8,7 +8,7 @@ records are parts that chains share, limits where a crank locks, and the ends of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
@@ -105,12 +105,26 @@ class Family(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A table of a mechanism: its geometry, then what it may weigh."""
+    """A table of a mechanism: its geometry, then what it may weigh; `alias` is another name under which it may stand."""
 
     name: str
     about: str
     geometry: tuple[Key, ...] = ()
     body: tuple[Key, ...] = ()
+    alias: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its name, then its alias."""
+        return (self.name, self.alias) if self.alias else (self.name,)
+
+    def name_in(self, table: Container[str]) -> str:
+        """Its name in a mechanism's table: the alias where that stands there alone.
+
+        >>> Part("ground", "the frame", alias="frame").name_in({"type", "frame"})
+        'frame'
+        """
+        return next((name for name in self.names if name in table), self.name)
 
     @property
     def keys(self) -> tuple[Key, ...]:
@@ -528,10 +542,11 @@ def where_sine(value: float) -> list[float]:
 
 def lock_fault(path: str, length: float, expected: str, angles: Iterable[float]) -> Fault:
     """The fault of a length (m) for which the crank cannot turn, naming the angles (rad) where it locks."""
-    listed = [f"{degrees(angle):.6g}" for angle in within_turn(angles)]
+    locks = within_turn(angles)
+    listed = [f"{degrees(angle):.6g}" for angle in locks]
     several = " and ".join(filter(None, (", ".join(listed[:-1]), *listed[-1:])))
     where = f"the crank locks at {several} deg" if listed else "it closes at no crank angle"
-    return Fault(path, f"{float(length):.9g} m", expected, where)
+    return Fault(path, f"{float(length):.9g} m", expected, where, locks=locks)
 
 
 # -- ends of a port's stroke ---------------------------------------------------------------------------------------------

@@ -292,7 +292,7 @@ KIND = f.Kind(
     "a crank and a rocker on fixed pivots, joined by a coupler",
     family,
     (
-        f.Part("ground", "the frame", (length("crank pivot to rocker pivot, along +x"),)),
+        f.Part("ground", "the frame", (length("crank pivot to rocker pivot, along +x"),), alias="frame"),
         f.CRANK_PART,
         f.Part("coupler", "from the crank pin (its first pin) to the rocker", (length("between its pins"),), BODY),
         f.Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to coupler pin"),), BODY),

@@ -22,8 +22,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.numerics.faults import LONGEST_SHOWN
+from flywheel.numerics.faults import LONGEST_SHOWN, nearest
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
+from flywheel.numerics.notations import CONDITION, PRODUCT, written_here
 from flywheel.numerics.units import DIMENSIONS, Unit
 
 SMOOTH = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")
@@ -393,8 +394,6 @@ NODE_CAP = 500
 DEPTH_CAP = 60
 EXPONENT_CAP = 64
 
-_CONDITION = "a condition is written a if c else b"
-_CALLED_IF = re.compile(r"\bif\s*\(.*,")  # of spreadsheets: if(v > 0, a, b)
 _FOREIGN = re.compile(r"[^\w \t+\-*/()<>=!,.]")
 _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, and functions such as sin(phi)"
 
@@ -528,7 +527,7 @@ class Expression:
         """A part of the tree as it was written, where it stands in the text as one."""
         body = self.text.strip(" \t")
         reader = _ExpressionReader(body, self.names, 0)
-        reader.read(_python_tree(body, 0).body, 1)
+        reader.read(_python_tree(body, 0, self.names).body, 1)
         text = reader.texts.get(node) or written(node)
         return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
 
@@ -559,21 +558,21 @@ def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
     Traceback (most recent call last):
     flywheel.numerics.expressions.ExpressionError: found a text ...
     """
-    _check_text(text)
+    _check_text(text, names)
     body = text.strip(" \t")
     indent = len(text) - len(text.lstrip(" \t"))
-    return Expression(text, _ExpressionReader(body, names, indent).read(_python_tree(body, indent).body, 1))
+    return Expression(text, _ExpressionReader(body, names, indent).read(_python_tree(body, indent, names).body, 1))
 
 
-def _check_text(text: str) -> None:
+def _check_text(text: str, names: frozenset[str]) -> None:
     """Refuse what Python's parser should not even see."""
     if not text.strip(" \t"):
         raise ExpressionError("an empty text")
     if len(text) > LENGTH_CAP:
         raise ExpressionError(f"a text of {len(text)} characters", f"at most {LENGTH_CAP}")
     if foreign := _FOREIGN.search(text):
-        advice = {"^": "a power is written **", "?": _CONDITION}.get(foreign[0], "")
-        raise ExpressionError(f"the character {foreign[0]!a} at column {foreign.start() + 1}", advice=advice)
+        advice = written_here(text, RESERVED | names)
+        raise ExpressionError(f"the character {foreign[0]!r} at column {foreign.start() + 1}", advice=advice)
     depth = 0
     for column, character in enumerate(text, 1):
         depth += (character == "(") - (character == ")")
@@ -581,14 +580,14 @@ def _check_text(text: str) -> None:
             raise ExpressionError(f"brackets nested deeper than {DEPTH_CAP} at column {column}", "a flatter text")
 
 
-def _python_tree(body: str, indent: int) -> ast.Expression:
+def _python_tree(body: str, indent: int, names: frozenset[str]) -> ast.Expression:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return ast.parse(body, mode="eval")
     except SyntaxError as error:
         place = f" (column {error.offset + indent})" if error.offset else ""
-        advice = _CONDITION if _CALLED_IF.search(body) else ""
+        advice = written_here(body, RESERVED | names)
         raise ExpressionError(f"a text that cannot be read{place}: {str(error.msg)[:100]}", advice=advice) from None
     except (ValueError, RecursionError, MemoryError, OverflowError):
         raise ExpressionError("a text too large or too deeply nested", "a shorter one") from None
@@ -653,7 +652,7 @@ class _ExpressionReader:
         raise ExpressionError(
             f"the unknown name {self._shown(node)}",
             "one of " + ", ".join(known),
-            _nearest("pi" if name == "π" else name, known),
+            written_here(name, ()) or _nearest(name, known),
         )
 
     def _binary(self, node: ast.BinOp, depth: int) -> Node:
@@ -662,8 +661,7 @@ class _ExpressionReader:
             return self._power(node, depth)
         kind, signs = next(((kind, signs) for kind, signs in _SPINES.items() if type(node.op) in signs), ("", {}))
         if not kind:
-            advice = "a power is written **" if isinstance(node.op, ast.BitXor) else ""
-            raise ExpressionError(f"the operation {self._shown(node)}", "+ - * / **", advice)
+            raise ExpressionError(f"the operation {self._shown(node)}", "+ - * / **")
         members: list[tuple[str, Node]] = []
         inner: ast.expr = node
         while isinstance(inner, ast.BinOp) and type(inner.op) in signs:
@@ -685,8 +683,6 @@ class _ExpressionReader:
         return Node("**", (base, exponent))
 
     def _unary(self, node: ast.UnaryOp, depth: int) -> Node:
-        if isinstance(node.op, ast.Invert):
-            raise ExpressionError(f"the operation {self._shown(node)}")
         operand = self.read(node.operand, depth)
         if isinstance(node.op, ast.Not):
             return Node("not", (operand,))
@@ -702,7 +698,11 @@ class _ExpressionReader:
 
     def _logic(self, node: ast.BoolOp, depth: int) -> Node:
         op = "and" if isinstance(node.op, ast.And) else "or"
-        return Node(op, tuple(self.read(arg, depth) for arg in node.values))
+        args = tuple(self.read(arg, depth) for arg in node.values)
+        if number := next((at for at, arg in zip(node.values, args, strict=True) if not _is_truth(arg)), None):
+            advice = written_here(self.source.decode(), ()) or CONDITION
+            raise ExpressionError(f"the number {self._shown(number)}", f"a comparison on either side of {op}", advice)
+        return Node(op, args)
 
     def _choice(self, node: ast.IfExp, depth: int) -> Node:
         return Node("if", tuple(self.read(arg, depth) for arg in (node.test, node.body, node.orelse)))
@@ -711,7 +711,9 @@ class _ExpressionReader:
         name = self._text(node.func)
         if not isinstance(node.func, ast.Name) or name not in FUNCTIONS:
             expected = "one of " + ", ".join(FUNCTIONS)
-            raise ExpressionError(f"a call of {self._shown(node.func, node)}", expected, _nearest(name, FUNCTIONS))
+            names = self.names | RESERVED
+            advice = PRODUCT if name in names else written_here(self._text(node), names) or _nearest(name, FUNCTIONS)
+            raise ExpressionError(f"a call of {self._shown(node.func, node)}", expected, advice)
         if node.keywords:
             raise ExpressionError(f"a keyword in {self._shown(node)}", "plain arguments")
         count, wanted = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)
@@ -723,6 +725,11 @@ class _ExpressionReader:
         return _paired(name, args) if name in ("min", "max") else Node(name, args)
 
 
+def _is_truth(node: Node) -> bool:
+    """Tells whether a tree is true or false: a comparison, or what is made of comparisons alone."""
+    return node.op in BOOLEAN or (node.op == "if" and all(map(_is_truth, node.args[1:])))
+
+
 def _paired(name: str, args: tuple[Node, ...]) -> Node:
     """Minimum or maximum of many as a balanced tree of pairs, each of which is one switch."""
     if len(args) == 1:
@@ -732,10 +739,8 @@ def _paired(name: str, args: tuple[Node, ...]) -> Node:
 
 
 def _nearest(name: str, known: tuple[str, ...]) -> str:
-    from difflib import get_close_matches
-
-    close = get_close_matches(name[:40], known, 1)
-    return f"did you mean {close[0]!r}?" if close else ""
+    near = nearest(name[:40], known)
+    return f"did you mean {near!r}?" if near else ""
 
 
 _SPINES: dict[str, dict[type, str]] = {"sum": {ast.Add: "+", ast.Sub: "-"}, "product": {ast.Mult: "*", ast.Div: "/"}}

@@ -280,7 +280,7 @@ def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
 def _mechanism(above: Path, kind: str, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> Beginning:
     """A mechanism of a type; lengths that it lacks are those of its starter, in the crank's proportion."""
     family = KINDS[kind]
-    keep = {*(key.name for key in (*MECHANISM.keys, *family.keys)), *(part.name for part in family.parts)}
+    keep = {*(key.name for key in (*MECHANISM.keys, *family.keys)), *(part.name_in(table) for part in family.parts)}
     scene, share = dict[str, Any](), 1.0
     with suppress(KeyError):
         scene = tomllib.loads(starter(kind))
@@ -292,7 +292,7 @@ def _mechanism(above: Path, kind: str, table: Mapping[str, Any], mapping: Mappin
         for key in part.keys:
             given = example.get(part.name, {}).get(key.name, None if scene else example_of(key))
             if key.required and given is not None:
-                begun[(*above, part.name, key.name)] = literal(_scaled(given, key, share))
+                begun[(*above, part.name_in(table), key.name)] = literal(_scaled(given, key, share))
     for key in family.keys:
         if key.required and key.name in example:
             begun[(*above, key.name)] = literal(example[key.name])

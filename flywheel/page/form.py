@@ -506,7 +506,7 @@ class _Reader:
         inner = {key.name for key in (kind.keys if kind else ()) if key.kind in ("tables", "list")}
         own = [key for key in (kind.keys if kind else ()) if key.kind not in ("tables", "list")]
         section = MECHANISM._replace(keys=(*MECHANISM.keys, *own), about=kind.about if kind else MECHANISM.about)
-        parts = {part.name for part in kind.parts} if kind else set()
+        parts = {name for part in kind.parts for name in part.names} if kind else set()
         plain = {k: v for k, v in table.items() if k not in parts and k not in inner}
         more = list(self.more(path, section, plain, None))
         if kind is not None and kind.name == "linkage":
@@ -520,10 +520,9 @@ class _Reader:
         fields = tuple(self.fields(path, section.keys, plain))
         yield Group(path, title, _(section.about), fields, tuple(more), True)
         for part in kind.parts if kind else ():
-            part_section = Section(part.name, part.about, part.keys)
-            yield from self.table(
-                f"{path}.{part.name}", title_of(part.name), part_section, table.get(part.name, {}), level=1
-            )
+            name = part.name_in(table)
+            part_section = Section(name, part.about, part.keys)
+            yield from self.table(f"{path}.{name}", title_of(name), part_section, table.get(name, {}), level=1)
         if kind is not None and kind.name == "law":
             for name, output in _tables(table.get("outputs")):
                 where = child(f"{path}.outputs", name)

@@ -66,46 +66,61 @@ class Faults(list[Fault]):
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
         """Note a name that does not exist here, with the nearest one that does, or the tables where it does."""
         advice = suggestion(name, valid) if len(self) < _SUGGESTIONS else ""
-        if what.startswith("key") and (home := _home(name, valid)):
-            advice = f"{home}; {advice}" if advice.startswith("valid") and "?" not in home else home
+        if what.startswith("key"):
+            advice = _home(name, valid, path.split(".")[-2] if "." in path else "") or advice
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
 
 
 _TRADE = {
-    **dict.fromkeys(("frame", "ground", "fixed", "base", "fixed_link"), ("ground", "frame")),
-    **dict.fromkeys(("rod", "conrod", "con_rod", "connecting_rod", "coupler"), ("rod", "coupler")),
-    **dict.fromkeys(("piston", "ram", "crosshead"), ("slider",)),
-    **dict.fromkeys(("follower", "output_link"), ("rocker",)),
+    **dict.fromkeys(("frame", "ground", "fixed", "base", "bed", "fixed_link"), ("ground", "frame")),
+    **dict.fromkeys(
+        ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler"), ("rod", "coupler")
+    ),
+    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "slide", "slider"), ("slider", "yoke", "ram", "platen")),
+    **dict.fromkeys(("follower", "lever", "beam", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
+    **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input_link"), ("crank",)),
+    **dict.fromkeys(("throw", "radius", "r"), ("length",)),
     **dict.fromkeys(("inertia", "mass"), ("value",)),
 }
 """Other words of the trade for keys, with the keys that they may stand for."""
 
 
-def _home(name: str, valid: Collection[str]) -> str:
+def _home(name: str, valid: Collection[str], owner: str = "") -> str:
     """Advice on a key in a table that does not know it: what is meant, or where it belongs; empty where that is nowhere.
 
-    >>> _home("conrod", ["crank", "rod"])
-    'did you mean rod?'
+    >>> _home("conrod", ["crank", "rod"]), _home("throw", ["length", "mass"], "crank"), _home("radius", ["type", "crank"])
+    ('did you mean rod?', 'did you mean length?', 'did you mean crank.length?')
     >>> _home("speed", ["on"]), _home("title", ["on"]), _home("rod_length", ["rod", "crank"])
     ('speed is a key of [regime] or [stroke]', 'title stands at the top, above every heading', 'did you mean rod.length?')
     """
-    if meant := next((key for key in _TRADE.get(name.replace("-", "_"), ()) if key in valid), ""):
-        return f"did you mean {meant}?"
-    if name == "stroke" and "crank" in valid and {"slider", "yoke"} & set(valid):
-        return "a stroke in line is twice crank.length"
+    word, mechanism = name.replace("-", "_").lower(), "crank" in valid
     parts = {part.name: part for kind in KINDS.values() for part in kind.parts}
     here = [part for part in parts if part in valid]
-    owner, _, key = name.replace("-", "_").partition("_")
-    if owner in here and key in (known.name for known in parts[owner].keys):
-        return f"did you mean {owner}.{key}?"
+    meant = _TRADE.get(word, ())
+    if near := next((key for key in meant if key in valid and (key != "length" or owner == "crank")), ""):
+        return f"did you mean {near}?"
+    if mechanism and meant == ("length",):
+        return "did you mean crank.length?"
+    if word in ("stroke", "diameter") and (owner in ("crank", "slider", "yoke") or {"slider", "yoke"} & set(valid)):
+        return "a stroke in line is twice crank.length"
+    of, _, key = word.partition("_")
+    if of in here and key in (known.name for known in parts[of].keys):
+        return f"did you mean {of}.{key}?"
     if owners := [f"{part}.{name}" for part in here if name in (known.name for known in parts[part].keys)]:
         return f"{name} belongs to a part: {', '.join(owners)}"
     if any(name == key.name for key in TOP):
         return f"{name} stands at the top, above every heading"
+    kinds = [
+        kind.name for kind in KINDS.values() if name in {*(part.name for part in kind.parts), *(k.name for k in kind.keys)}
+    ]
+    if mechanism and kinds:
+        return f"{name} belongs to type {' or '.join(kinds)}"
+    if owner in parts and name == "stroke":
+        return ""
     if name in SECTIONS:
         return f"{name} is a table of its own: write {heading(name)}"
     found = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
-    if name in parts or any(name == key.name for kind in KINDS.values() for key in kind.keys):
+    if kinds:
         found = [heading("mechanism")]
     return f"{name} is a key of {' or '.join(found)}" if found else ""
 

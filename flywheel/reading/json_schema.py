@@ -154,8 +154,12 @@ def _mechanism(name: str) -> Schema:
     kind = KINDS[name]
     keys = (*MECHANISM.keys, *kind.keys)
     schema = _typed(Section(name, kind.about, keys), name)
-    schema["properties"] |= {part.name: _table(Section(part.name, part.about, part.keys)) for part in kind.parts}
-    schema["required"] += [part.name for part in kind.parts if any(key.required for key in part.keys)]
+    tables = {part: _table(Section(part.name, part.about, part.keys)) for part in kind.parts}
+    schema["properties"] |= {name: table for part, table in tables.items() for name in part.names}
+    required = [part for part in kind.parts if any(key.required for key in part.keys)]
+    schema["required"] += [part.name for part in required if not part.alias]
+    if ways := [{"oneOf": [{"required": [name]} for name in part.names]} for part in required if part.alias]:
+        schema["allOf"] = ways
     del schema["type"]
     return schema
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Kind, build
-from flywheel.numerics.faults import SceneError, quote, show, suggestion, told
+from flywheel.numerics.faults import Fault, SceneError, quote, show, suggestion, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
     Faults,
@@ -150,7 +150,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
         seen.add(item.name)
     ports: dict[str, Place] = {}
     known = all(abs(value) < math.inf for value in setting.parameters.values())
-    for item in found:
+    for (_, table), item in zip(tables, found, strict=True):
         if item is None:
             continue
         returns: dict[str, bool] = {}
@@ -159,9 +159,11 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
                 family = build(item.mechanism, setting.parameters)
                 returns = {name: port.returns or once for name, port in family.ports.items()}
             except SceneError as error:  # it locks
-                between = "; between them it moves, with [stroke] from and to" if not once and len(found) == 1 else ""
-                partly = KINDS[item.mechanism.type].lock_angles is not None
-                faults.extend(fault._replace(advice=fault.advice + between * partly) for fault in error.faults)
+                kind, alone = KINDS[item.mechanism.type], not once and len(found) == 1
+                partly = "; between them it moves, with [stroke] from and to" if alone and kind.lock_angles else ""
+                for fault in error.faults:
+                    advice = fault.advice + (partly if fault.locks else "")
+                    faults.append(_as_written(fault, kind, table)._replace(advice=advice))
             except ArithmeticError:
                 advice = "lengths whose squares can be computed"
                 faults.add(item.mechanism.path, "lengths out of all proportion", advice)
@@ -194,7 +196,8 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         advice = "several are read by flywheel.load_linkage (see flywheel reference freedoms)"
         faults.add(f"{path}.driver", found, "the name of one, of one degree of freedom", advice)
         return None
-    parts = tuple(Key(part.name, "part", part.about) for part in kind.parts)
+    parts = tuple(Key(part.name_in(raw), "part", part.about) for part in kind.parts)
+    raw = _without_twins(raw, kind, path, faults)
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
     name = fields["name"] or kind.name
     if not alone and "name" not in raw:
@@ -209,9 +212,10 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     geometry: dict[str, float] = {}
     bodies: dict[str, Body] = {}
     for part in kind.parts:
-        table = as_table(raw.get(part.name, {}), f"{path}.{part.name}", faults)
+        where = f"{path}.{part.name_in(raw)}"
+        table = as_table(raw.get(part.name_in(raw), {}), where, faults)
         if table is not None:
-            values = read_fields(table, part.keys, f"{path}.{part.name}", faults)
+            values = read_fields(table, part.keys, where, faults)
             geometry |= {f"{part.name}.{key.name}": values[key.name] for key in part.geometry}
             if part.body:
                 bodies[part.name] = Body(**{key.name: values[key.name] for key in part.body})
@@ -238,6 +242,24 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         own["period"] = stroke.span if stroke.sliding else TURN
     mechanism = Mechanism(type=kind.name, name=name, geometry=geometry, bodies=bodies, path=path, **at, **own)
     return Found(name, rotating, travel, mechanism, complete)
+
+
+def _without_twins(raw: Mapping[str, Any], kind: Kind, path: str, faults: Faults) -> Mapping[str, Any]:
+    """The table without a part's alias beside the part's own name, after noting it."""
+    twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
+    for part in twins:
+        found = f"{part.alias} beside {part.name}, which is the same"
+        faults.add(f"{path}.{part.alias}", found, "one of the two", f"leave {part.alias} out")
+    return {name: value for name, value in raw.items() if name not in {part.alias for part in twins}}
+
+
+def _as_written(fault: Fault, kind: Kind, raw: Mapping[str, Any]) -> Fault:
+    """A fault of a mechanism's lengths with the names that its table has for its parts."""
+    for part in kind.parts:
+        name = part.name_in(raw)
+        path = fault.path.replace(f".{part.name}.", f".{name}.")
+        fault = fault._replace(path=path, expected=fault.expected.replace(f"{part.name}.", f"{name}."))
+    return fault
 
 
 def _travel(shaft: object, path: str, setting: Setting) -> float | None:

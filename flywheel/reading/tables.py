@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics.expressions import Expression, ExpressionError, parse
+from flywheel.numerics.expressions import RESERVED, Expression, ExpressionError, parse
 from flywheel.numerics.faults import nearest, quote, show, suggestion
+from flywheel.numerics.notations import product
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
 from flywheel.reading.fields import (
     REPORTED,
@@ -367,7 +368,8 @@ def read_effort(value: object, dimension: str, path: str, setting: Setting) -> f
         alone = parts is not None and isinstance(value, str) and value.strip() == parts[0]
         number = convert(parts[0], Unit()) if parts is not None and alone else parse_quantity(value, dimension)
     except QuantityError as error:
-        setting.faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
+        advice = product(str(value), setting.names | RESERVED) or error.advice
+        setting.faults.add(path, error.found, f"{error.expected}, or an expression", advice)
         return None
     setting.faults.quantities[path] = Quantity(value, number, dimension, False)
     return number

@@ -334,6 +334,18 @@ def test_another_type_keeps_what_fits(kind: str) -> None:
     assert not [fault for fault in told["faults"] if fault["path"].startswith("mechanism.") and fault["found"] == "nothing"]
 
 
+def test_the_frame_of_a_four_bar_is_edited_by_the_name_that_the_scene_gives_it() -> None:
+    text = starter("four-bar").replace("ground.length", "frame.length")
+    fields = {field.path for group in Draft(text).form.groups for field in group.fields}
+    assert "mechanism.frame.length" in fields
+    assert "mechanism.ground.length" not in fields
+    shaper = edited(text, "mechanism.type", "crank-shaper")
+    lengths = tomllib.loads(shaper.outline.text)["mechanism"]
+    assert lengths["frame"]["length"] == tomllib.loads(text)["mechanism"]["frame"]["length"]
+    back = tomllib.loads(edited(shaper.outline.text, "mechanism.type", "four-bar").outline.text)["mechanism"]
+    assert (back["frame"], "ground" in back) == (lengths["frame"], False)
+
+
 @pytest.mark.parametrize("model", ["punch", *slow("constant", "fan", "losses", "belt", "press", "compressor")])
 def test_other_models_of_loads(model: str) -> None:
     draft = edited(TEXTS["motor-press"], "load[0].model.type", model)

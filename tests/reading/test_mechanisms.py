@@ -53,13 +53,18 @@ def test_bodies_and_geometry_have_defaults(kind):
 @pytest.mark.parametrize(
     ("kind", "key", "word", "advice"),
     [
-        ("four-bar", "ground", "frame", "did you mean ground?"),
         ("four-bar", "ground", "fixed", "did you mean ground?"),
+        ("four-bar", "ground", "bed", "did you mean ground?"),
+        ("crank-shaper", "frame", "base", "did you mean frame?"),
         ("four-bar", "coupler", "connecting_rod", "did you mean coupler?"),
         ("four-bar", "rocker", "follower", "did you mean rocker?"),
-        ("crank-shaper", "frame", "ground", "did you mean frame?"),
+        ("four-bar", "rocker", "lever", "did you mean rocker?"),
         ("slider-crank", "rod", "conrod", "did you mean rod?"),
+        ("slider-crank", "rod", "link", "did you mean rod?"),
+        ("slider-crank", "rod", "pitman", "did you mean rod?"),
         ("slider-crank", "crank", "stroke", "a stroke in line is twice crank.length"),
+        ("slider-crank", "crank", "throw", "did you mean crank.length?"),
+        ("slider-crank", "crank", "crankshaft", "did you mean crank?"),
     ],
 )
 def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
@@ -68,14 +73,79 @@ def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
 
 
 @pytest.mark.parametrize(
+    ("line", "path", "advice"),
+    [
+        ("crank.stroke = 0.2", "mechanism.crank.stroke", "a stroke in line is twice crank.length"),
+        ("crank.throw = 0.1", "mechanism.crank.throw", "did you mean length?"),
+        ("crank.radius = 0.1", "mechanism.crank.radius", "did you mean length?"),
+        ("slider.stroke = 0.2", "mechanism.slider.stroke", "a stroke in line is twice crank.length"),
+        ("plunger.mass = 2", "mechanism.plunger", "did you mean slider?"),
+        ("rocker.length = 2", "mechanism.rocker", "rocker belongs to type four-bar or crank-shaper"),
+        ("[[inertia]]\non = 'crank'\ninertia = 2", "inertia[0].inertia", "did you mean value?"),
+    ],
+)
+def test_a_word_of_the_trade_in_a_table_leads_to_its_key(line, path, advice):
+    text = f"[mechanism]\ntype = 'slider-crank'\n{GOOD['slider-crank']}\n{line}"
+    assert faults(text)[path].endswith(f"; {advice}")
+
+
+@pytest.mark.parametrize(("kind", "own", "alias"), [("four-bar", "ground", "frame"), ("crank-shaper", "frame", "ground")])
+def test_frame_and_ground_are_the_same(kind, own, alias):
+    text = f"type = '{kind}'\n{GOOD[kind]}"
+    renamed = text.replace(f"{own}.", f"{alias}.")
+    assert renamed != text
+    assert mechanism(renamed) == mechanism(text)
+    both = faults(f"[mechanism]\n{text}\n{alias}.length = 0.4")
+    assert list(both) == [f"mechanism.{alias}"]
+    expected = f": found {alias} beside {own}, which is the same, expected one of the two; leave {alias} out"
+    assert both[f"mechanism.{alias}"].endswith(expected)
+
+
+def test_a_length_that_locks_is_named_as_it_is_written():
+    text = "[mechanism]\ntype = 'crank-shaper'\ncrank.length = 0.1\nground.length = 0.1\nrocker.length = 0.6"
+    assert "(line 4)" in faults(text)["mechanism.ground.length"]
+    bars = (
+        "[mechanism]\ntype = 'four-bar'\ncrank.length = 0.1\nframe.length = 0.1\ncoupler.length = 0.3\nrocker.length = 0.3"
+    )
+    assert "expected a length other than frame.length = 0.1 m" in faults(bars)["mechanism.crank.length"]
+
+
+def test_a_four_bar_that_closes_nowhere_has_no_stroke_to_move_on():
+    text = f"[mechanism]\ntype = 'four-bar'\n{GOOD['four-bar']}".replace("0.4", "4")
+    assert faults(text)["mechanism.coupler.length"].endswith("; it closes at no crank angle")
+
+
+@pytest.mark.parametrize(
     ("law", "advice"),
     [
-        ("if(v > 0, 1, 2)", "a condition is written a if c else b"),
+        ("if(v > 0, 1, 2)", "write 1 if v > 0 else 2"),
+        ("where(v > 0, 1, 2)", "write 1 if v > 0 else 2"),
+        ("if v > 0 then 1 else 2", "write 1 if v > 0 else 2"),
+        ("v > 0 ? 1 : 2", "write 1 if v > 0 else 2"),
+        ("v > 0 and -1 or 1", "write -1 if v > 0 else 1"),
+        ("3*(v > 0 and 2)", "a condition is written a if c else b"),
         ("1 if (v > 0, 2)", "a condition is written a if c else b"),
-        ("v > 0 ? 1 : 2", "a condition is written a if c else b"),
-        ("2*π", "did you mean 'pi'?"),
-        ("sgn(v)", "did you mean 'sign'?"),
+        ("1 if v > 0", "a condition is written a if c else b"),
+        ("2*π", "write pi"),
+        ("sin(φ)", "write phi"),
+        ("sgn(v)", "write sign(...)"),
         ("v^2", "a power is written **"),
+        ("v²", "a power is written **"),
+        ("3·phi", "a product is written *"),
+        ("3×phi", "a product is written *"),
+        ("3 sin(phi)", "a product is written *: 3*sin"),
+        ("3phi", "a product is written *: 3*phi"),
+        ("2(phi + 1)", "a product is written *: 2*("),
+        ("|v|", "write abs(v)"),
+        ("ln(2 + phi)", "log is the natural logarithm"),
+        ("log10(2 + phi)", "write log(...)/log(10)"),
+        ("v > 0 && phi < 1", "write and"),
+        ("v > 0 || phi < 1", "write or"),
+        ("sin phi", "write sin(phi)"),
+        ("sin²(phi)", "write sin(phi)**2"),
+        ("v = 0", "a comparison for equality is written =="),
+        ("min(1; 2)", "arguments are separated by commas"),
+        ("sin(30°)", "angles in an expression are in rad: write 30*pi/180"),
     ],
 )
 def test_a_law_in_another_notation_is_shown_as_it_is_written_here(law, advice):

@@ -214,7 +214,7 @@ def test_every_fault_is_reported_at_once_with_its_path():
     assert 'did you mean "length"' in found["mechanism.crank.lenght"]
     assert 'did you mean "motor"' in found["mechanism.shaft"]
     assert "write 0.4, not 0,4" in found["mechanism.rod.length"]
-    assert "without units" in found["load[0].force"]
+    assert "a product is written *: 1000*sin" in found["load[0].force"]
     assert "rev/s or rad/s" in found["regime.speed"]
 
 

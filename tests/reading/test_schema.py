@@ -127,6 +127,7 @@ flywheel.irregularity = 0.1
 load = [{on = "crank", torque = "-500 N m", from = "240 deg", to = "360 deg"}]
 drive.torque = "balance"
 """
+BARS = "type = 'four-bar', crank.length = 1, coupler.length = 4, rocker.length = 3"
 
 
 def every_kind_of_place():
@@ -149,6 +150,11 @@ def test_it_is_a_schema():
 def test_every_scene_of_the_project_is_valid():
     for name, scene in SCENES.items():
         assert not list(Draft7Validator(SCHEMA).iter_errors(scene)), name
+
+
+def test_frame_and_ground_of_a_four_bar_are_both_in_the_schema():
+    for name in ("ground", "frame"):
+        assert VALID(tomllib.loads(f"{PUNCH}mechanism = {{{BARS}, {name}.length = 4}}")), name
 
 
 @pytest.mark.parametrize("part", sample(range(4), 4))
@@ -193,6 +199,8 @@ def test_no_key_may_be_misspelt_and_no_value_of_another_type(part):
         ("drive.torque = 'balance'", "drive.motor = {type = 'dc', voltage = 9, resistance = 1, constant = 1, power = 3}"),
         ("drive.torque = 'balance'", "mechanism = {type = 'four-bars'}"),
         ("drive.torque = 'balance'", "mechanism = {type = 'slider-crank', crank.length = 1}"),
+        ("drive.torque = 'balance'", f"mechanism = {{{BARS}}}"),
+        ("drive.torque = 'balance'", f"mechanism = {{{BARS}, ground.length = 4, frame.length = 4}}"),
         ("drive.torque = 'balance'", "mechanism = [{type = 'scotch-yoke', crank.length = 1}, {crank.length = 1}]"),
         ("drive.torque = 'balance'", "areas.values = [1, -1]"),
         ("drive.torque = 'balance'", "stroke = {from = 0, to = 1, speed = 1}"),
