@@ -7,13 +7,17 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 if TYPE_CHECKING:
+    from flywheel.motions.motion import Transient
     from flywheel.numerics.faults import Fault, Remark
+    from flywheel.regime.free_motion import Watching
     from flywheel.scene.scene import Scene
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
@@ -271,3 +275,137 @@ def spare(scene: Path, *outputs: Path | None) -> None:
     for k, place in enumerate(places):
         if place in places[:k] and (place.is_file() or not place.exists()):
             raise click.UsageError(f"{named[k]} is named for two outputs.")
+
+
+_EVERY = 5.0  # seconds between two words on a long motion
+
+
+def _start(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text in (None, "rest", "regime"):
+        return text
+    speed = quantity(text, "speed", "velocity")
+    if speed is None:
+        raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
+    if speed < 0.0:
+        raise click.BadParameter(f"{text!r} is below 0: the machine is followed forwards.")
+    return text
+
+
+def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None:
+        return None
+    from flywheel.motions.transients import until
+    from flywheel.numerics.faults import SceneError
+
+    try:
+        until(text)
+    except SceneError as error:
+        raise click.BadParameter(f"found {error.faults[0].found}, expected {error.faults[0].expected}.") from None
+    return text
+
+
+def _wheel(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
+    if text is None:
+        return None
+    value = quantity(text, "inertia")
+    if value is None or value < 0.0:
+        raise click.BadParameter(f'{text!r} is no inertia with its unit, such as "2 kg m^2".')
+    return value
+
+
+_END = (
+    '"5 s", "2 turns", "90 deg" or "50 mm" of way, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
+    "regime; with --no-drive stop; on a stroke its end)."
+)
+
+
+class CourseOptions(NamedTuple):
+    """What options say of a motion in time: its start, its end, whether the drive is off, the flywheel (kg m²)."""
+
+    start: str | None
+    end: str | None
+    no_drive: bool
+    wheel: float | None
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a motion in time is asked for."""
+        return self.start is not None or self.end is not None or self.no_drive
+
+    def follow(self, scene: Scene, place: str | None, watching: Watching | None, rtol: float = 1e-9) -> Transient:
+        """The motion of a scene from a place, as the options say."""
+        from flywheel.motions.transients import transient
+
+        sliding, start = slides(scene), self.start or "rest"
+        return transient(
+            scene,
+            start=start if start in ("rest", "regime") else speed(start, sliding, "--from"),
+            at=None if place is None else coordinates((place,), sliding)[0],
+            end=self.end,
+            drive=not self.no_drive,
+            inertia=self.wheel,
+            rtol=rtol,
+            watching=watching,
+        )
+
+
+def course_options(*, start: str | None) -> Callable[[Any], Any]:
+    """The options of a motion in time, but for where it begins; `start` is its start where nothing is said."""
+    words = 'rest, regime, or "200 rpm".'
+    declared = (
+        click.option(
+            "--from",
+            "start",
+            default=start,
+            show_default=bool(start),
+            callback=_start,
+            metavar="START",
+            help=words if start else f"Along a motion in time, as `flywheel simulate` follows it: {words}",
+        ),
+        click.option("--until", "end", callback=_end, metavar="END", help=_END),
+        click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive."),
+        click.option(
+            "--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).'
+        ),
+    )
+
+    def options(command: Any) -> Any:
+        for option in reversed(declared):
+            command = option(command)
+        return command
+
+    return options
+
+
+@contextmanager
+def watched(end: str | None) -> Iterator[_Watching]:
+    """What tells of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
+    watching = _Watching(end)
+    try:
+        yield watching
+    except KeyboardInterrupt:
+        click.echo(f"interrupted{watching.place}", err=True)
+        sys.exit(130)
+
+
+class _Watching:
+    """How far a motion has come, told on standard error when it takes long."""
+
+    def __init__(self, end: str | None) -> None:
+        self.end = "" if end is None else f" until {end}"
+        self.sliding = False
+        self.t, self.phi, self.run = 0.0, 0.0, 0
+        self.next = monotonic() + _EVERY
+
+    def __call__(self, t: float, phi: float) -> None:
+        self.run += t < self.t or not self.run
+        self.t, self.phi = t, phi
+        if monotonic() >= self.next:
+            self.next = monotonic() + _EVERY
+            click.echo(f"following the motion{self.end}{self.place}", err=True)
+
+    @property
+    def place(self) -> str:
+        """Time, position and run: a motion is followed again, closer, until two runs agree."""
+        place = f"{self.phi:.4g} m" if self.sliding else f"{self.phi / (2 * pi):.4g} turns"
+        return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""

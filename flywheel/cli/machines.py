@@ -18,9 +18,11 @@ from flywheel.cli.common import (
     MOST_POINTS,
     OUTPUT,
     SCENE,
+    CourseOptions,
     at_option,
     comma_names,
     coordinates,
+    course_options,
     csv_flag,
     exclusive,
     hand_over,
@@ -33,11 +35,11 @@ from flywheel.cli.common import (
     show,
     slides,
     spare,
+    watched,
     within,
     written,
 )
 from flywheel.cli.common import speed as speed_of
-from flywheel.cli.motions import CourseOptions, course_options, watched
 from flywheel.language import LANGUAGES
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 

@@ -35,8 +35,7 @@ from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
 from flywheel.regime.free_motion import neighbours
 from flywheel.regime.joint_friction import dynamics_of
 from flywheel.scene.scene import TURN, Scene
-from flywheel.sizing.drive import MotorShaft
-from flywheel.sizing.limits import of_motor, shares
+from flywheel.sizing.motor import MotorShaft, of_motor, shares
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 

@@ -38,7 +38,7 @@ from flywheel.pictures.forms import (
 )
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import drive_moment
+from flywheel.sizing.motor import drive_moment
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import balance_error, places, stream_name
 from flywheel.tables.rows import RPM, irregularity

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,9 +21,10 @@ from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.report import document as documents
 from flywheel.report import drive, regime, sheet, solutions, wheel
-from flywheel.report.document import Cell, Document, Formula, Items, Listing, Note, Part, Section, Step, Table
+from flywheel.report.context import Context, number, quantity
+from flywheel.report.document import Cell, Document, Figure, Formula, Items, Listing, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.report.regime import ROUNDING, Context
+from flywheel.report.regime import ROUNDING
 from flywheel.report.solutions import Solution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -97,25 +99,53 @@ def _missing(scene: Scene) -> str:
     return ""
 
 
+def panel(sizing: Sizing, kind: str) -> Figure:
+    """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
+    titles = {
+        "moment": _("Turning moment and its areas"),
+        "work": _("Accumulated work of the net moment"),
+        "inertia": _("Reduced inertia by body, without the flywheel"),
+        "wittenbauer": _("Wittenbauer's diagram"),
+        "speed": _("Speed of the crank over the cycle"),
+    }
+
+    def drawn() -> str:
+        from flywheel.pictures import sizing as pictures  # which takes long to import
+
+        return pictures.panel(sizing, kind)
+
+    def about() -> str:
+        from flywheel.pictures import sizing as pictures
+
+        return pictures.description(sizing, kind)
+
+    return Figure(drawn, titles[kind], about)
+
+
+def context(sizing: Sizing) -> Context:
+    """What the steps of a sizing's report have in common."""
+    return Context(sizing, partial(panel, sizing))
+
+
 def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
     """What the report says, or that it is the first page alone."""
     if sizing is None:
         return _("Worked report")
-    speed = regime.quantity(sizing.speed, "rpm", 5)
+    speed = quantity(sizing.speed, "rpm", 5)
     if alone:
         return _("Data sheet of the drive, crank at {speed}", speed=speed)
     on = sizing.flywheel.on
     if scene.inertia is not None:
-        given = regime.quantity(scene.inertia, "kg m²", 5)
+        given = quantity(scene.inertia, "kg m²", 5)
         return _("Worked report: the given flywheel of {given} on {on}, crank at {speed}", given=given, on=on, speed=speed)
     if sizing.limits:
-        exact = regime.quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
+        exact = quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
         told = _("Worked report: the smallest flywheel that keeps its limits, {exact} on {on}", exact=exact, on=on)
         return told + _(", crank at {speed}", speed=speed)
-    eps = regime.number(scene.irregularity or 0.0)
+    eps = number(scene.irregularity or 0.0)
     if sizing.flywheel.needed is False:
         return _("Worked report: no flywheel is needed for irregularity {eps}, crank at {speed}", eps=eps, speed=speed)
-    exact = regime.quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
+    exact = quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
     return _(
         "Worked report: flywheel of {exact} on {on} for irregularity {eps}, crank at {speed}",
         exact=exact,
@@ -128,7 +158,7 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
-    known = None if sizing is None else Context(sizing)
+    known = None if sizing is None else context(sizing)
     yield from _mechanisms(known, given)
     sources = [scene.source] if scene.source else []
     if sizing is None or known is None:
@@ -229,7 +259,7 @@ def _in_si(value: Any) -> str:
     for dimension in DIMENSIONS.values():
         if dimension.powers == unit.powers and unit.angle in dimension.angles and dimension.name != "moment of weight":
             si = dimension.si.replace("^2", "²").replace("^3", "³")
-            return regime.quantity(found, si) if si else regime.number(found)
+            return quantity(found, si) if si else number(found)
     return ""
 
 
@@ -286,19 +316,19 @@ def check(known: Context) -> Section | None:
             Table(_("Limits by both routes"), (_("limit"), _("along the motion above"), _("by this route")), compared)
         )
     elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
-        off, allowed = abs(found.irregularity / known.eps - 1.0), regime.number(known.eps)
+        off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
         if off <= ROUNDING:
             told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)
         else:
-            share = regime.number(off, 2)
+            share = number(off, 2)
             told_off = _("{asked} was asked for; the two routes differ by {share} of it.", asked=allowed, share=share)
         parts.append(Note(told_off))
     if error is not None:
-        parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=regime.number(error, 2))))
+        parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
     if found.closure is not None and abs(found.closure) <= ROUNDING:
         parts.append(Note(_("The speed at the end of the cycle is that at its start, but for rounding.")))
     elif found.closure is not None:
-        left = regime.number(abs(found.closure), 2)
+        left = number(abs(found.closure), 2)
         parts.append(
             Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
         )
@@ -335,7 +365,7 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
     if shown:
         parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
     reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
-    asked_for = _("A relative error of {rtol} was asked for.", rtol=regime.number(sizing.rtol, 2))
+    asked_for = _("A relative error of {rtol} was asked for.", rtol=number(sizing.rtol, 2))
     parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
     parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
     if sizing.left_out:

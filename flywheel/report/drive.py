@@ -11,9 +11,9 @@ import numpy as np
 from flywheel.components.motors.motor import Fact
 from flywheel.language import message
 from flywheel.language import text as _
+from flywheel.report.context import Context, number, quantity
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.report.regime import Context, number, quantity
 from flywheel.sizing.results import PhaseLoad, PowerFlow
 from flywheel.tables.power import entries, given, place, sentence, with_and_without
 from flywheel.tables.rows import SI

@@ -23,6 +23,7 @@ from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import reduce
 from flywheel.report import formulas
+from flywheel.report.context import label, load_number
 from flywheel.report.document import Cell, Figure, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index
 from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_text
@@ -444,7 +445,7 @@ def moment(at: Steps, drawn: bool = True) -> Section:
         return Section(what, (Note(_("No load acts on this machine: M* is 0.")),))
     shares = []
     for part, mine in sources.items():
-        n = _number(at.scene, part)
+        n = load_number(at.scene, part)
         value = float(at.state.moment_parts[part][0])
         share = Quantity(f"{star}_{_name_of(at, part, n)}", value, unit)
         shares.append(share)
@@ -483,26 +484,6 @@ def _conditions(at: Steps) -> Iterator[Part]:
             shafts=lossy,
         )
         yield Note(told, "remark")
-
-
-def _number(scene: Scene, part: str) -> int:
-    """The number of a load, spring or damper in the scene, from 1, counted through."""
-    items: list[Any] = [*(load for load in scene.loads if not load.drag), *scene.springs, *scene.dampers]
-    return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
-
-
-def label(scene: Scene, part: str) -> str:
-    """A part of I* or M* in the language in use."""
-    if part.startswith("weight of "):
-        return _("weight of {body}", body=part.removeprefix("weight of "))
-    if part.startswith("inertia on "):
-        return _("inertia on {place}", place=part.removeprefix("inertia on "))
-    if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
-        return _("drag on {place}", place=drag)
-    if n := _number(scene, part):
-        kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
-        return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
-    return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part
 
 
 def _name_of(at: Steps, part: str, n: int) -> str:

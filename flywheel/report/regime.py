@@ -7,134 +7,27 @@ sizing holds, or what its own cycle says at an angle that it found; a symbol tha
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from functools import cached_property
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 
 from flywheel.language import text as _
 from flywheel.numerics import cells
-from flywheel.numerics.cells import Array
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
+from flywheel.report.context import Context, Point, label, number, quantity
+from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
-from flywheel.report.reduction import label
-from flywheel.sizing.findings import REPORT, finding, shown
+from flywheel.sizing.findings import REPORT, shown
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import entries
 from flywheel.tables.sizing import settling_cycles
 
 _MESH_LOSSES = ("slip", "mesh")  # kinds of streams that are no shares of the moment, but follow what a mesh carries
-_NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 _MOST_AREAS = 40  # that a table shows
 ROUNDING = 1e-10
 """Share of a figure: what is left that is no more is written as 0."""
-
-
-def number(value: float, digits: int = formulas.DIGITS) -> str:
-    """A number within a sentence, with the decimal mark of the language in use."""
-    return formulas.number_shown(Quantity("", value, "", digits)).text
-
-
-def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
-    """A number with its unit within a sentence."""
-    return formulas.number_shown(Quantity("", value, unit, digits)).text
-
-
-class Point(NamedTuple):
-    """What the cycle says at one crank angle: phi (rad), W (J), I* (kg m²)."""
-
-    phi: float
-    work: float
-    inertia: float
-
-
-class Context:
-    """A sizing with what its steps have in common: the quantities of its regime by their symbols.
-
-    `cycle` is the one along the motion, `constant` that at the constant speed of the areas (the same where no torque
-    depends on speed).
-    """
-
-    def __init__(self, sizing: Sizing) -> None:
-        self.sizing = sizing
-        self.scene = sizing.scene
-        self.cycle = sizing.cycle
-        self.constant = sizing.constant or sizing.cycle
-        self.ratio = sizing.scene.flywheel_ratio
-        self.eps = sizing.scene.irregularity
-        self.speed, self.epsilon = self.of("speed"), self.of("irregularity")
-        self.turn = Quantity("Phi", sizing.scene.cycle, "rad")
-        self.at_flywheel = Quantity("i_f", self.ratio)
-        self.area_speed = self.speed if sizing.cyclic is None else self.of("constant_speed")
-
-    def of(self, key: str) -> Quantity:
-        """A figure of the sizing by its key, under its own symbol."""
-        one = finding(key)
-        return Quantity(one.symbol, one.of(self.sizing) or 0.0, one.unit)
-
-    @property
-    def otherwise(self) -> bool:
-        """Whether it is another limit than the irregularity that decides the flywheel."""
-        return self.sizing.binding not in (None, "irregularity")
-
-    def at(self, phi: float, cycle: Cycle | None = None) -> Point:
-        """W and I* at a crank angle, from the cycle itself."""
-        cycle = cycle or self.cycle
-        assert cycle is not None
-        work, variation = cycle.at(*cycle.where(np.array([phi])))
-        return Point(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
-
-    @cached_property
-    def works(self) -> Mapping[str, float]:
-        """The work (J) over the cycle along the motion of everything that adds to M*, by its name."""
-        machine, cycle = self.sizing.machine, self.cycle
-        assert machine is not None
-        assert cycle is not None
-        found = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
-        least = _NOTHING * cycle.exchanged  # a weight that comes back does no work
-        return {name: work if abs(work) > least else 0.0 for name, work in found.items()}
-
-
-def moments(sizing: Sizing) -> dict[str, Array]:
-    """What everything adds to M* (N m) at the nodes of the cycle along the motion, by its name."""
-    machine, cycle = sizing.machine, sizing.cycle
-    assert machine is not None
-    assert cycle is not None
-    mesh, omega = cycle.mesh, None
-    if machine.depends_on_speed:
-        omega = np.full(mesh.phi.shape, sizing.speed)
-        if sizing.run is not None:
-            omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi.ravel())
-            omega = omega.reshape(mesh.phi.shape)
-    found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
-    return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
-
-
-def panel(sizing: Sizing, kind: str) -> Figure:
-    """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
-    titles = {
-        "moment": _("Turning moment and its areas"),
-        "work": _("Accumulated work of the net moment"),
-        "inertia": _("Reduced inertia by body, without the flywheel"),
-        "wittenbauer": _("Wittenbauer's diagram"),
-        "speed": _("Speed of the crank over the cycle"),
-    }
-
-    def drawn() -> str:
-        from flywheel.pictures import sizing as pictures  # which takes long to import
-
-        return pictures.panel(sizing, kind)
-
-    def about() -> str:
-        from flywheel.pictures import sizing as pictures
-
-        return pictures.description(sizing, kind)
-
-    return Figure(drawn, titles[kind], about)
 
 
 # -- what is asked ----------------------------------------------------------------------------------------------------
@@ -343,9 +236,9 @@ def areas(known: Context) -> Section | None:
             ),
             _crossings(known, constant),
         ]
-    parts.append(panel(sizing, "moment"))
+    parts.append(known.panel("moment"))
     parts += _area_table(known)
-    parts.append(panel(sizing, "work"))
+    parts.append(known.panel("work"))
     marks = _extreme_sums(sizing)
     greatest, least, fluctuation = (known.of(key) for key in ("accumulated_max", "accumulated_min", "energy_fluctuation"))
     table = (
@@ -549,7 +442,7 @@ def inertia_extremes(known: Context) -> Iterator[Part]:
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
     yield Table(caption, (_("value"), _("symbol"), _("inertia")), rows)
     if found.greatest > 0.0:
-        yield panel(known.sizing, "inertia")
+        yield known.panel("inertia")
 
 
 def inertia_torque(known: Context) -> Section | None:
@@ -713,7 +606,7 @@ def exact(known: Context) -> Section | None:
         told = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.greatest))
         parts.append(Note(told))
     else:
-        parts.append(panel(sizing, "wittenbauer"))
+        parts.append(known.panel("wittenbauer"))
     parts += on_own_shaft(known, "J", on_crank, wheel.exact)
     return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
 
@@ -822,7 +715,7 @@ def speeds(known: Context) -> Section | None:
                 Quantity("omega_time", confirmed.speed_time_mean, "rad/s"),
             )
         )
-    parts.append(panel(sizing, "speed"))
+    parts.append(known.panel("speed"))
     return Section(_("Speeds over the cycle"), tuple(parts))
 
 

@@ -8,9 +8,9 @@ from math import pi
 from flywheel.components.wheel_stresses import ring_constant, ring_factors
 from flywheel.components.wheels import DISC, Wheel
 from flywheel.language import text as _
+from flywheel.report.context import Context, quantity
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.report.regime import Context, quantity
 from flywheel.tables.summary import material_name, stress_place
 
 _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one

@@ -32,8 +32,7 @@ from flywheel.regime.free_motion import stiffness, too_short
 from flywheel.regime.joint_friction import dynamics_of
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import MotorShaft
-from flywheel.sizing.limits import IRREGULARITY, of_motor, shares
+from flywheel.sizing.motor import IRREGULARITY, MotorShaft, of_motor, shares
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
@@ -208,7 +207,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
 
 
 def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dict[str, float]:
-    """The figures of the motor that are limited (see `limits.shares`), integrated over the steps of a motion in time."""
+    """The figures of the motor that are limited (see `shares`), integrated over the steps of a motion in time."""
     names, motor = of_motor(scene), scene.motor
     if not names or motor is None or motor.rated is None or scene.drive is None:
         return {}

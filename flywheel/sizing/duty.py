@@ -32,9 +32,9 @@ from flywheel.regime.branch import Existence
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
-from flywheel.sizing.drive import MotorShaft, heat_share
 from flywheel.sizing.errors import estimates
-from flywheel.sizing.limits import Point, Share, Span, State
+from flywheel.sizing.limits import Point, Span, State
+from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
 from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
 
 LONGEST = 600.0
@@ -225,7 +225,7 @@ def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
     """The figures of a phase that are limited."""
     if run.cycle is None or run.run is None:
         return {}
-    return limits.shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
+    return shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
 
 
 class _Branches:
@@ -262,7 +262,7 @@ class _Branches:
         if motion is None:
             return PhaseLoad(phase.name, True, phase.duration or 0.0, phase.cooling)
         shaft = MotorShaft(_scene(phase), motion.cycle, motion.run, motion.speed, rtol)
-        values, off = _at_motor(self.rated[phase.name], limits.shares(self.names, shaft))
+        values, off = _at_motor(self.rated[phase.name], shares(self.names, shaft))
         period, of_period = 0.0, 0.0
         if phase.duration is None:
             period, of_period = turning_moment.period(motion.cycle, motion.speed, motion.run, rtol)
@@ -271,8 +271,8 @@ class _Branches:
         if start is not None:
             values, off = _with_starts(values, off, start, phase.starts, steady / duration, duration)
         errors = {**off, "duration": steady * of_period}
-        shares = {WHOLE[name]: values[WHOLE[name]] for name in self.names}
-        return PhaseLoad(phase.name, False, duration, errors=errors, **shares)
+        limited = {WHOLE[name]: values[WHOLE[name]] for name in self.names}
+        return PhaseLoad(phase.name, False, duration, errors=errors, **limited)
 
     def _start(self, phase: Phase, inertia: float, rtol: float) -> _Start:
         """A start with a flywheel; coarsely, from two of them, as one takes time and makes heat in proportion to inertia."""

@@ -11,7 +11,7 @@ from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, inertia_extent
-from flywheel.sizing.drive import SPEED_STEP, crank_speed, drive_moment
+from flywheel.sizing.motor import SPEED_STEP, drive_moment
 from flywheel.sizing.results import Estimate, Sizing
 
 _READ = 4 * ROUNDING  # of a figure that is the scene's own, or a product of a few such
@@ -121,6 +121,12 @@ def speed_error_over_cycle(sizing: Sizing) -> float:
     return (speed_error(sizing) or 0.0) + (0.0 if run is None else 0.5 * run.irregularity * run.error)
 
 
+def _speed(sizing: Sizing, cycle: Cycle) -> Array:
+    """The crank's speed at the nodes (rad/s)."""
+    assert sizing.run is not None
+    return turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, cycle.mesh.phi)
+
+
 def _relative(error: float, figure: float, scale: float) -> float:
     """An error relative to a figure, or where that is no more than its error, to the larger of it and a scale."""
     return error / (abs(figure) if abs(figure) > error else max(abs(figure), scale, 1e-300))
@@ -142,7 +148,7 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     moment = drive_moment(machine, cycle, sizing.run, sizing.speed)
     by_speed = np.zeros_like(moment)  # what the error of the speed moves it by
     if sizing.cyclic is not None and sizing.run is not None:
-        moments, omega = moments_on(machine, cycle.mesh.edges, local=True), crank_speed(sizing, cycle)
+        moments, omega = moments_on(machine, cycle.mesh.edges, local=True), _speed(sizing, cycle)
         here, beside = (
             moments.drive(w, cycle.balance or 0.0, moments.steady_states(w)) for w in (omega, omega * (1.0 + SPEED_STEP))
         )
@@ -172,7 +178,7 @@ def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | 
         return None
     exchanged = max(cycle.exchanged, 1e-300)
     torque = exchanged / sizing.scene.cycle
-    power = cells.fit(drive_moment(machine, cycle, run, sizing.speed) * crank_speed(sizing, cycle))
+    power = cells.fit(drive_moment(machine, cycle, run, sizing.speed) * _speed(sizing, cycle))
     between = float(cells.tails(power).max()) / sizing.speed + float(cycle.noise[0].max())
     _, period = turning_moment.period(cycle, sizing.speed, run, sizing.rtol)
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
@@ -187,7 +193,7 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
     cyclic, cycle, run, machine = sizing.cyclic, sizing.cycle, sizing.run, sizing.machine
     if cyclic is None or cycle is None or run is None or machine is None:
         return None
-    moments, omega = moments_on(machine, cycle.mesh.edges), crank_speed(sizing, cycle)
+    moments, omega = moments_on(machine, cycle.mesh.edges), _speed(sizing, cycle)
 
     def growth(w: Array) -> Array:
         """dF/dE (1/rad) at speeds w."""

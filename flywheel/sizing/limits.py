@@ -19,14 +19,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from flywheel.machine.machine import Machine, circuit_of
-from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.branch import Branch, Existence
@@ -34,10 +34,8 @@ from flywheel.regime.cycle_equations import NoRegimeError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import MotorShaft, heat_share
+from flywheel.sizing.motor import IRREGULARITY, MotorShaft, Share, of_motor, shares
 from flywheel.sizing.results import Limit, Regime, Sizing
-
-IRREGULARITY = "irregularity"
 
 _COARSE = 1e-4  # error of motions that are only looked at
 _PER_DECADE, _PER_DECADE_SWINGING = 4, 12
@@ -57,13 +55,6 @@ _EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the
 _NEAR_UNKNOWN = 0.1  # of an inertia: how near one of which nothing is known
 
 
-class Share(NamedTuple):
-    """A figure that is limited, and its absolute error."""
-
-    value: float
-    error: float
-
-
 class Smallest(NamedTuple):
     """The motion with the smallest flywheel that keeps all limits, its relative error, the limits, and which one binds."""
 
@@ -75,52 +66,7 @@ class Smallest(NamedTuple):
     messages: tuple[str, ...] = ()
 
 
-def of_motor(scene: Scene) -> tuple[str, ...]:
-    """The limits of a scene that are those of its motor."""
-    return tuple(name for name in scene.limits if name != IRREGULARITY)
-
-
 # -- the figures along a motion ------------------------------------------------------------------------------------------
-
-
-def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
-    """The figures that are limited, along a motion of the motor's shaft.
-
-    motor_torque       max |T|/T_n
-    motor_rms          sqrt((1/t) integral of T² dt)/T_n, over the period t of a cycle
-    motor_heat         the mean heat over time, over that at the rated point
-    current_pulsation  (max i - min i)/i_n
-
-    Source: API 618, 5th ed., 7.1.2 (current pulsation); IEC 60034-1, 4.2.1 (equivalent loads of duty types).
-    """
-    found: dict[str, Share] = {}
-    run, motor = shaft.run, shaft.motor
-    for name in names:
-        if name == IRREGULARITY:
-            found[name] = Share(run.irregularity, run.error * run.irregularity)
-            continue
-        assert motor is not None
-        assert motor.rated is not None
-        rated = motor.rated.torque
-        if name == "motor_torque":
-            least, most, error = shaft.extremes(shaft.torque_law)
-            found[name] = Share(max(most, -least) / rated, (error + shaft.torque_error) / rated)
-        elif name == "motor_rms":
-            square, error, _ = shaft.mean_over_time(partial(_squared, shaft.torque_law))
-            root = float(np.sqrt(max(square, 0.0)))
-            own = 0.5 * error / max(root, np.sqrt(error), 1e-300) + shaft.torque_error
-            found[name] = Share(root / rated, own / rated)
-        elif name == "motor_heat":
-            found[name] = Share(*heat_share(motor, shaft))
-        else:
-            least, most, error = shaft.extremes(shaft.current_law)
-            found[name] = Share(most - least, 2 * (error + shaft.torque_error / rated))  # a current is about as its torque
-    return found
-
-
-def _squared(law: Callable[[Cells, Array], tuple[Array, Array]], mesh: Cells, omega: Array) -> tuple[Array, Array]:
-    value, slope = law(mesh, omega)
-    return value * value, 2 * np.abs(value) * slope
 
 
 def asked_of(scene: Scene) -> Mapping[str, float]:

@@ -29,8 +29,8 @@ from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import SPEED_STEP, states_on
 from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.motor import SPEED_STEP, states_on
 from flywheel.sizing.results import HEATS, PowerFlow, ShaftFlow, Sizing, Stream
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 __all__ = ["power_flow"]
 
 _MOST_CELLS = 2_000  # that powers are worth, beside those of the cycle itself
-_TIE = 1e-12  # of what is exchanged: less than that is none
 
 
 class _Part(NamedTuple):
@@ -135,11 +134,9 @@ class _Train:
         assert cycle is not None
         if sizing.run is None:
             return np.full(mesh.phi.shape, sizing.speed), np.zeros(mesh.phi.shape)
-        phi = mesh.phi.ravel()
-        omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, phi)
-        alpha = turning_moment.acceleration_over_cycle(cycle, sizing.run, phi, omega)
-        alpha = np.where(np.isfinite(alpha), alpha, 0.0)  # of a machine without inertia
-        return omega.reshape(mesh.phi.shape), alpha.reshape(mesh.phi.shape)
+        omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi)
+        alpha = turning_moment.acceleration_over_cycle(cycle, sizing.run, mesh.phi, omega)
+        return omega, np.where(np.isfinite(alpha), alpha, 0.0)  # of a machine without inertia
 
     def flows(self, mesh: Cells, faster: float = 1.0) -> _Flows:
         """All powers at the nodes, with the crank `faster` than it is by a factor close to 1."""
@@ -219,8 +216,7 @@ class _Train:
         assert scene.drive is not None
         ratio = scene.shafts[scene.drive.on]
         if run is not None and run.states and run.drive is not None and run.cycle is not None:
-            cell, t = cells.located(run.cycle.mesh, mesh.phi.ravel())  # the current is a state of its own
-            moment = cells.value(cells.fit(run.drive)[cell], t).reshape(omega.shape)
+            moment = cells.interpolated(run.drive, run.cycle.mesh, mesh.phi)  # the current is a state of its own
         yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
         own = () if run is None else states_on(run, mesh)
         found = {} if scene.motor is None else scene.motor.powers(ratio * omega, moment / ratio, own)
@@ -352,19 +348,12 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
             ratio,
             *speeds,
             torque_mean=float(cells.integral(torque / omega, half).sum()) / period,
-            torque_greatest=_peak(cells.fit(torque)),
+            torque_greatest=cells.largest(cells.fit(torque)),
             torque_rms=float(np.sqrt(cells.integral(torque * torque / omega, half).sum() / period)),
             power_mean=float(cells.integral(moment, half).sum()) / period,
-            power_greatest=_peak(cells.fit(power)),
+            power_greatest=cells.largest(cells.fit(power)),
             power_rms=float(np.sqrt(cells.integral(power * moment, half).sum() / period)),
         )
-
-
-def _peak(series: Array) -> float:
-    """The value that is largest in size, with its sign."""
-    least, greatest = cells.extents(series)
-    high, low = float(greatest.max()), float(least.min())
-    return high if high >= -low * (1 - _TIE) else low
 
 
 def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> float:

@@ -539,7 +539,7 @@ def _greatest_acceleration(regime: Regime, run: Run) -> float:
     """The greatest |alpha| of the crank over the cycle (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)."""
     cycle = run.cycle or regime.cycle
     phi = cycle.mesh.phi
-    omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi.ravel()).reshape(phi.shape)
+    omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi)
     moment, slope, inertia = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
     series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + inertia))
     return max(cells.greatest(series), cells.greatest(-series))

@@ -21,6 +21,7 @@ from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing import limits
+from flywheel.sizing.motor import of_motor
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
@@ -57,11 +58,11 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         if (kept := limits.kept_alone(alone, balanced[1])) is not None:
             return alone._replace(limits=kept), {}
     idle = inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work
-    if idle and not limits.of_motor(scene):
+    if idle and not of_motor(scene):
         return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
     with metered() as meter:
         swings = scene.irregularity is not None and circuit_of(scene) is not None
-        motion = None if limits.of_motor(scene) or swings else _motion(machine, figures, start, rtol)
+        motion = None if of_motor(scene) or swings else _motion(machine, figures, start, rtol)
         if motion is None or (scene.irregularity is not None and _unstable(motion)):
             motion, off, reached, binding, broken, gaps = _smallest(machine, figures, start, rtol)
         else:

@@ -217,7 +217,7 @@ def pace_of(sizing: Sizing) -> Callable[[Any], Any]:
     cycle, run = sizing.cycle, sizing.run
     if cycle is None or run is None:
         return lambda phi: np.full(phi.shape, sizing.speed)
-    return lambda phi: speed_over_cycle(cycle, sizing.speed, run, phi.ravel()).reshape(phi.shape)
+    return lambda phi: speed_over_cycle(cycle, sizing.speed, run, phi)
 
 
 def told(motion: regimes.Solved, cycle: Cycle, analysed: bool, sizing: Sizing) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from flywheel import Sizing, language, report
 from flywheel.cli import main
 from flywheel.report import contents, drive, formulas, mechanisms, regime, solutions, wheel
 from flywheel.report import sheet as regime_sheet
+from flywheel.report.context import Context
 from flywheel.report.document import (
     Document,
     Figure,
@@ -50,7 +51,7 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 
 
-def extremes(known: regime.Context) -> Section:
+def extremes(known: Context) -> Section:
     return Section("I*", tuple(regime.inertia_extremes(known)))
 
 
@@ -67,7 +68,7 @@ def sized(path: str, level: str = "normal") -> Sizing:
 
 
 def steps_of(sizing: Sizing) -> Document:
-    known = regime.Context(sizing)
+    known = contents.context(sizing)
     made = [section(known) for section in SECTIONS]
     parts = [part for part in made if part is not None]
     return Document("T", "", (*parts, contents.accuracy(known, []), contents.references(known, [])))
@@ -600,13 +601,15 @@ def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
     document = steps_of(sizing)
     assert untraced(document) == []
     assert unreproduced(document) == []
-    table, note, *_steps = drive.limits(regime.Context(sizing)).parts
+    table, note, *_steps = drive.limits(contents.context(sizing)).parts
     assert [row[4].value for row in table.rows] == [limit.alone for limit in sizing.limits.values()]
     assert table.emphasis == {list(sizing.limits).index(sizing.binding)}
     assert note.kind == "remark"
     assert results(document)["J_f"] == sizing.flywheel.exact
     audited = flywheel.size(flywheel.load(LIMITED))
-    (both,) = [part for part in contents.check(regime.Context(audited)).parts if getattr(part, "head", ())[:1] == ("limit",)]
+    (both,) = [
+        part for part in contents.check(contents.context(audited)).parts if getattr(part, "head", ())[:1] == ("limit",)
+    ]
     assert [row[2].value for row in both.rows] == [limit.simulated for limit in audited.limits.values()]
 
 
@@ -636,7 +639,7 @@ def test_a_flywheel_on_another_shaft_stands_there_too():
 
 def test_messages_and_what_is_left_out_reach_the_reader():
     sizing = sized("machines/press.toml")
-    told = contents.accuracy(regime.Context(replace(sizing, messages=("doubtful",))), ["too light"])
+    told = contents.accuracy(contents.context(replace(sizing, messages=("doubtful",))), ["too light"])
     notes = {(part.kind, part.text) for part in told.parts if isinstance(part, Note)}
     assert {("remark", "Remark: doubtful"), ("remark", "Remark: too light")} <= notes
     assert any(kind == "left out" and "a confirmation" in text for kind, text in notes)

@@ -254,9 +254,9 @@ def test_json_and_pages(punch):
 
 
 def test_the_report_has_a_section_of_the_duty(punch):
-    from flywheel.report import drive, regime
+    from flywheel.report import contents, drive
 
-    section = drive.duty(regime.Context(punch))
+    section = drive.duty(contents.context(punch))
     assert [row[0] for row in section.parts[0].rows] == ["punching", "thin sheet", "idling", "pause"]
     assert [part.result.symbol for part in section.parts[1:4]] == ["t_c", "T_rms", "Q"]
 

@@ -14,7 +14,8 @@ from flywheel.components.wheels import parts
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
 from flywheel.sizing import limits
-from flywheel.sizing.limits import Point, Search, Share, State
+from flywheel.sizing.limits import Point, Search, State
+from flywheel.sizing.motor import Share
 from flywheel.tables import sizing as report
 from tests import regimes, scenes
 from tests.oracle.inertia_scan import Textbook, irregularity, kept, mean
@@ -148,10 +149,10 @@ def test_nothing_binds_where_the_machine_keeps_its_limits_alone():
 
 
 def test_of_a_figure_that_rises_between_the_least_crossing_counts(monkeypatch):
-    def hump(_machine: Any, motion: Any, rtol: float) -> dict[str, limits.Share]:
+    def hump(_machine: Any, motion: Any, rtol: float) -> dict[str, Share]:
         total = motion.inertia + 1.0
         value = 0.5 + 5 / total + 0.4 * float(np.exp(-((np.log(total / 160) / 0.4) ** 2)))
-        return {"motor_rms": limits.Share(value, 0.01 * rtol)}
+        return {"motor_rms": Share(value, 0.01 * rtol)}
 
     monkeypatch.setattr(limits, "shares_along", hump)
     sizing = sized({"motor_rms": 0.75})

@@ -1,0 +1,123 @@
+"""What the steps of a report have in common: the quantities of a sizing by their symbols, and numbers within sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flywheel.language import text as _
+from flywheel.machine.machine import FRICTION
+from flywheel.numerics import cells
+from flywheel.numerics.cells import Array
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle
+from flywheel.report import formulas
+from flywheel.report.document import Figure
+from flywheel.report.formulas import Quantity
+from flywheel.scene.scene import Scene
+from flywheel.sizing.findings import finding
+from flywheel.sizing.results import Sizing
+
+_NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
+
+
+def number(value: float, digits: int = formulas.DIGITS) -> str:
+    """A number within a sentence, with the decimal mark of the language in use."""
+    return formulas.number_shown(Quantity("", value, "", digits)).text
+
+
+def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
+    """A number with its unit within a sentence."""
+    return formulas.number_shown(Quantity("", value, unit, digits)).text
+
+
+class Point(NamedTuple):
+    """What the cycle says at one crank angle: phi (rad), W (J), I* (kg m²)."""
+
+    phi: float
+    work: float
+    inertia: float
+
+
+class Context:
+    """A sizing with what its steps have in common: the quantities of its regime by their symbols.
+
+    `cycle` is the one along the motion, `constant` that at the constant speed of the areas (the same where no torque
+    depends on speed). `panel` draws a panel of the sizing's picture by its kind.
+    """
+
+    def __init__(self, sizing: Sizing, panel: Callable[[str], Figure]) -> None:
+        self.sizing, self.panel = sizing, panel
+        self.scene = sizing.scene
+        self.cycle = sizing.cycle
+        self.constant = sizing.constant or sizing.cycle
+        self.ratio = sizing.scene.flywheel_ratio
+        self.eps = sizing.scene.irregularity
+        self.speed, self.epsilon = self.of("speed"), self.of("irregularity")
+        self.turn = Quantity("Phi", sizing.scene.cycle, "rad")
+        self.at_flywheel = Quantity("i_f", self.ratio)
+        self.area_speed = self.speed if sizing.cyclic is None else self.of("constant_speed")
+
+    def of(self, key: str) -> Quantity:
+        """A figure of the sizing by its key, under its own symbol."""
+        one = finding(key)
+        return Quantity(one.symbol, one.of(self.sizing) or 0.0, one.unit)
+
+    @property
+    def otherwise(self) -> bool:
+        """Whether it is another limit than the irregularity that decides the flywheel."""
+        return self.sizing.binding not in (None, "irregularity")
+
+    def at(self, phi: float, cycle: Cycle | None = None) -> Point:
+        """W and I* at a crank angle, from the cycle itself."""
+        cycle = cycle or self.cycle
+        assert cycle is not None
+        work, variation = cycle.at(*cycle.where(np.array([phi])))
+        return Point(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
+
+    @cached_property
+    def works(self) -> Mapping[str, float]:
+        """The work (J) over the cycle along the motion of everything that adds to M*, by its name."""
+        machine, cycle = self.sizing.machine, self.cycle
+        assert machine is not None
+        assert cycle is not None
+        found = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
+        least = _NOTHING * cycle.exchanged  # a weight that comes back does no work
+        return {name: work if abs(work) > least else 0.0 for name, work in found.items()}
+
+
+def moments(sizing: Sizing) -> dict[str, Array]:
+    """What everything adds to M* (N m) at the nodes of the cycle along the motion, by its name."""
+    machine, cycle = sizing.machine, sizing.cycle
+    assert machine is not None
+    assert cycle is not None
+    mesh, omega = cycle.mesh, None
+    if machine.depends_on_speed:
+        omega = np.full(mesh.phi.shape, sizing.speed)
+        if sizing.run is not None:
+            omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi)
+    found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
+    return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
+
+
+def load_number(scene: Scene, part: str) -> int:
+    """The number of a load, spring or damper in the scene, from 1, counted through."""
+    items: list[Any] = [*(load for load in scene.loads if not load.drag), *scene.springs, *scene.dampers]
+    return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
+
+
+def label(scene: Scene, part: str) -> str:
+    """A part of I* or M* in the language in use."""
+    if part.startswith("weight of "):
+        return _("weight of {body}", body=part.removeprefix("weight of "))
+    if part.startswith("inertia on "):
+        return _("inertia on {place}", place=part.removeprefix("inertia on "))
+    if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
+        return _("drag on {place}", place=drag)
+    if n := load_number(scene, part):
+        kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
+        return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
+    return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part

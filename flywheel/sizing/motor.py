@@ -1,0 +1,377 @@
+"""A motor along a motion: the speed, torque and current of its shaft, its heat, and the figures of it that are limited.
+
+Cycle, duty, limits, confirmation and catalogue take these from here. `MotorShaft` follows the shaft over a steady cycle;
+means over time and extremes follow from it, each with its error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
+from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Run
+from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import DC, Induction, Motor, TwoAxisInduction
+
+SPEED_STEP = 1e-6
+"""Share by which a speed is changed to see what depends on it."""
+
+_LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
+
+_MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
+
+
+def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> Array:
+    """The drive's moment on the crank (N m) along the motion, at the cycle's nodes (cells, nodes).
+
+    Args:
+        machine: with a drive.
+        cycle: along the motion.
+        run: the motion, where there is one.
+        speed: mean of extremes, rad/s.
+
+    """
+    if run is not None and run.drive is not None:
+        return run.drive
+    at = speed if machine.depends_on_speed else None
+    moments = machine.reduction.moments(cycle.mesh.phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=at)
+    return np.asarray(moments["drive"] + np.zeros_like(cycle.mesh.phi))
+
+
+def above_error(value: float, error: float) -> float:
+    """A figure, or 0 where rounding leaves nothing of it: ratios to it would be noise."""
+    return 0.0 if abs(value) <= error else value
+
+
+Law = Callable[[Cells, Array], tuple[Array, Array]]
+"""A figure along a motion, by a mesh and the crank's speed at its nodes; and the size of its slope by that speed."""
+
+
+def squared(law: Law) -> Law:
+    """The square of a figure along a motion."""
+
+    def square(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        value, slope = law(mesh, omega)
+        return value * value, 2 * np.abs(value) * slope
+
+    return square
+
+
+class MotorShaft:
+    """A motor's shaft along the steady motion: its speed, torque and current on any mesh, with the error of the speed.
+
+    `speed` (rad/s) is the mean of extremes of the crank, where the run does not bring its own; `rtol` what integrals and
+    extremes are found to. `along` is the crank's speed at the nodes of the run's cycle where no inertia determines it.
+    """
+
+    def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float, along: Array | None = None) -> None:
+        self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, rtol
+        self.mean, self.along = run.speed or speed, along
+        self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
+
+    def omega(self, mesh: Cells) -> Array:
+        """Speed of the crank, rad/s."""
+        if self.along is not None:
+            return cells.interpolated(self.along, self.cycle.mesh, mesh.phi)
+        return turning_moment.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi)
+
+    def torque(self, mesh: Cells, omega: Array) -> Array:
+        """Torque of the motor on its shaft, N m: by its law, or that of its own states where it has any."""
+        assert self.motor is not None
+        if not self.run.states or self.run.drive is None:
+            return self.motor.torque(self.ratio * omega)
+        return cells.interpolated(self.run.drive, self.cycle.mesh, mesh.phi) / self.ratio
+
+    @property
+    def torque_error(self) -> float:
+        """What the cells leave open of the torque (N m on the motor's shaft) where it follows states of its own."""
+        if not self.run.states or self.run.drive is None:
+            return 0.0
+        return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio
+
+    def torque_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        """Torque of the motor on its shaft (N m), and the size of its slope by the crank's speed."""
+        assert self.motor is not None
+        return self.torque(mesh, omega), self.ratio * np.abs(self.motor.slope_at(self.ratio * omega))
+
+    def current_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        """Current of the motor over the rated one, by its own states where it has any; size of its slope by the speed."""
+        motor, speed, run = self.motor, self.ratio * omega, self.run
+        assert motor is not None
+        here, beside = motor.current_share(speed), motor.current_share(speed * (1.0 + SPEED_STEP))
+        slope = np.zeros_like(omega)
+        if here is not None and beside is not None:
+            slope = np.abs(beside - here) / (SPEED_STEP * omega)
+        if motor.circuit is not None and run.along is not None and motor.rated_current is not None:
+            own = self.cycle.mesh
+            flowing = motor.circuit.current(self.ratio * self.omega(own), tuple(run.along))
+            here = cells.interpolated(flowing, own, mesh.phi) / motor.rated_current
+        assert here is not None
+        return here, slope
+
+    def extremes(self, law: Law) -> tuple[float, float, float]:
+        """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`."""
+
+        def evaluated(edges: Array) -> tuple[tuple[float, float, float], float, Coarse]:
+            mesh = cells.cells(edges)
+            omega = self.omega(mesh)
+            value, slope = law(mesh, omega)
+            series = cells.fit(value)
+            least, most = cells.extents(series)
+            tails, size = cells.tails(series), float(np.abs(value).max()) or 1.0
+            off = float((slope * self.speed_error(omega)).max()) + 24 * ROUNDING * size
+            found = float(least.min()), float(most.max()), float(tails.max()) + off
+            # cells that hold neither extreme need not be fine
+            near = (most + tails >= most.max() - tails.max()) | (least - tails <= least.min() + tails.max())
+            worst = float(tails[near].max())
+            return (*found[:2], worst + off), worst / size, lambda share: near & (tails > share * worst)
+
+        first = self.cycle.mesh.edges
+        return cells.refined(first, evaluated, 0.1 * self.rtol, max(_MOST_CELLS, 2 * first.size))
+
+    def speed_error(self, omega: Array) -> Array:
+        """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
+        run = self.run
+        if self.along is not None:
+            return np.full(omega.shape, run.error * run.irregularity * run.speed_max)
+        pinned = max(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
+        return self.mean * (pinned + (run.level + _LEVEL_ROUNDING) * self.mean / omega)
+
+    def mean_over_time(self, law: Law) -> tuple[float, float, Cells]:
+        """The mean over time of a value along the motion, its error, and cells that are fine enough for it.
+
+        integral of h/omega dphi over integral of dphi/omega; `law` gives h and |dh/domega| on a mesh. An error d(omega)
+        makes (|dh/domega| + |h - mean|/omega) d(omega) of h.
+        """
+
+        def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array, Array, float, float, float], float, Coarse]:
+            mesh = cells.cells(edges)
+            omega = self.omega(mesh)
+            value, slope = law(mesh, omega)
+            rows = np.stack((value / omega, 1.0 / omega))
+            total, time = cells.integral(rows, mesh.half).sum(axis=-1).tolist()
+            mean = total / time
+            tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * mesh.half[:, 0]
+            shares = (tails[0] + abs(mean) * tails[1]) / time
+            missed = float(shares.sum())
+            error = missed / max(abs(mean), 1e-300) if missed else 0.0
+            return (mesh, omega, value, slope, time, mean, missed), error, cells.above(shares, 0.1)
+
+        first = self.cycle.mesh.edges
+        mesh, omega, value, slope, time, mean, missed = cells.refined(
+            first, evaluated, self.rtol, max(_MOST_CELLS, 2 * first.size)
+        )
+        by_speed = (slope + np.abs(value - mean) / omega) * self.speed_error(omega) / omega
+        error = float(cells.integral(by_speed, mesh.half).sum()) / time + missed
+        return mean, error + 24 * ROUNDING * abs(mean), mesh
+
+
+def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
+    """The mean heat of a motor over time, over that at its rated point (see `Motor.heat_share`), and its absolute error."""
+    if motor.heated == "copper_heat":
+        found = HEATS_ALONG[motor.heated](motor, shaft)
+        share = found["copper_heat_share"]
+        return share, found["errors"]["copper_heat_share"] * max(share, ROUNDING)
+
+    def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        here, beside = (motor.heat_share(shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
+        slope, along, own = np.abs(beside - here) / (SPEED_STEP * omega), shaft.run.along, shaft.cycle.mesh
+        if along is None:
+            return here, slope
+        return cells.interpolated(motor.heat_share(shaft.ratio * shaft.omega(own), tuple(along)), own, mesh.phi), slope
+
+    mean, error, _ = shaft.mean_over_time(law)
+    even, rated = motor.no_load_speed or 0.0, 0.0 if motor.rated is None else motor.rated.speed
+    return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
+
+
+def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:
+    """Heat of an induction motor's rotor, the mean of T (omega_s - omega); current and heat of its stator by the plate."""
+
+    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        speed = shaft.ratio * omega
+        slope = motor.slope_at(speed) * (motor.synchronous_speed - speed) - motor.torque(speed)
+        return motor.rotor_heat(speed), shaft.ratio * np.abs(slope)
+
+    mean, error, _ = shaft.mean_over_time(heat)
+    found, relative = _figure_and_error(mean, error, float(motor.rotor_heat(0.0)))
+    rated = float(motor.rotor_heat(motor.speed))
+    errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / motor.rated_slip}
+    figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
+    if motor.line_current.complete:
+        of_stator, of_errors = _stator_heat(motor, shaft)
+        figures, errors = figures | of_stator, errors | of_errors
+    return {**figures, "errors": errors}
+
+
+def _stator_heat(motor: Induction, shaft: MotorShaft) -> tuple[dict[str, float], dict[str, float]]:
+    """Line current of an induction motor and copper heat of its stator, the mean of (I/I_n)², with relative errors."""
+    mean, error, _ = shaft.mean_over_time(squared(shaft.current_law))
+    _, peak, off = shaft.extremes(shaft.current_law)
+    relative = error / mean
+    figures, errors = {"stator_heat_share": mean}, {"stator_heat_share": relative}
+    if (rated_heat := motor.rated_stator_heat) is not None:
+        figures["stator_heat"], errors["stator_heat"] = mean * rated_heat, relative
+    if (rated := motor.rated_current) is not None:
+        figures |= {"current_rms": rated * math.sqrt(mean), "current_peak": rated * peak}
+        errors |= {"current_rms": relative, "current_peak": off / peak}
+    return figures, errors
+
+
+def _copper_heat(motor: DC, shaft: MotorShaft) -> dict[str, Any]:
+    """Current and heat of a DC motor's armature: the mean of R i²."""
+
+    def current(mesh: Cells, omega: Array) -> Array:
+        return np.asarray(motor.current_of_torque(shaft.ratio * omega, shaft.torque(mesh, omega)))
+
+    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        flowing = current(mesh, omega)
+        return motor.copper_heat(flowing), 2 * shaft.ratio * motor.constant * np.abs(flowing)
+
+    mean, error, mesh = shaft.mean_over_time(heat)
+    omega = shaft.omega(mesh)
+    series = cells.fit(current(mesh, omega))
+    locked = motor.voltage / motor.resistance
+    off = float(cells.tails(series).max()) + 24 * ROUNDING * locked
+    off += shaft.ratio * motor.constant / motor.resistance * float(shaft.speed_error(omega).max())
+    if motor.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
+        error += 2 * motor.resistance * float(np.sqrt(mean / motor.resistance)) * float(cells.tails(series).max())
+    found, relative = _figure_and_error(mean, error, motor.copper_heat(locked))
+    peak, of_peak = _figure_and_error(cells.largest(series), off, locked)
+    errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
+    share, rated = None, motor.rated_current
+    if rated is not None:
+        share = found / motor.copper_heat(rated)
+        errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
+    return {
+        "current_rms": float(np.sqrt(found / motor.resistance)),
+        "current_peak": peak,
+        "copper_heat": found,
+        "copper_heat_share": share,
+        "errors": errors,
+    }
+
+
+def _figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
+    """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
+    found = above_error(value, error)
+    return found, error / (abs(found) or scale)
+
+
+def states_on(run: Run, mesh: Cells) -> tuple[Array, ...]:
+    """A motor's own states along the motion, at the nodes of another mesh."""
+    if run.along is None or run.cycle is None:
+        return ()
+    return tuple(cells.interpolated(row, run.cycle.mesh, mesh.phi) for row in run.along)
+
+
+def _heats_by_fluxes(motor: TwoAxisInduction, shaft: MotorShaft) -> dict[str, Any]:
+    """Line current and heats of rotor and stator by the fluxes, on the mean over time, with relative errors.
+
+    What the fluxes are off, by at most e each, makes 2 sqrt(3/2 r Q) k e of a heat Q, with k e the error of a current.
+    """
+    circuit, run = motor.circuit, shaft.run
+    assert circuit is not None
+
+    def of_rotor(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        return np.asarray(circuit.rotor_heat(states_on(run, mesh))), np.zeros_like(omega)
+
+    def of_stator(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        return np.asarray(circuit.stator_heat(states_on(run, mesh))), np.zeros_like(omega)
+
+    off = 2.0 * (max(run.states_error, default=0.0) + 8 * ROUNDING * circuit.scales[0])
+    by_flux = (circuit.of_rotor + circuit.of_shared, circuit.of_stator + circuit.of_shared)
+    found, errors = dict[str, Any](), dict[str, float]()
+    rows = zip((of_rotor, of_stator), (circuit.rotor_resistance, circuit.stator_resistance), by_flux, strict=True)
+    for name, (heat, resistance, gain) in zip(("rotor_heat", "stator_heat"), rows, strict=True):
+        mean, error, mesh = shaft.mean_over_time(heat)
+        own = 2.0 * float(np.sqrt(1.5 * resistance * mean)) * gain * off
+        found[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
+    rated = float(motor.rotor_heat(motor.speed))
+    found["rotor_heat_share"] = found["rotor_heat"] / rated
+    errors["rotor_heat_share"] = errors["rotor_heat"] + 8 * ROUNDING / motor.rated_slip
+    current = cells.fit(np.asarray(circuit.current(0.0, states_on(run, mesh))))
+    found["current_rms"] = float(np.sqrt(found["stator_heat"] / (3.0 * circuit.stator_resistance)))
+    found["current_peak"] = cells.greatest(current)
+    errors["current_rms"] = errors["stator_heat"]
+    errors["current_peak"] = (float(cells.tails(current).max()) + by_flux[1] * off) / max(found["current_peak"], 1e-300)
+    return {**found, "errors": errors}
+
+
+HEATS_ALONG: Mapping[str, Callable[[Any, MotorShaft], dict[str, Any]]] = {
+    "copper_heat": _copper_heat,
+    "rotor_heat": _rotor_heat,
+    "fluxes": _heats_by_fluxes,
+}
+"""Current and heat along a motion, by the figure of `Energy` that a type of motor is heated by; or by its own fluxes."""
+
+
+def heats(shaft: MotorShaft) -> dict[str, Any]:
+    """Current and heat of the motor along the motion, with their `errors`; nothing where its type does not tell them."""
+    motor = shaft.motor
+    if motor is None or motor.heated is None:
+        return {}
+    along = HEATS_ALONG["fluxes" if motor.static is not None and shaft.run.states else motor.heated]
+    return along(motor, shaft)
+
+
+# -- the figures that are limited ---------------------------------------------------------------------------------------
+
+IRREGULARITY = "irregularity"
+"""The name of the limit that is none of the motor's."""
+
+
+class Share(NamedTuple):
+    """A figure that is limited, and its absolute error."""
+
+    value: float
+    error: float
+
+
+def of_motor(scene: Scene) -> tuple[str, ...]:
+    """The limits of a scene that are those of its motor."""
+    return tuple(name for name in scene.limits if name != IRREGULARITY)
+
+
+def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
+    """The figures that are limited, along a motion of the motor's shaft.
+
+    motor_torque       max |T|/T_n
+    motor_rms          sqrt((1/t) integral of T² dt)/T_n, over the period t of a cycle
+    motor_heat         the mean heat over time, over that at the rated point
+    current_pulsation  (max i - min i)/i_n
+
+    Source: API 618, 5th ed., 7.1.2 (current pulsation); IEC 60034-1, 4.2.1 (equivalent loads of duty types).
+    """
+    found: dict[str, Share] = {}
+    run, motor = shaft.run, shaft.motor
+    for name in names:
+        if name == IRREGULARITY:
+            found[name] = Share(run.irregularity, run.error * run.irregularity)
+            continue
+        assert motor is not None
+        assert motor.rated is not None
+        rated = motor.rated.torque
+        if name == "motor_torque":
+            least, most, error = shaft.extremes(shaft.torque_law)
+            found[name] = Share(max(most, -least) / rated, (error + shaft.torque_error) / rated)
+        elif name == "motor_rms":
+            square, error, _ = shaft.mean_over_time(squared(shaft.torque_law))
+            root = float(np.sqrt(max(square, 0.0)))
+            own = 0.5 * error / max(root, np.sqrt(error), 1e-300) + shaft.torque_error
+            found[name] = Share(root / rated, own / rated)
+        elif name == "motor_heat":
+            found[name] = Share(*heat_share(motor, shaft))
+        else:
+            least, most, error = shaft.extremes(shaft.current_law)
+            found[name] = Share(most - least, 2 * (error + shaft.torque_error / rated))  # a current is about as its torque
+    return found
