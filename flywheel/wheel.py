@@ -1,19 +1,13 @@
 """Wheels of metal: size, mass and stresses of a wheel for an inertia and a speed."""
 
-from flywheel.components.wheel_stresses import Arms, Material
+from flywheel.components.wheel_stresses import ARMS, DISC, LIGHTEST, RIM, WHEEL_SHAPES, Arms, Material, WheelAsked
 from flywheel.components.wheels import (
-    ARMS,
-    DISC,
-    LIGHTEST,
-    RIM,
-    WHEEL_SHAPES,
     Body,
     Hub,
     Need,
     Part,
     Radius,
     Wheel,
-    WheelAsked,
     choose,
     inertia,
     least_mass,

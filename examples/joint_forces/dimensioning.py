@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.mechanisms.linkages.positions import Poses, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
 from flywheel.mechanisms.linkages.statics import Torque
 from flywheel.numerics.units import columns

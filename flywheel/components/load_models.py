@@ -43,6 +43,17 @@ MODELS = {
 """The loads of known kinds, by the type that a scene names."""
 
 
+def model_of(text: str) -> Model | None:
+    """The known kind that a load's text names, such as `press: 24.7 kJ over 15 mm`; None for another, and for a drive."""
+    return MODELS.get(text.partition(":")[0])
+
+
+def is_loss(text: str) -> bool:
+    """Tells whether nothing is gained by a load of this text."""
+    model = model_of(text)
+    return model is not None and model.loss
+
+
 def belt_torque(tight: float, slack: float, radius: float) -> float:
     """Torque of a belt on its pulley: T = (T1 - T2) r, in N m.
 

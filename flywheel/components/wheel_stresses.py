@@ -394,3 +394,80 @@ def hoop_stress(velocity: float, density: float) -> float:
 
     """
     return density * velocity * velocity
+
+
+DISC, RIM, ARMS, LIGHTEST = "disc", "rim", "arms", "lightest"
+
+WHEEL_SHAPES = (DISC, RIM, ARMS, LIGHTEST)
+
+EXACT, THIN = "exact", "thin"
+
+METHODS = (EXACT, THIN)
+
+GREATEST, MEAN = "greatest", "mean"
+
+SPEEDS = (GREATEST, MEAN)
+
+RATIO, COUNT, ARM_SHARE, ASPECT, HUB_RATIO = 2.0, 6, 0.25, 0.5, 2.0
+"""Usual proportions, for what is not given: width to thickness of a rim; number of arms; section of an arm over that of
+the rim; axes of an arm's section; diameter of a hub over its bore.
+
+Source: Khurmi and Gupta, Machine Design, chapter 22 (rim twice as wide as thick, hub twice the shaft, arms half as thick as
+wide); Jindal, Machine Design, example 19-1 (6 arms of a quarter of the rim's section).
+"""
+
+
+class WheelAsked(NamedTuple):
+    """A wheel as far as it is decided, SI. What is None is to be found, or has a usual proportion (see the module).
+
+    `method` is `exact` (an annulus), or `thin` (a rim at its mean radius). `at` tells which speed of the shaft whoever sizes
+    the wheel is to take: the greatest or the mean. `rim_speed` is that of the outer radius, for a thin rim of the mean one.
+    `rim_share` is the share of the inertia that the rim has, where hub and arms are not modelled. `torque` is the greatest
+    one between hub and rim. `step` and `size_step` are what inertia and dimensions are rounded up to. `path` is where all
+    this stands in a scene, for messages.
+    """
+
+    shape: str
+    material: Material
+    method: str = EXACT
+    at: str = GREATEST
+    outer_radius: float | None = None
+    mean_radius: float | None = None
+    max_radius: float | None = None
+    rim_speed: float | None = None
+    width: float | None = None
+    thickness: float | None = None
+    width_to_thickness: float | None = None
+    rim_share: float | None = None
+    arms: int | None = None
+    arm_share: float | None = None
+    arm_width: float | None = None
+    arm_thickness: float | None = None
+    bore: float | None = None
+    hub_diameter: float | None = None
+    hub_length: float | None = None
+    torque: float | None = None
+    step: float | None = None
+    size_step: float | None = None
+    path: str = ""
+
+    @property
+    def thin(self) -> bool:
+        """Tells whether the rim is taken to run at its mean radius."""
+        return self.method == THIN
+
+    @property
+    def hub_radius(self) -> float:
+        """Radius of the hub, m; of the bore in a disc; 0 without either."""
+        bore = self.bore or 0.0
+        if self.shape == DISC:
+            return bore / 2
+        return (HUB_RATIO * bore if self.hub_diameter is None else self.hub_diameter) / 2
+
+    def given(self, names: tuple[str, ...]) -> list[str]:
+        """Those of `names` that have a value."""
+        return [name for name in names if getattr(self, name) is not None]
+
+    def at_key(self, name: str) -> str:
+        """Path of one quantity, for a fault."""
+        return f"{self.path}.{name}" if self.path else name

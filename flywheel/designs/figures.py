@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.components.wheels import Wheel, WheelAsked
+from flywheel.components.wheel_stresses import WheelAsked
+from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
 from flywheel.designs.structures import Structure, Structures
 from flywheel.machine.machine import Machine

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
+from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
+from flywheel.components.wheels import choose
 from flywheel.designs.figures import ALONE, ENGINES, FIGURES, OF_WHEEL, Batch, figures_of, sized, wheel_figures
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook

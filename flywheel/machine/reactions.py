@@ -30,7 +30,8 @@ from flywheel.machine.loads import Effort, spring_effort
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed, linkage_of
-from flywheel.mechanisms.linkages.positions import Poses, Solution, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
 from flywheel.mechanisms.linkages.statics import (
     FRICTION,

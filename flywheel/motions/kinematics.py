@@ -18,7 +18,7 @@ from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build, has_joints
-from flywheel.mechanisms.linkages.positions import Track
+from flywheel.mechanisms.linkages.equations import Track
 from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
 from flywheel.motions.motion import Motion, Transient
 from flywheel.numerics import arguments, cells, notebook

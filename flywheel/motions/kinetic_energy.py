@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.machine.machine import FLYWHEEL, Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.motions.kinematics import motion
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require

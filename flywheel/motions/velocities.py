@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import poses_of
 from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.instant_centres import InstantCentre, centres_of, velocity
-from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics import arguments
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state

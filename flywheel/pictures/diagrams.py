@@ -45,7 +45,7 @@ from flywheel.tables.rows import RPM, irregularity
 from flywheel.tables.sizing import candidates, inertia_errors
 
 if TYPE_CHECKING:  # the door of linkages, which a flywheel's diagrams leave shut
-    from flywheel.mechanisms.linkages.positions import Track
+    from flywheel.mechanisms.linkages.equations import Track
     from flywheel.motions.driver import Driver
     from flywheel.motions.joint_forces import JointForces
 

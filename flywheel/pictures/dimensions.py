@@ -22,7 +22,7 @@ from flywheel.language import number as localized
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine, graph_with_flywheel
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, GREY

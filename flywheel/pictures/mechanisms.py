@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from bondgraph.files import replacement
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.instant_centres import FINITE, INFINITE, InstantCentre
-from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure as number

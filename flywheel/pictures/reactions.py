@@ -19,7 +19,7 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from flywheel.language import text as _
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motions.joint_forces import Axis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest

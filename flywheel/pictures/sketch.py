@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
-from flywheel.mechanisms.linkages.positions import Poses, Solution, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.scene.linkage import CAM, FIXED, FRAME, GEAR, PIN, SLIDE, SLOT, Coupling, Joint, Linkage, common_body
 from flywheel.scene.scene import TURN, Mechanism, Scene

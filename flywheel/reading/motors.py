@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from flywheel.components.load_models import is_loss
 from flywheel.components.motors import (
     DC,
     Constant,
@@ -613,7 +614,7 @@ def _machine(scene: Scene, item: Item) -> Scene:
     raw = found.document.tables.get("load", ())
     factors = {}
     for load in found.loads:
-        if load.is_loss or not load.path.startswith("load["):  # a shaft's drag is one of its bearings
+        if is_loss(load.model) or not load.path.startswith("load["):  # a shaft's drag is one of its bearings
             continue
         index = int(load.path.removeprefix("load[").removesuffix("]"))
         try:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from flywheel.components.wheel_stresses import material
-from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
+from flywheel.components.wheel_stresses import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, material
+from flywheel.components.wheels import asked_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show, suggestion

@@ -11,8 +11,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
-from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
+from flywheel.components.wheel_stresses import FEWEST, MATERIALS, METHODS, MOST, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
 from flywheel.scene.accuracy import DEFAULT_RTOL, RTOL
 from flywheel.scene.keys import MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, Key, Range

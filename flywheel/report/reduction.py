@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.elements import Here
+from flywheel.components.load_models import model_of
 from flywheel.language import message
 from flywheel.language import number as localized
 from flywheel.language import text as _
@@ -652,7 +653,7 @@ def _model(at: Steps, effort: Effort) -> str:
     told = (
         _("A motor: {model}.", model=model) if load.path == "drive" else _("A load of a known kind, {model}.", model=model)
     )
-    kind = at.scene.motor if load.path == "drive" else load.known
+    kind = at.scene.motor if load.path == "drive" else model_of(load.model)
     return " ".join(filter(None, (told, "" if kind is None else message(kind.formula))))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import pi
 
-from flywheel.components.wheel_stresses import ring_constant, ring_factors
-from flywheel.components.wheels import DISC, Wheel
+from flywheel.components.wheel_stresses import DISC, ring_constant, ring_factors
+from flywheel.components.wheels import Wheel
 from flywheel.language import text as _
 from flywheel.report.context import Context, quantity
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.components.load_models import MODELS, Model
 from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
@@ -26,7 +25,7 @@ from flywheel.scene.accuracy import DEFAULT_RTOL
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
-    from flywheel.components.wheels import WheelAsked
+    from flywheel.components.wheel_stresses import WheelAsked
     from flywheel.scene.linkage import Linkage
 
 TURN = 2 * np.pi
@@ -157,16 +156,6 @@ class Load(NamedTuple):
     piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
     factor: float = 1.0  # by which the law was multiplied
     drag: bool = False  # dry friction of a shaft's own bearings: the law's size turns round with the shaft
-
-    @property
-    def known(self) -> Model | None:
-        """What it is as a load of a known kind; None for another, and for a drive."""
-        return MODELS.get(self.model.partition(":")[0])
-
-    @property
-    def is_loss(self) -> bool:
-        """Whether nothing is gained by it."""
-        return self.known is not None and self.known.loss
 
 
 class Spring(NamedTuple):

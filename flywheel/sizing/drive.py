@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flywheel.components.energy import Energy, mean_effective_pressure, mechanical_efficiency
+from flywheel.components.load_models import is_loss
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
@@ -97,7 +98,7 @@ def engine(sizing: Sizing) -> EngineCycle | None:
     if not gas or indicated <= error:
         return None
     ports = {load.on for load in gas}
-    others = [load for load in loads if load.on not in ports and not load.is_loss]
+    others = [load for load in loads if load.on not in ports and not is_loss(load.model)]
     taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
     brake = taken if taken > error else None
     pistons: dict[Any, float] = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from bondgraph.reduction import Reduction
+from flywheel.components.load_models import is_loss
 from flywheel.machine.machine import FRICTION, Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
@@ -205,7 +206,7 @@ class _Train:
             yield from self._drive(place, wide(moment, omega.shape), mesh, omega)
         elif load.path == f"{place}.drag":
             yield _Part(place, "heat", "drag", load.path, load.on, -moment)
-        elif load.is_loss:
+        elif is_loss(load.model):
             yield _Part(place, "heat", "resistance", load.path, load.on, -moment)
         else:
             yield _Part(place, load.path, "load", load.path, load.on, -moment)
@@ -255,7 +256,7 @@ class _Train:
 
 def can_lose(scene: Scene) -> bool:
     """Whether anything in a scene may lose power: meshes, dampers, joints, models of losses, a motor that tells its heat."""
-    drags = any(load.is_loss or load.path.endswith(".drag") for load in scene.loads)
+    drags = any(is_loss(load.model) or load.path.endswith(".drag") for load in scene.loads)
     meshes = any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
     if drags or meshes or scene.rubs or scene.dampers or scene.motor is None:
         return drags or meshes or scene.rubs or bool(scene.dampers)

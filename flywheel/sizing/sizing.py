@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
+from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
+from flywheel.components.wheels import choose
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, metered

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
+from flywheel.components.load_models import model_of
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
@@ -511,7 +512,7 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
         words = {"slip": _("slip of belt {shafts}"), "shaft": _("through {shafts}")}
         return words.get(stream.kind, _("belt {shafts}") if belt else _("mesh {shafts}")).format(shafts=pair)
     if stream.kind == "load":
-        known = next((load.known for load in scene.loads if load.path == stream.name), None)
+        known = next((model_of(load.model) for load in scene.loads if load.path == stream.name), None)
         return _("{what} on {place}", what=_("load") if known is None else message(known.words), place=on)
     if stream.kind == "stored":
         return _stored(stream, on)

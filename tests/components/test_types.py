@@ -13,7 +13,7 @@ import flywheel
 from flywheel import language
 from flywheel.cli import main
 from flywheel.components.energy import Energy
-from flywheel.components.load_models import MODELS
+from flywheel.components.load_models import MODELS, is_loss, model_of
 from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
 from flywheel.reading.load_models import LOAD_MODELS
@@ -132,8 +132,8 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
 def test_a_load_model_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     text, model = load_text(kind), MODELS[kind]
     load = flywheel.load(text).loads[0]
-    assert load.known is model
-    assert load.is_loss == model.loss
+    assert model_of(load.model) is model
+    assert is_loss(load.model) == model.loss
     assert f"`{kind}`" in (REFERENCE / "load-models.md").read_text("utf-8")
     if not model.loss:  # whose stream has words of its own
         translated(model.words)

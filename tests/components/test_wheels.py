@@ -14,6 +14,7 @@ from flywheel.components.press_work import inertia_between
 from flywheel.components.wheel_stresses import (
     MATERIALS,
     Arms,
+    WheelAsked,
     annulus_inertia,
     annulus_mass,
     arm_bending,
@@ -28,7 +29,6 @@ from flywheel.components.wheel_stresses import (
 from flywheel.components.wheels import (
     Body,
     Hub,
-    WheelAsked,
     choose,
     inertia,
     least,

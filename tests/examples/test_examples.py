@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 import flywheel
 from flywheel import Scene
 from flywheel.cli import main
-from flywheel.mechanisms.linkages.positions import Poses, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import solve
 from tests.limits import sample
 
 # Every example runs: exam scripts agree with their true figures, scenes size, the engine's table can be made again.

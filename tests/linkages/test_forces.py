@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from flywheel import SceneError
-from flywheel.mechanisms.linkages.positions import Poses, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions, constraints, reactions, reactions_at, virtual_power
 from flywheel.mechanisms.linkages.statics import (
     Effort,

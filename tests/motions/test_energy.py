@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from flywheel import SceneError, cycle_shares, reduce, shares
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.motions.kinetic_energy import linkage_shares, speed_from_energy
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests import scenes

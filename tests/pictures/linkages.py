@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from flywheel.mechanisms.linkages.positions import Poses, solve
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import solve
 from flywheel.numerics.jets import Jet
 from flywheel.scene.linkage import CAM, FRAME, GEAR, PIN, ROLLING, SLIDE, Coupling, Joint, Lift, Link, Linkage, Point
 

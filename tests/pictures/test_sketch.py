@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import flywheel
 from flywheel import SceneError
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.pictures import sketch as sketching
 from flywheel.pictures import sketch as whole_sketch
 from flywheel.pictures.figures import Array, along, settle, settled

@@ -10,8 +10,7 @@ import pytest
 import flywheel
 from flywheel import Scene, SceneError, load
 from flywheel.components.motors import Curve, Point, line_through
-from flywheel.components.wheel_stresses import MATERIALS, material
-from flywheel.components.wheels import WheelAsked
+from flywheel.components.wheel_stresses import MATERIALS, WheelAsked, material
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import parse_scene
 from flywheel.reference import text

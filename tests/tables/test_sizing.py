@@ -21,8 +21,8 @@ from numpy.testing import assert_allclose
 import flywheel
 from flywheel import Sizing, run_down, run_up, transient
 from flywheel.cli import main
-from flywheel.components.wheel_stresses import material
-from flywheel.components.wheels import WheelAsked, choose
+from flywheel.components.wheel_stresses import WheelAsked, material
+from flywheel.components.wheels import choose
 from flywheel.reference import text
 from flywheel.regime import turning_moment
 from flywheel.sizing.results import Cyclic

@@ -9,7 +9,8 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 [0.054030231, 0.084147098]
 """
 
-from flywheel.mechanisms.linkages.positions import Poses, Solution, solve, solve_over
+from flywheel.mechanisms.linkages.equations import Poses
+from flywheel.mechanisms.linkages.positions import Solution, solve, solve_over
 from flywheel.scene.linkage import Coupling, Driver, Joint, Lift, Link, Linkage, Point, Side
 
 __all__ = [

@@ -18,8 +18,7 @@ from scipy.linalg.lapack import dgesv
 
 from bondgraph.motion.runge_kutta import DormandPrince, Step
 from bondgraph.motion.stepping import TIGHTEST
-from flywheel.mechanisms.linkages.equations import lift_at
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses, lift_at
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Linkage

@@ -34,7 +34,7 @@ from flywheel.mechanisms.linkages.bodies import (
     projection,
     system,
 )
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.statics import Pair, contact, continued_sizes, coulomb, friction_sizes
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import PIN

@@ -31,13 +31,14 @@ from flywheel.mechanisms.linkages.equations import (
     SETTLED,
     Equations,
     Loops,
+    Poses,
     check,
     driver_scales,
     inverse,
     loops,
     on_way,
 )
-from flywheel.mechanisms.linkages.positions import Poses, follow
+from flywheel.mechanisms.linkages.positions import follow
 from flywheel.numerics.arguments import array, known
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage

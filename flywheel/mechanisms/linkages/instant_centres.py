@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.positions import Poses, Track
+from flywheel.mechanisms.linkages.equations import Poses, Track
 from flywheel.numerics.arguments import known, require
 from flywheel.numerics.cells import ROUNDING
 from flywheel.scene.linkage import FIXED, FRAME, PIN, SLIDE, Joint, Point

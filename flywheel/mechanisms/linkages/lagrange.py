@@ -38,6 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.linkages.bodies import UnreachableError, integrate
+from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.freedoms import (
     Assembly,
     Follower,
@@ -53,7 +54,6 @@ from flywheel.mechanisms.linkages.freedoms import (
     shaped_as,
     stations,
 )
-from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Effort, Force, Load, Reactions, Torque, reactions_at
 from flywheel.mechanisms.linkages.statics import applied, guide, joint_rate
 from flywheel.numerics.arguments import (

@@ -44,8 +44,8 @@ from flywheel.mechanisms.linkages.bodies import (
     system,
 )
 from flywheel.mechanisms.linkages.dry_friction import with_friction
-from flywheel.mechanisms.linkages.equations import check
-from flywheel.mechanisms.linkages.positions import Poses, solve_over
+from flywheel.mechanisms.linkages.equations import Poses, check
+from flywheel.mechanisms.linkages.positions import solve_over
 from flywheel.mechanisms.linkages.statics import unknowns
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError

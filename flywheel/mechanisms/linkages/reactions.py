@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages.equations import check, solved
-from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.equations import Poses, check, solved
 from flywheel.mechanisms.linkages.statics import (
     COUPLE,
     DRIVE,

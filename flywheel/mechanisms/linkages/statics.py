@@ -37,8 +37,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages.equations import lift_at, solved
-from flywheel.mechanisms.linkages.positions import Poses, Track
+from flywheel.mechanisms.linkages.equations import Poses, Track, lift_at, solved
 from flywheel.numerics.arguments import array, known, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
