@@ -25,6 +25,7 @@ import numpy as np
 from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
 from flywheel.designs.figures import progress_bar
+from flywheel.machine.dynamics import dynamics_of
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
 from flywheel.motions.starting import RunUp, load_at_rest, mapped_run_up, maps, torque_at_rest
@@ -33,7 +34,6 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, figure, parse_quantity
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
 from flywheel.regime.free_motion import neighbours
-from flywheel.regime.joint_friction import dynamics_of
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.motor import MotorShaft, of_motor, shares
 from flywheel.sizing.results import Sizing

@@ -17,6 +17,7 @@ wanted, with its slope: series and cells of the steady regime rest on it. `machi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
@@ -30,6 +31,7 @@ from bondgraph.reduction import Station
 from flywheel.machine.machine import DRIVE, Machine, Stage, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, Cells, wide
+from flywheel.numerics.faults import Fault
 from flywheel.numerics.jets import Jet
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ Array = NDArray[np.float64]
 
 _KEPT = 4  # meshes of a machine
 _IN_STEP = 1e-12  # of a synchronous speed: speeds that differ from it by less are that speed
+GREATEST_VALUE = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
 
 
 class Rate(NamedTuple):
@@ -408,3 +411,46 @@ def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
     if isinstance(value, Jet):
         return value.value + np.zeros_like(omega), value.first + np.zeros_like(omega)
     return value + np.zeros_like(omega), np.zeros_like(omega)
+
+
+def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
+    """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
+    cell, node = np.argwhere(~(np.abs(values) <= GREATEST_VALUE))[0]
+    speed = None if omega is None else float(omega[cell, node])
+    return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
+
+
+def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
+    """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
+
+    Args:
+        machine: the machine.
+        phi: the position, rad.
+        anchor: a position in the middle of the smooth piece that it lies in, rad.
+        speed: of the crank, rad/s, where loads that depend on it count.
+        time: s, for those that depend on it.
+
+    """
+    parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
+    culprit, moment = next(
+        ((name, part) for name, part in parts.items() if not abs(part) <= GREATEST_VALUE), ("mechanism", None)
+    )
+    at, sliding = machine.where(phi), machine.scene.stroke is not None and machine.scene.stroke.sliding
+    if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
+        at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
+    if moment is not None and math.isfinite(moment):
+        unit = "N on the slide" if sliding else "N m on the crank"
+        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {GREATEST_VALUE:g}"
+    else:
+        reason = machine.undefined(culprit, phi, anchor, speed, time)
+        found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
+    return Fault(
+        culprit,
+        found,
+        f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
+        "mend the expression or table, or give the load a window that leaves the angle out",
+    )
+
+
+class NoMotionError(ValueError):
+    """No periodic motion has the mean of extremes asked for: the machine would stop within the cycle."""

@@ -20,6 +20,7 @@ from bondgraph.numerics import summits
 from flywheel.components.motors import Motor
 from flywheel.components.motors.motor import Circuit
 from flywheel.components.motors.starting import as_started
+from flywheel.machine.dynamics import NODES, Along, Trail
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion
 from flywheel.motions.starting import StartHeat, start_heat
@@ -27,7 +28,6 @@ from flywheel.numerics import cells, notebook
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state, turning_moment
 from flywheel.regime.state import DRIVE
-from flywheel.regime.trail import NODES, Along, Trail
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.errors import speed_error_over_cycle
 from flywheel.sizing.results import Sizing

@@ -24,16 +24,15 @@ from bondgraph.motion.dynamics import Dynamics as GraphDynamics
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, Start, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import Motion, works_of
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import Goal, Passing, SwitchingTimes, Watching, end_of_stroke, follow
-from flywheel.regime.joint_friction import dynamics_of, machine_of
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
-from flywheel.regime.trail import Start, Trail
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from flywheel.components.motors import Connection, Motor, Started, Switch
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.dynamics import ONSET, Dynamics, Start, Trail
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import DRIVE, Anchor, Machine
 from flywheel.numerics import cells
-from flywheel.regime.trail import Start, Trail
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bondgraph.numerics import root
 from flywheel.components.motors import Motor, Started
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, Start, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import (
     Energy,
@@ -43,9 +43,8 @@ from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import Goal, Passing, Watching, end_of_stroke, friction_of, held_by, neighbours, straight
-from flywheel.regime.joint_friction import dynamics_of, machine_of
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
-from flywheel.regime.trail import Start, Trail
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.sizing import size
 

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.dynamics import ONSET, Dynamics, Start, Trail, dynamics_of
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
@@ -32,9 +32,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.cycle_equations import Demand, NoRegimeError
 from flywheel.regime.free_motion import follow, neighbours, straight
-from flywheel.regime.joint_friction import dynamics_of
 from flywheel.regime.periodic_motion import OwnMotion
-from flywheel.regime.trail import Start, Trail
 
 COARSE = 1e-4
 """Error of a motion with which a search is content that the effort allows no closer."""

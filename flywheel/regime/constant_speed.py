@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.numerics import root, summit, threshold
-from flywheel.machine.equation import Moments, Rate, moments_on
+from flywheel.machine.equation import Moments, Rate, moments_on, undefined
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
 from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime.turning_moment import Cycle, cycle_of
 from flywheel.scene.scene import Scene
 
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
@@ -356,7 +356,7 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
     rate, mesh = moments.constant(speed, unknown), moments.mesh
     if not np.isfinite(rate.moment).all():
         omega = np.full(mesh.phi.shape, speed)
-        raise SceneError([turning_moment.undefined(moments.machine, mesh, rate.moment, omega)])
+        raise SceneError([undefined(moments.machine, mesh, rate.moment, omega)])
     return rate
 
 
@@ -377,13 +377,6 @@ def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[fl
             break
         cycle, speed = closer, speed - step
     return speed, cycle.errors.work / max(abs(slope) * speed, 1e-300)
-
-
-def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
-    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
-    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
-    by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
-    return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)
 
 
 def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:

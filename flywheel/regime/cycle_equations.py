@@ -16,14 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.machine.equation import Moments, Rate
+from flywheel.machine.equation import Moments, NoMotionError, Rate, undefined
 from flywheel.numerics import cells, collocation
 from flywheel.numerics.budget import spend
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Index
 from flywheel.numerics.collocation import Changes
 from flywheel.numerics.faults import Fault
-from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import NoMotionError
 
 _MOST_STEPS = 40
 _PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
@@ -412,7 +410,7 @@ class _Equations:
         circuit, ratio = self.moments.circuit, self.moments.drive_ratio
         rate = self.moments.rate(omega, state.unknown, state.inertia, state.of_circuit)
         if not np.isfinite(rate.moment).all():
-            raise UndefinedError(turning_moment.undefined(self.moments.machine, self.mesh, rate.moment, omega))
+            raise UndefinedError(undefined(self.moments.machine, self.mesh, rate.moment, omega))
         rates = [rate.moment]
         if circuit is not None:
             rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]

@@ -24,7 +24,8 @@ from bondgraph.motion.standstill import ROUNDING, Release
 from bondgraph.motion.stepping import Events, Step, StepError, Tolerance, residuals, through
 from bondgraph.numerics import counting, summit
 from flywheel.components.motors.motor import States
-from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.dynamics import ONSET, Dynamics, Start, Stretch, Trail, later
+from flywheel.machine.equation import not_finite
 from flywheel.machine.loads import Effort
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count
@@ -35,7 +36,6 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.regime import turning_moment
-from flywheel.regime.trail import Start, Stretch, Trail, later
 from flywheel.scene.scene import Scene
 
 # -- times at which laws switch ------------------------------------------------------------------------------------------
@@ -517,7 +517,7 @@ class _Motion:
         if self.undefined is None:
             return None
         phi, omega, t = self.undefined
-        fault = turning_moment.not_finite(self.machine, phi, anchor.phi, omega, t)
+        fault = not_finite(self.machine, phi, anchor.phi, omega, t)
         return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
 
     # -- cycles that are like the one before -----------------------------------------------------------------------------

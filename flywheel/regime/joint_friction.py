@@ -17,7 +17,6 @@ import numpy as np
 
 from bondgraph.elements import Here
 from bondgraph.numerics import roots_between, threshold
-from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.loads import FrictionCurve
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
@@ -51,15 +50,6 @@ def machine_of(given: Machine | Scene, speed: float | None = None) -> Machine:
     """
     machine = given if isinstance(given, Machine) else Machine(given)
     return _rough(machine, speed) if machine.scene.rubs and machine.friction is None else machine
-
-
-def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> Dynamics:
-    """The dynamics of a machine with a flywheel (kg m² at the crank), with the friction of its joints where they rub."""
-    if not machine.has_joint_friction:
-        return Dynamics(machine, inertia, balance)
-    from flywheel.machine.reactions import joint_friction_of
-
-    return Dynamics(machine, inertia, balance, joint_friction_of(machine))
 
 
 @lru_cache(maxsize=4)

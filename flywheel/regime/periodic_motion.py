@@ -21,7 +21,6 @@ from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, portion
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.regime import turning_moment
-from flywheel.regime.constant_speed import cycle_of
 from flywheel.regime.cycle_equations import (
     Demand,
     LostError,
@@ -42,7 +41,7 @@ from flywheel.regime.cycle_equations import (
     unevenness,
     with_inertia,
 )
-from flywheel.regime.turning_moment import Cycle, Run
+from flywheel.regime.turning_moment import Cycle, Run, cycle_of
 
 UNSTABLE = 1e-12
 """1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle, and not by rounding."""

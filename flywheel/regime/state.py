@@ -14,11 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flywheel.machine.equation import not_finite
 from flywheel.machine.machine import Machine
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, Array, tails, wide
 from flywheel.numerics.faults import Fault, SceneError, told
-from flywheel.regime import constant_speed, turning_moment
+from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import Point
 from flywheel.scene.scene import Mechanism, Scene, Stroke
@@ -110,7 +111,7 @@ def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: f
         if bad.any():
             at = int(np.argmax(bad))
             place = float(angles.flat[at]), float(np.ravel(anchor)[at])
-            raise SceneError([turning_moment.not_finite(machine, *place, moving)])
+            raise SceneError([not_finite(machine, *place, moving)])
     plain = reduced.moment + balance * reduced.per_unknown
     whole = partial(wide, shape=angles.shape)
     return MachineState(

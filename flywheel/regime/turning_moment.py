@@ -7,21 +7,21 @@ where the moment crosses zero, where the speed is extreme.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from flywheel.machine.equation import GREATEST_VALUE, Moments, NoMotionError, Rate, undefined
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import programs_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse, Crossings, Index
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
 _BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
-_GREATEST_VALUE = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
 _MOST_FOR_BALANCE = 2_000  # cells that the last digit of a balance alone is worth, beside those of the machine's own mesh
 _MOST_FOR_PERIOD = 4_000  # that the time of a cycle is worth, beside those of the cycle itself
@@ -99,7 +99,7 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
         reduced, part = programs_of(machine).cells(mesh.phi[block], mesh.anchor[block]), values[:, block]
         part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
         part[3], part[4], part[5] = reduced.exchanged, reduced.steepness, reduced.per_unknown
-    if not -_GREATEST_VALUE <= values.min() <= values.max() <= _GREATEST_VALUE:
+    if not -GREATEST_VALUE <= values.min() <= values.max() <= GREATEST_VALUE:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     if machine.scene.unknown is None:
         cycle = assembled(mesh, values[:5], None)
@@ -199,45 +199,6 @@ def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
         float(greatest[high]),
         float(max(errors[low], (least[low] - least + errors).max())),
         float(max(errors[high], (greatest - greatest[high] + errors).max())),
-    )
-
-
-def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
-    """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
-    cell, node = np.argwhere(~(np.abs(values) <= _GREATEST_VALUE))[0]
-    speed = None if omega is None else float(omega[cell, node])
-    return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
-
-
-def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
-    """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
-
-    Args:
-        machine: the machine.
-        phi: the position, rad.
-        anchor: a position in the middle of the smooth piece that it lies in, rad.
-        speed: of the crank, rad/s, where loads that depend on it count.
-        time: s, for those that depend on it.
-
-    """
-    parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
-    culprit, moment = next(
-        ((name, part) for name, part in parts.items() if not abs(part) <= _GREATEST_VALUE), ("mechanism", None)
-    )
-    at, sliding = machine.where(phi), machine.scene.stroke is not None and machine.scene.stroke.sliding
-    if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
-        at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
-    if moment is not None and math.isfinite(moment):
-        unit = "N on the slide" if sliding else "N m on the crank"
-        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {_GREATEST_VALUE:g}"
-    else:
-        reason = machine.undefined(culprit, phi, anchor, speed, time)
-        found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
-    return Fault(
-        culprit,
-        found,
-        f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
-        "mend the expression or table, or give the load a window that leaves the angle out",
     )
 
 
@@ -384,10 +345,6 @@ class Run(NamedTuple):
         """Relative error of the mean of extremes by that of the energy's level: the slower, the more speed is an energy."""
         mean = 0.5 * (self.speed_max + self.speed_min)
         return self.level * mean**2 / max(self.speed_max * self.speed_min, ROUNDING * mean**2) if self.level else 0.0
-
-
-class NoMotionError(ValueError):
-    """No periodic motion has the mean of extremes asked for: the machine would stop within the cycle."""
 
 
 def run(cycle: Cycle, speed: float, inertia: float) -> Run:
@@ -638,3 +595,10 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
         errors.append(min(float(turned[:ahead].sum() + turned[count - back :].sum()), float(turned.sum())))
         errors.append(float(np.minimum(near, widths[beside[:, k]]).min()))
     return errors
+
+
+def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
+    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
+    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
+    by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
+    return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)

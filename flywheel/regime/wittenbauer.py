@@ -16,12 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import Cycle, Extent, Extremes, NoMotionError, Roots, Run
+from flywheel.regime.turning_moment import Cycle, Extent, Extremes, Roots, Run
 from flywheel.scene.scene import Scene
 
 _WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)  # rows of the functions H = a W + b I* whose extremes are compared

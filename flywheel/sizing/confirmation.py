@@ -21,7 +21,8 @@ import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
 from bondgraph.motion.stepping import TIGHTEST, Events, Step, StepError, Tolerance, residuals, through
-from flywheel.machine.dynamics import Dynamics, PlainInstant
+from flywheel.machine.dynamics import Dynamics, PlainInstant, dynamics_of
+from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import BudgetError, count, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array
@@ -29,8 +30,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.cycle_equations import Demand
 from flywheel.regime.free_motion import stiffness, too_short
-from flywheel.regime.joint_friction import dynamics_of
-from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
+from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.scene.scene import Scene
 from flywheel.sizing.motor import IRREGULARITY, MotorShaft, of_motor, shares
 from flywheel.sizing.results import Confirmation, Confirmed, Regime

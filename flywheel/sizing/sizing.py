@@ -11,6 +11,7 @@ import numpy as np
 
 from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
 from flywheel.components.wheels import choose
+from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, metered
@@ -18,7 +19,7 @@ from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.joint_friction import friction_along, machine_of
-from flywheel.regime.turning_moment import NoMotionError, Run
+from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene

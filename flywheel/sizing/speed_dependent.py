@@ -160,7 +160,7 @@ def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float
         angle_speed_min=slow,
         offset=0.0,
         error=2.0 * error / (high + low) if high + low > 0.0 else 0.0,
-        cycle=constant_speed.cycle_of(moments, rate, None if scene.unknown is None else unknown),
+        cycle=turning_moment.cycle_of(moments, rate, None if scene.unknown is None else unknown),
         speed=0.5 * (high - low),
         drive=None if scene.drive is None else moments.drive(omega, unknown),
     )

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.numerics import roots_between
+from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime.turning_moment import NoMotionError
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.sizing.speed_dependent import with_flywheel

@@ -21,15 +21,13 @@ from scipy import integrate, optimize
 
 from bondgraph.motion.stepping import FIXED, Step, hermite, runge_kutta_step
 from bondgraph.numerics import root, summits
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, Start, dynamics_of
 from flywheel.machine.machine import Anchor, Machine, circuit_of
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
 from flywheel.motions.simulation import graph_motion, states_of_graph
 from flywheel.regime import constant_speed
-from flywheel.regime.joint_friction import dynamics_of
-from flywheel.regime.trail import Start
 from flywheel.sizing.confirmation import extreme
 from flywheel.study.reference import Question
 

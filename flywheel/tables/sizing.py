@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import text as _
+from flywheel.machine.equation import NoMotionError
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import NoMotionError, Run
+from flywheel.regime.turning_moment import Run
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.power_flow import can_lose

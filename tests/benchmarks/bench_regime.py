@@ -36,12 +36,11 @@ import flywheel
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, Start
 from flywheel.motions.simulation import motion_from
 from flywheel.regime import periodic_motion
 from flywheel.regime.cycle_equations import Demand, first_guess, periodic
 from flywheel.regime.free_motion import Goal, follow
-from flywheel.regime.trail import Start
 from tests import regimes
 from tests.benchmarks.by_hand import SECTION_C, Sizes, reduced
 

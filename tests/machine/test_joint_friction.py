@@ -16,10 +16,10 @@ from scipy.optimize import brentq
 import flywheel
 from bondgraph.elements import Here
 from flywheel import Machine, SceneError, joint_forces
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, dynamics_of
 from flywheel.motions.motion import speed_at
 from flywheel.regime import joint_friction
-from flywheel.regime.joint_friction import dynamics_of, friction_curve, machine_of
+from flywheel.regime.joint_friction import friction_curve, machine_of
 from tests.motions.test_joint_forces import SliderCrank
 from tests.scenes import crank_press, straight_drive
 

@@ -22,6 +22,7 @@ from matplotlib.patches import PathPatch
 import flywheel
 from flywheel import SceneError, Sizing, language, transient
 from flywheel.cli import main
+from flywheel.machine.equation import NoMotionError
 from flywheel.page import data as page_data
 from flywheel.pictures import form
 from flywheel.pictures import samples as samples_of
@@ -274,7 +275,7 @@ def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch)
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise turning_moment.NoMotionError
+        raise NoMotionError
 
     monkeypatch.setattr(turning_moment, "run", stops)
     assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[4])) == 2

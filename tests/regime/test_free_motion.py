@@ -13,11 +13,10 @@ from scipy.integrate import solve_ivp
 import flywheel
 from bondgraph.motion.stepping import Step
 from flywheel import Machine, transient
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, Start, later, source
 from flywheel.numerics.budget import metered
 from flywheel.regime.branch import Outcome, outcome_of
 from flywheel.regime.free_motion import Goal, SwitchingTimes, follow, returns
-from flywheel.regime.trail import Start, later, source
 from tests import regimes, scenes
 from tests.limits import sample
 

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel import Machine, SceneError
-from flywheel.machine.equation import Moments
+from flywheel.machine.equation import Moments, NoMotionError
 from flywheel.numerics import cells as piecewise
 from flywheel.regime import constant_speed, turning_moment
 from tests import regimes, scenes
@@ -174,7 +174,7 @@ def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
     _, cycle = resolved(scenes.rotor())
     least = 50 * np.pi / (2 * (10 * np.pi) ** 2)
     assert turning_moment.run(cycle, 10 * np.pi, 1.0001 * least).irregularity == pytest.approx(2 / 1.0001, rel=1e-9)
-    with pytest.raises(turning_moment.NoMotionError):
+    with pytest.raises(NoMotionError):
         turning_moment.run(cycle, 10 * np.pi, 0.9999 * least)
 
 

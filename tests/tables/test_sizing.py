@@ -23,6 +23,7 @@ from flywheel import Sizing, run_down, run_up, transient
 from flywheel.cli import main
 from flywheel.components.wheel_stresses import WheelAsked, material
 from flywheel.components.wheels import choose
+from flywheel.machine.equation import NoMotionError
 from flywheel.reference import text
 from flywheel.regime import turning_moment
 from flywheel.sizing.results import Cyclic
@@ -175,7 +176,7 @@ def test_machine_that_would_stop_is_said_so(monkeypatch: pytest.MonkeyPatch) -> 
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise turning_moment.NoMotionError
+        raise NoMotionError
 
     monkeypatch.setattr(turning_moment, "run", stops)
     rows = [line for line in report.text(sizing).splitlines() if "no steady motion" in line]
