@@ -21,6 +21,7 @@ from bondgraph.numerics import root
 from bondgraph.recording import Recorded
 from flywheel.mechanisms import KINDS, families
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
+from flywheel.mechanisms.linkages.assembly import LEAVE
 from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
@@ -110,6 +111,7 @@ def linkage_of(mechanism: Mechanism) -> Linkage:
 # -- a period and what is gained in it ---------------------------------------------------------------------------------
 
 _TURNS_TRIED = 12
+_SAME_LOCK = 1e-6  # rad
 
 
 class Cyclic(NamedTuple):
@@ -129,7 +131,10 @@ def followed(mechanism: Mechanism) -> Cyclic:
         links = (link._replace(mass=present(link.mass), inertia=present(link.inertia)) for link in linkage.links)
         linkage = replace(linkage, links=tuple(links))
     if mechanism.stroke is not None:
-        solution = solve(linkage, *mechanism.stroke)
+        try:
+            solution = solve(linkage, *mechanism.stroke)
+        except SceneError as error:
+            raise SceneError([_before_lock(fault, linkage.start) for fault in error.faults]) from None
         return Cyclic(solution, None, np.zeros(len(solution.equations.loops.names)))
 
     def over(turns: int) -> Cyclic | None:
@@ -138,12 +143,43 @@ def followed(mechanism: Mechanism) -> Cyclic:
         return None if solution.winding is None else Cyclic(solution, turns * tau, solution.winding)
 
     most = max(round(mechanism.travel / tau), 1)
-    if cycle := over(1) or (over(most) if most > 1 else None):
+    try:
+        cycle = over(1)
+    except SceneError as error:
+        raise _with_both_locks(linkage, error) from None
+    if cycle := cycle or (over(most) if most > 1 else None):
         return cycle
     found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
     returns = next((turns for turns in range(1, _TURNS_TRIED + 1) if over(turns)), None)
     advice = f"it returns after {returns}: set regime.cycle" if returns else f"nor does it within {_TURNS_TRIED} turns"
     raise SceneError([Fault(mechanism.path, found, "a cycle after which it does", advice)])
+
+
+def _before_lock(fault: Fault, start: float) -> Fault:
+    """The fault of a stroke that meets a lock, with what keeps it away from there."""
+    if not fault.locks or LEAVE in fault.advice:
+        return fault
+    mend = "let [stroke] end before it" if fault.locks[0] > start else "let [stroke] begin after it"
+    return fault._replace(advice=f"{fault.advice}; {mend}")
+
+
+def _with_both_locks(linkage: Linkage, error: SceneError) -> SceneError:
+    """The lock at which a turn ends with the one at its other end, between which the linkage moves on a stroke."""
+    (fault, *more) = error.faults
+    if more or not fault.locks or linkage.sliding:
+        return error
+    lock, start = fault.locks[0], linkage.start
+    try:
+        solve(linkage, *((start - tau, start) if lock > start else (start, start + tau)))
+        return error
+    except SceneError as beyond:
+        other = beyond.faults[0]
+    what, others = (text.found.rpartition(" at ")[0] for text in (fault, other))
+    if what != others or not other.locks or abs(np.sin(0.5 * (other.locks[0] - lock))) < _SAME_LOCK:
+        return error
+    angles = " and ".join(f"{np.degrees(at):.9g}" for at in sorted((lock % tau, other.locks[0] % tau)))
+    advice = f"{fault.advice}; between them it moves, with [stroke] from and to"
+    return SceneError([fault._replace(found=f"{what} at {angles} deg", advice=advice)])
 
 
 # -- proven bounds over stretches --------------------------------------------------------------------------------------

@@ -19,12 +19,13 @@ from typing import Any, NamedTuple, TypeVar
 
 from flywheel.numerics.faults import Fault, Remark, quote
 from flywheel.reading.fields import child, heading
-from flywheel.reading.schema import SECTIONS
+from flywheel.reading.schema import LINKAGE_SECTIONS, SECTIONS
 
 Told = TypeVar("Told", Fault, Remark)
 Path = tuple[str | int, ...]
 """Keys, and numbers of items from 0."""
 
+_ARRAYS = frozenset(section.name for section in (*SECTIONS.values(), *LINKAGE_SECTIONS) if section.array)
 _MOST_TROUBLES = 20
 _MOST_COUNTED = 200
 _MOST_PARTS = 100  # of a key: paths of more would take the square of their length
@@ -236,6 +237,8 @@ class _Scanner:
         self.blocks = [Block((), 0, 0)]
         self.prefix: Path = ()
         self.braces = 0  # inline tables that are open
+        self.repeated: set[Path] = set()  # tables with a second heading
+        self.again = False  # whether the keys are those below a second heading
 
     def line(self, at: int) -> int:
         """Number of the line in which a place of the text stands, from 1."""
@@ -294,12 +297,15 @@ class _Scanner:
             raise _Trouble(at, heading, "one way of writing it", advice)
         if not many and path in self.counts:
             raise _Trouble(at, heading, f"[[{name}]]", f"write [[{name}]], as in line {self.lines[path]}")
-        if not many and first and name in SECTIONS and SECTIONS[name].array:
-            advice = f"write [[{name}]] for each; the first is in line {first}"
-            raise _Trouble(at, f"{heading} a second time", f"[[{name}]]", advice)
         if not many and first:
-            advice = f"put its keys below {heading} in line {first}"
-            raise _Trouble(at, f"{heading} a second time", "each table once", advice)
+            known, self.prefix, self.again = path in self.repeated, path, True
+            self.repeated.add(path)
+            if known:
+                return match.end()
+            expected, advice = "each table once", f"put its keys below {heading} in line {first}"
+            if name in _ARRAYS:
+                expected, advice = f"[[{name}]]", f"write [[{name}]] for each; the first is in line {first}"
+            raise _Trouble(at, f"{heading} a second time", expected, advice)
         if not many and keyed:
             advice = f"write all of it below {heading}, or all of it with keys such as in line {keyed}"
             raise _Trouble(at, f"{heading}, which line {keyed} has begun", "one way of writing it", advice)
@@ -316,6 +322,7 @@ class _Scanner:
         else:
             self.prefix = path
             self.tables[path] = self.lines[path] = line
+        self.again = False
         self.blocks.append(Block(self.prefix, at, match.end()))
         return match.end()
 
@@ -334,6 +341,9 @@ class _Scanner:
             if path[:k] not in self.tables:
                 self.dotted.setdefault(path[:k], line)
             self.lines.setdefault(path[:k], line)
+        start = self._skip(equals + 1, _GAP)
+        if self.again and path in self.values:
+            return self._value(start, path, key if ending else "")
         for known in (self.values, self.tables, self.dotted):
             if path in known:
                 found = f"{key} a second time" if known is self.values else f"{key} as a value"
@@ -342,7 +352,6 @@ class _Scanner:
         if path in self.counts:
             raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
         self.lines[path] = self.values[path] = line
-        start = self._skip(equals + 1, _GAP)
         self.pairs[path] = pair = Value(at, start, self.end(start), ending, len(self.blocks) - 1, False)
         stop = self._value(start, path, key if ending else "")
         if ending and self._skip(stop, _BLANK) < self.end(stop):

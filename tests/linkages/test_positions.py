@@ -12,6 +12,7 @@ import pytest
 from flywheel import SceneError
 from flywheel.mechanisms.law import followed
 from flywheel.mechanisms.linkage import enclosed
+from flywheel.mechanisms.linkage import followed as turned
 from flywheel.mechanisms.linkages.assembly import assembled, assemblies, gruebler
 from flywheel.mechanisms.linkages.equations import WINDOW, Equations, check, lift_at, lift_bound, loops, settle
 from flywheel.mechanisms.linkages.positions import follow, solve, solve_over, tangent
@@ -42,7 +43,7 @@ from flywheel.scene.linkage import (
     shadowing,
     straight,
 )
-from flywheel.scene.scene import Output
+from flywheel.scene.scene import Mechanism, Output
 from tests.limits import sample
 from tests.linkages import forced
 from tests.linkages.linkages import (
@@ -478,8 +479,25 @@ def test_sides_that_contradict() -> None:
 
 
 def test_bars_that_do_not_reach() -> None:
-    with pytest.raises(SceneError, match=r"cannot be assembled with O at 0 deg, .* the loop .* stays open by 1\.25 m"):
+    with pytest.raises(SceneError) as caught:
         assembled(Equations(loops(four_bar(d=2.0))))
+    found = "bodies that cannot be assembled at any angle of O, expected loops that close"
+    assert str(caught.value) == f"mechanism: found {found}; the loop O - A - B - D stays open by 1.25 m"
+    with pytest.raises(SceneError, match=r"with O at 0 deg, .*stays open by 0\.05 m; change a length, or `start`"):
+        assembled(Equations(loops(four_bar(r=0.3, length=0.2))))
+
+
+@pytest.mark.parametrize(("side", "guess"), [(-1, 60.0), (1, -60.0)])
+def test_a_guess_on_the_other_branch_than_the_side_contradicts_it(side: int, guess: float) -> None:
+    base = four_bar(side=side)
+    crank, coupler, rocker = base.links
+    guessed = replace(base, links=(crank, coupler._replace(guess=np.radians(guess)), rocker))
+    with pytest.raises(SceneError) as caught:
+        assembled(Equations(loops(guessed)))
+    text = str(caught.value)
+    assert "mechanism.assembly: found guesses that contradict the sides, as angle of coupler fits another assembly" in text
+    kept = replace(guessed, links=(crank, coupler._replace(guess=np.radians(-guess)), rocker))
+    assert assembled(Equations(loops(kept))) == pytest.approx(assembled(Equations(loops(base))), abs=1e-12)
 
 
 def test_a_start_in_a_singular_position() -> None:
@@ -849,3 +867,23 @@ def test_a_slide_that_drives_through_its_dead_centre_locks() -> None:
     with pytest.raises(SceneError, match=r"locks with the driver guide at 0\.4.* m"):
         solve(pushed, 0.3, 0.41)
     assert solve(pushed, 0.3, 0.3999).poses([0.3999]).angle("crank").value[0] < pi / 4
+
+
+def test_a_linkage_that_locks_names_both_angles_and_the_stroke_between_them() -> None:
+    bars = four_bar(0.1, 0.4, 0.15, 0.2)
+    cosine = (0.1**2 + 0.4**2 - (0.15 + 0.2) ** 2) / (2 * 0.1 * 0.4)
+    low = degrees(np.arccos(cosine))
+
+    def refusal(start: float, stroke: tuple[float, float] | None = None) -> str:
+        linkage = replace(bars, start=start)
+        with pytest.raises(SceneError) as caught:
+            turned(Mechanism("linkage", "bars", linkage=linkage, stroke=stroke))
+        return str(caught.value)
+
+    for start in (0.0, 0.3, tau - 0.3):
+        text = refusal(start)
+        first, second = text.split("locks with the driver O at ")[1].split(" deg,")[0].split(" and ")
+        assert (float(first), float(second)) == pytest.approx((low, 360.0 - low), abs=1e-6)
+        assert text.endswith("; between them it moves, with [stroke] from and to")
+    assert refusal(0.0, (0.0, 1.5)).endswith("; let [stroke] end before it")
+    assert refusal(0.0, (-1.5, 0.0)).endswith("; let [stroke] begin after it")

@@ -298,6 +298,23 @@ def test_what_was_meant(good, bad, place, hint):
 
 
 @pytest.mark.parametrize(
+    ("heading", "advice"),
+    [
+        ("mechanism.joints", "write [[mechanism.joints]] for each; the first is in line 1"),
+        ("mechanism.couplings", "write [[mechanism.couplings]] for each; the first is in line 1"),
+        ("load", "write [[load]] for each; the first is in line 1"),
+        ("mechanism.rod", "put its keys below [mechanism.rod] in line 1"),
+    ],
+)
+def test_a_table_that_is_written_several_times_is_one_fault(heading, advice):
+    text = "".join(f"[{heading}]\nname = {name}\nbetween = [1, {{a = 2}}]\n" for name in range(4))
+    (fault,) = syntax_faults(text)
+    assert (fault.place, fault.found, fault.advice) == ("line 4, column 1", f"[{heading}] a second time", advice)
+    after, behind = syntax_faults(f"{text}[drive]\non = 1\non = 2\n")
+    assert (after, behind.found) == (fault, "on a second time")
+
+
+@pytest.mark.parametrize(
     "written",
     [
         '{\n  length = "480 mm",\n  mass = "12 kg"\n}',

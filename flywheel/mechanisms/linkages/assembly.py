@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 _ITERATIONS = 40
 _NAMED = 6
 _ONE = "one assembly over the whole range of the driver"
-_LEAVE = "leave this position out of `start` and of the driver's range"
+LEAVE = "leave this position out of `start` and of the driver's range"
 
 
 # -- degrees of freedom ------------------------------------------------------------------------------------------------
@@ -289,7 +289,7 @@ def _lock(equations: Equations, found: Array) -> Fault:
         advice = f"even those to spare let {moving} give way: put one out of line, or add a gear pair"
         return Fault(path, what, _ONE, f"in line as they are there, {advice}")
     what = f"a linkage that branches (a change point) with the {where}"
-    return Fault(path, what, _ONE, f"several assemblies meet there, {moving} may go either way; {_LEAVE}")
+    return Fault(path, what, _ONE, f"several assemblies meet there, {moving} may go either way; {LEAVE}")
 
 
 def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
@@ -298,7 +298,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
     ways = _ways(equations, found)
     kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
     names = ["", ""]
-    mend = f"hold it to one of them by another joint or a coupling, change a length, or {_LEAVE}"
+    mend = f"hold it to one of them by another joint or a coupling, change a length, or {LEAVE}"
     if kind == _PARALLELOGRAM:
         forms = [loops.angles[loops.linkage.names.index(body)] for body in bodies]
 
@@ -308,7 +308,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
             alike = max(abs(a - c), abs(b - d)) < _SMALL * max(map(abs, (a, b, c, d)))
             return _PARALLELOGRAM if alike else f"an anti{_PARALLELOGRAM.removeprefix('a ')}"
 
-        mend = f"a gear pair, or a third crank as long as the two, keeps it a parallelogram; or {_LEAVE}"
+        mend = f"a gear pair, or a third crank as long as the two, keeps it a parallelogram; or {LEAVE}"
         kind = _PARALLELOGRAM if rate is None or not ways else called(rate)
         names = [f"{called(way)}: " for way in ways]
     ring = f" ({', '.join(sorted(bodies))})" if bodies else ""
@@ -535,7 +535,26 @@ def assembled(equations: Equations) -> Array:
     chosen = _chosen(loops, fitting, guesses)
     if faults := _position_faults(equations, chosen):
         raise SceneError(faults)
+    if guesses and len(fitting) < len(isolated):
+        _check_guesses(loops, isolated, chosen, guesses)
     return chosen
+
+
+def _check_guesses(loops: Loops, isolated: Array, chosen: Array, guesses: dict[int, float]) -> None:
+    """Refuse guesses that fit an assembly which the sides rule out, and not the one that the sides choose."""
+    contrary = _contrary(loops, isolated, chosen, guesses)
+    if contrary.any():
+        names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
+        what = f"guesses that contradict the sides, as {names} fits another assembly than they choose,"
+        raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
+
+
+def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) -> NDArray[np.bool_]:
+    """Which guesses are as far from an assembly as assemblies z lie from one another, while another one fits them."""
+    columns, gaps = sorted(guesses), np.abs(_gaps(loops, z, guesses))
+    spread = np.max([np.abs(_apart(loops, z, other)).max(axis=0) for other in z], axis=0)[[k - 1 for k in columns]]
+    gap = np.abs(_gaps(loops, near[None], guesses))[0]
+    return np.asarray((gap > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gap))
 
 
 def _isolated(equations: Equations, found: Array) -> tuple[Array, Array]:
@@ -614,11 +633,12 @@ def assemblies(equations: Equations) -> Array:
     return found[np.lexsort(np.round(found, 6).T[::-1])]
 
 
-def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:
-    """One bounded Gauss-Newton step from many points, and their largest residuals."""
+def _step(equations: Equations, z: Array, square: bool, driver: bool = False) -> tuple[Array, Array]:
+    """One bounded Gauss-Newton step from many points, of the driver too where that is asked for; their largest residuals."""
     loops, bases = equations.loops, equations.bases(z)
     gap = equations.residual(z, bases)
-    jacobian = equations.jacobian(z, bases)[:, :, 1:]
+    first = 0 if driver else 1
+    jacobian = equations.jacobian(z, bases)[:, :, first:]
     if square:
         move = solved(jacobian, -gap)
         move[~np.isfinite(move).all(axis=1)] = 0.3
@@ -627,7 +647,7 @@ def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:
     used = np.any(np.abs(loops.closures) > 0.0, axis=0)
     in_loops = np.any(loops.turns[used] != 0.0, axis=0)  # the others follow from couplings alone, however far
     in_loops[loops.slides[used & (loops.slides >= 0)]] = True
-    longest = np.abs(move[:, in_loops[1:]]).max(axis=1, initial=0.0)
+    longest = np.abs(move[:, in_loops[first:]]).max(axis=1, initial=0.0)
     return move * np.minimum(1.0, _STRIDE / np.maximum(longest, 1e-300))[:, None], np.abs(gap).max(axis=1, initial=0.0)
 
 
@@ -733,12 +753,11 @@ def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     """The assembly clearly nearest to the guesses, or all of those that are about as near."""
     if len(fitting) == 1 or not guesses:
         return fitting
-    distance, columns = _distances(loops, fitting, guesses), sorted(guesses)
-    near, gaps = int(np.argmin(distance)), np.abs(_gaps(loops, fitting, guesses))
-    spread = np.max([np.abs(_apart(loops, fitting, z)).max(axis=0) for z in fitting], axis=0)[[k - 1 for k in columns]]
-    contrary = (gaps[near] > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gaps[near])
-    if contrary.any():  # as far from the nearest assembly as assemblies lie apart, while another one fits
-        names = ", ".join(loops.names[columns[k]] for k in np.flatnonzero(contrary))
+    distance = _distances(loops, fitting, guesses)
+    near = int(np.argmin(distance))
+    contrary = _contrary(loops, fitting, fitting[near], guesses)
+    if contrary.any():
+        names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
         what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
         raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
     return np.asarray(fitting[distance <= distance[near] / _CLEARER])
@@ -785,9 +804,9 @@ def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fa
 def _open_fault(equations: Equations) -> Fault:
     """What keeps the bodies apart: the loops that stay open where they are nearest to closing, and joints too many."""
     loops = equations.loops
-    z = _starts(loops)[:_TRIED]
-    for _ in range(_ITERATIONS):
-        z[:, 1:] += _step(equations, z, square=False)[0]
+    z, ever = _nearest_to_closing(equations, True) if len(loops.linkage.drivers) == 1 else (_starts(loops), True)
+    if ever:
+        z = _nearest_to_closing(equations, False)[0]
     bases = equations.bases(z)
     best = int(np.nanargmin((equations.residual(z, bases) ** 2).sum(axis=1)))
     gaps = np.abs(bases.whole[best] @ loops.closures.T)
@@ -798,6 +817,24 @@ def _open_fault(equations: Equations) -> Fault:
     ][:_NAMED]
     if (count := gruebler(loops.linkage)) < 1:
         reasons.append(f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many")
-    found, why = f"bodies that cannot be assembled {_where(loops)}", "; ".join(reasons)
-    advice = f"{why or 'their couplings contradict each other'}; change a length, or `start`"
-    return Fault(loops.linkage.path, found, "loops that close", advice)
+    why = "; ".join(reasons) or "their couplings contradict each other"
+    if not ever:
+        where = f"at any {'position' if loops.linkage.sliding else 'angle'} of {loops.linkage.driver}"
+        return Fault(loops.linkage.path, f"bodies that cannot be assembled {where}", "loops that close", why)
+    found = f"bodies that cannot be assembled {_where(loops)}"
+    return Fault(loops.linkage.path, found, "loops that close", f"{why}; change a length, or `start`")
+
+
+def _nearest_to_closing(equations: Equations, driver: bool) -> tuple[Array, bool]:
+    """Positions where loops are nearest to closing, and whether they close at one of them.
+
+    Gauss-Newton steps lead there, of all variables but the driver, or of the driver too.
+    """
+    loops = equations.loops
+    z = _starts(loops)[:_TRIED]
+    if driver:
+        z[:, 0] += 2 * pi * np.arange(len(z)) / len(z)
+    for _ in range(_ITERATIONS):
+        z[:, 0 if driver else 1 :] += _step(equations, z, square=False, driver=driver)[0]
+    gaps = np.abs(equations.residual(z, equations.bases(z))).max(axis=1, initial=0.0)
+    return z, bool(np.nanmin(gaps) < _SAME)
