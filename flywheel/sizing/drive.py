@@ -19,7 +19,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
-from flywheel.sizing.motor import MotorShaft, above_error, drive_moment, heats
+from flywheel.sizing.motor import MotorShaft, above_error, drive_moment
 from flywheel.sizing.results import EngineCycle, Harmonic, Sizing, Synchronism
 
 
@@ -67,7 +67,8 @@ def energy(sizing: Sizing) -> Energy | None:
         peak_power_alone=above_error(cells.largest(cells.fit(load * speed)), noise * speed),
         rms_torque=above_error(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
     )
-    return found._replace(**heats(MotorShaft(scene, cycle, run, speed, sizing.rtol)))
+    heats = {} if scene.motor is None else scene.motor.heats(MotorShaft(scene, cycle, run, speed, sizing.rtol))
+    return found._replace(**heats)
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------

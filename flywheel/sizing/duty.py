@@ -22,10 +22,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.motors import Motor
 from flywheel.machine.machine import circuit_of
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
-from flywheel.numerics.cells import ROUNDING, Array
+from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
@@ -373,7 +372,7 @@ def _start(phase: Phase, inertia: float) -> _Start:
     if scene.motor.heated == "rotor_heat" and scene.drive is not None:
         speed, begun = scene.shafts[scene.drive.on] * omega[:, 1:-1], run.start_heat
         if scene.motor.start is None or begun is None:
-            heat = float(half @ (_heat(scene.motor, speed) @ weights))
+            heat = float(half @ (scene.motor.total_heat(speed) @ weights))
         else:  # by its connections up to the rated speed in the last of them, then as it runs
             later = scene.motor.stator_heat(speed)
             later = np.zeros_like(speed) if later is None else np.where(t[:, 1:-1] > begun.time, later, 0.0)
@@ -428,7 +427,7 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     if motor is not None and rated is not None and motor.heated == "rotor_heat" and cycle is not None and run is not None:
         shaft = MotorShaft(scene, cycle, run, sizing.speed, sizing.rtol)
         share, error = heat_share(motor, shaft)
-        heat, off = share * float(_heat(motor, np.array(rated.speed))), error / max(share, ROUNDING)
+        heat, off = share * float(motor.total_heat(np.array(rated.speed))), error / max(share, ROUNDING)
     values = {
         "mean_power": energy.mean_power,
         "rms_torque": energy.rms_torque,
@@ -447,12 +446,6 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     own = {"heat": off, "heat_share": off, "current_rms": energy.errors.get("current_rms", off)}
     known = {name: value for name, value in values.items() if value is not None}
     return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in known.items()}
-
-
-def _heat(motor: Motor, speeds: Array) -> Any:
-    """Heat (W) of an induction motor at speeds (rad/s): of its rotor, and of its stator's copper where that is known."""
-    stator = motor.stator_heat(speeds)
-    return motor.heat(speeds) if stator is None else motor.heat(speeds) + stator
 
 
 def _with_starts(

@@ -6,9 +6,8 @@ means over time and extremes follow from it, each with its error.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,13 +19,13 @@ from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from flywheel.components.motors import DC, Induction, Motor, TwoAxisInduction
+    from flywheel.components.motors import Motor
+    from flywheel.components.motors.motor import Law
 
 SPEED_STEP = 1e-6
 """Share by which a speed is changed to see what depends on it."""
 
 _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
-
 _MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
 
 
@@ -52,20 +51,6 @@ def above_error(value: float, error: float) -> float:
     return 0.0 if abs(value) <= error else value
 
 
-Law = Callable[[Cells, Array], tuple[Array, Array]]
-"""A figure along a motion, by a mesh and the crank's speed at its nodes; and the size of its slope by that speed."""
-
-
-def squared(law: Law) -> Law:
-    """The square of a figure along a motion."""
-
-    def square(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        value, slope = law(mesh, omega)
-        return value * value, 2 * np.abs(value) * slope
-
-    return square
-
-
 class MotorShaft:
     """A motor's shaft along the steady motion: its speed, torque and current on any mesh, with the error of the speed.
 
@@ -77,6 +62,7 @@ class MotorShaft:
         self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, rtol
         self.mean, self.along = run.speed or speed, along
         self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
+        self.has_states, self.states_error = bool(run.states), max(run.states_error, default=0.0)
 
     def omega(self, mesh: Cells) -> Array:
         """Speed of the crank, rad/s."""
@@ -117,6 +103,19 @@ class MotorShaft:
             here = cells.interpolated(flowing, own, mesh.phi) / motor.rated_current
         assert here is not None
         return here, slope
+
+    def states(self, mesh: Cells) -> tuple[Array, ...]:
+        """The motor's own states at the nodes of a mesh; none where it follows the speed at once."""
+        return states_on(self.run, mesh)
+
+    def mean_square(self, law: Law) -> tuple[float, float, Cells]:
+        """The mean over time of the square of a value along the motion, its error, and cells that are fine enough for it."""
+
+        def square(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+            value, slope = law(mesh, omega)
+            return value * value, 2 * np.abs(value) * slope
+
+        return self.mean_over_time(square)
 
     def extremes(self, law: Law) -> tuple[float, float, float]:
         """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`."""
@@ -177,10 +176,10 @@ class MotorShaft:
 
 def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
     """The mean heat of a motor over time, over that at its rated point (see `Motor.heat_share`), and its absolute error."""
-    if motor.heated == "copper_heat":
-        found = HEATS_ALONG[motor.heated](motor, shaft)
-        share = found["copper_heat_share"]
-        return share, found["errors"]["copper_heat_share"] * max(share, ROUNDING)
+    if motor.whole_heat is not None:
+        found = motor.heats(shaft)
+        share = found[motor.whole_heat]
+        return share, found["errors"][motor.whole_heat] * max(share, ROUNDING)
 
     def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         here, beside = (motor.heat_share(shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
@@ -194,134 +193,11 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
     return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
 
 
-def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:
-    """Heat of an induction motor's rotor, the mean of T (omega_s - omega); current and heat of its stator by the plate."""
-
-    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        speed = shaft.ratio * omega
-        slope = motor.slope_at(speed) * (motor.synchronous_speed - speed) - motor.torque(speed)
-        return motor.rotor_heat(speed), shaft.ratio * np.abs(slope)
-
-    mean, error, _ = shaft.mean_over_time(heat)
-    found, relative = _figure_and_error(mean, error, float(motor.rotor_heat(0.0)))
-    rated = float(motor.rotor_heat(motor.speed))
-    errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / motor.rated_slip}
-    figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
-    if motor.line_current.complete:
-        of_stator, of_errors = _stator_heat(motor, shaft)
-        figures, errors = figures | of_stator, errors | of_errors
-    return {**figures, "errors": errors}
-
-
-def _stator_heat(motor: Induction, shaft: MotorShaft) -> tuple[dict[str, float], dict[str, float]]:
-    """Line current of an induction motor and copper heat of its stator, the mean of (I/I_n)², with relative errors."""
-    mean, error, _ = shaft.mean_over_time(squared(shaft.current_law))
-    _, peak, off = shaft.extremes(shaft.current_law)
-    relative = error / mean
-    figures, errors = {"stator_heat_share": mean}, {"stator_heat_share": relative}
-    if (rated_heat := motor.rated_stator_heat) is not None:
-        figures["stator_heat"], errors["stator_heat"] = mean * rated_heat, relative
-    if (rated := motor.rated_current) is not None:
-        figures |= {"current_rms": rated * math.sqrt(mean), "current_peak": rated * peak}
-        errors |= {"current_rms": relative, "current_peak": off / peak}
-    return figures, errors
-
-
-def _copper_heat(motor: DC, shaft: MotorShaft) -> dict[str, Any]:
-    """Current and heat of a DC motor's armature: the mean of R i²."""
-
-    def current(mesh: Cells, omega: Array) -> Array:
-        return np.asarray(motor.current_of_torque(shaft.ratio * omega, shaft.torque(mesh, omega)))
-
-    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        flowing = current(mesh, omega)
-        return motor.copper_heat(flowing), 2 * shaft.ratio * motor.constant * np.abs(flowing)
-
-    mean, error, mesh = shaft.mean_over_time(heat)
-    omega = shaft.omega(mesh)
-    series = cells.fit(current(mesh, omega))
-    locked = motor.voltage / motor.resistance
-    off = float(cells.tails(series).max()) + 24 * ROUNDING * locked
-    off += shaft.ratio * motor.constant / motor.resistance * float(shaft.speed_error(omega).max())
-    if motor.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
-        error += 2 * motor.resistance * float(np.sqrt(mean / motor.resistance)) * float(cells.tails(series).max())
-    found, relative = _figure_and_error(mean, error, motor.copper_heat(locked))
-    peak, of_peak = _figure_and_error(cells.largest(series), off, locked)
-    errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
-    share, rated = None, motor.rated_current
-    if rated is not None:
-        share = found / motor.copper_heat(rated)
-        errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
-    return {
-        "current_rms": float(np.sqrt(found / motor.resistance)),
-        "current_peak": peak,
-        "copper_heat": found,
-        "copper_heat_share": share,
-        "errors": errors,
-    }
-
-
-def _figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
-    """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
-    found = above_error(value, error)
-    return found, error / (abs(found) or scale)
-
-
 def states_on(run: Run, mesh: Cells) -> tuple[Array, ...]:
     """A motor's own states along the motion, at the nodes of another mesh."""
     if run.along is None or run.cycle is None:
         return ()
     return tuple(cells.interpolated(row, run.cycle.mesh, mesh.phi) for row in run.along)
-
-
-def _heats_by_fluxes(motor: TwoAxisInduction, shaft: MotorShaft) -> dict[str, Any]:
-    """Line current and heats of rotor and stator by the fluxes, on the mean over time, with relative errors.
-
-    What the fluxes are off, by at most e each, makes 2 sqrt(3/2 r Q) k e of a heat Q, with k e the error of a current.
-    """
-    circuit, run = motor.circuit, shaft.run
-    assert circuit is not None
-
-    def of_rotor(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        return np.asarray(circuit.rotor_heat(states_on(run, mesh))), np.zeros_like(omega)
-
-    def of_stator(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        return np.asarray(circuit.stator_heat(states_on(run, mesh))), np.zeros_like(omega)
-
-    off = 2.0 * (max(run.states_error, default=0.0) + 8 * ROUNDING * circuit.scales[0])
-    by_flux = (circuit.of_rotor + circuit.of_shared, circuit.of_stator + circuit.of_shared)
-    found, errors = dict[str, Any](), dict[str, float]()
-    rows = zip((of_rotor, of_stator), (circuit.rotor_resistance, circuit.stator_resistance), by_flux, strict=True)
-    for name, (heat, resistance, gain) in zip(("rotor_heat", "stator_heat"), rows, strict=True):
-        mean, error, mesh = shaft.mean_over_time(heat)
-        own = 2.0 * float(np.sqrt(1.5 * resistance * mean)) * gain * off
-        found[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
-    rated = float(motor.rotor_heat(motor.speed))
-    found["rotor_heat_share"] = found["rotor_heat"] / rated
-    errors["rotor_heat_share"] = errors["rotor_heat"] + 8 * ROUNDING / motor.rated_slip
-    current = cells.fit(np.asarray(circuit.current(0.0, states_on(run, mesh))))
-    found["current_rms"] = float(np.sqrt(found["stator_heat"] / (3.0 * circuit.stator_resistance)))
-    found["current_peak"] = cells.greatest(current)
-    errors["current_rms"] = errors["stator_heat"]
-    errors["current_peak"] = (float(cells.tails(current).max()) + by_flux[1] * off) / max(found["current_peak"], 1e-300)
-    return {**found, "errors": errors}
-
-
-HEATS_ALONG: Mapping[str, Callable[[Any, MotorShaft], dict[str, Any]]] = {
-    "copper_heat": _copper_heat,
-    "rotor_heat": _rotor_heat,
-    "fluxes": _heats_by_fluxes,
-}
-"""Current and heat along a motion, by the figure of `Energy` that a type of motor is heated by; or by its own fluxes."""
-
-
-def heats(shaft: MotorShaft) -> dict[str, Any]:
-    """Current and heat of the motor along the motion, with their `errors`; nothing where its type does not tell them."""
-    motor = shaft.motor
-    if motor is None or motor.heated is None:
-        return {}
-    along = HEATS_ALONG["fluxes" if motor.static is not None and shaft.run.states else motor.heated]
-    return along(motor, shaft)
 
 
 # -- the figures that are limited ---------------------------------------------------------------------------------------
@@ -365,7 +241,7 @@ def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
             least, most, error = shaft.extremes(shaft.torque_law)
             found[name] = Share(max(most, -least) / rated, (error + shaft.torque_error) / rated)
         elif name == "motor_rms":
-            square, error, _ = shaft.mean_over_time(squared(shaft.torque_law))
+            square, error, _ = shaft.mean_square(shaft.torque_law)
             root = float(np.sqrt(max(square, 0.0)))
             own = 0.5 * error / max(root, np.sqrt(error), 1e-300) + shaft.torque_error
             found[name] = Share(root / rated, own / rated)

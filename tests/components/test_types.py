@@ -18,7 +18,6 @@ from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
 from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
-from flywheel.sizing.motor import HEATS_ALONG
 
 REFERENCE = Path(flywheel.__file__).parent / "reference"
 DRIVEN = """
@@ -116,7 +115,8 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
     facts = [*motor.facts()]
     assert facts or motor.points
     assert all(fact.words and (fact.value is not None or fact.formula or not fact.symbol) for fact in facts)
-    assert motor.heated is None or (motor.heated in HEATS_ALONG and f"{motor.heated}_share" in Energy._fields)
+    assert motor.heated is None or {motor.heated, f"{motor.heated}_share"} <= {*Energy._fields}
+    assert (motor.heated is None) == (type(motor).heats is Motor.heats)
     assert (motor.heated is None) == (motor.heat(motor.no_load_speed or 1.0) is None)
     assert ("start" in {key.name for key in section.keys}) == bool(motor.starts)
     assert {one.name for one in fields(motor)} >= {"inertia", "start"}

@@ -22,15 +22,19 @@ from flywheel.components.motors.motor import (
     GraphState,
     Motor,
     Point,
+    Shaft,
     Slopes,
     Span,
     StateName,
     States,
+    figure_and_error,
     wrong_numbers,
     wrong_point,
 )
 from flywheel.language import text as _
+from flywheel.numerics import cells
 from flywheel.numerics.arguments import number_faults, refuse
+from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -77,6 +81,7 @@ class DC(Motor):
     title: ClassVar[str] = "DC motor"
     formula: ClassVar[str] = "T = k (U − k ω)/R − b ω, b its friction: a straight line that falls with speed."
     heated: ClassVar[str | None] = "copper_heat"
+    whole_heat: ClassVar[str | None] = "copper_heat_share"
     starts: ClassVar[tuple[str, ...]] = ("resistance", "field")
     takes_power: ClassVar[bool] = True
 
@@ -143,6 +148,39 @@ class DC(Motor):
         current = self.current_of_torque(omega, torque)
         own = running.resistance if isinstance(running, DC) else self.resistance
         return own * current * current, (self.resistance - own) * current * current
+
+    def heats(self, shaft: Shaft) -> dict[str, Any]:
+        """Current and heat of the armature: the mean of R i²."""
+
+        def current(mesh: Cells, omega: Array) -> Array:
+            return np.asarray(self.current_of_torque(shaft.ratio * omega, shaft.torque(mesh, omega)))
+
+        def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+            flowing = current(mesh, omega)
+            return self.copper_heat(flowing), 2 * shaft.ratio * self.constant * np.abs(flowing)
+
+        mean, error, mesh = shaft.mean_over_time(heat)
+        omega = shaft.omega(mesh)
+        series = cells.fit(current(mesh, omega))
+        locked = self.voltage / self.resistance
+        off = float(cells.tails(series).max()) + 24 * ROUNDING * locked
+        off += shaft.ratio * self.constant / self.resistance * float(shaft.speed_error(omega).max())
+        if self.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
+            error += 2 * self.resistance * float(np.sqrt(mean / self.resistance)) * float(cells.tails(series).max())
+        found, relative = figure_and_error(mean, error, self.copper_heat(locked))
+        peak, of_peak = figure_and_error(cells.largest(series), off, locked)
+        errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
+        share, rated = None, self.rated_current
+        if rated is not None:
+            share = found / self.copper_heat(rated)
+            errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
+        return {
+            "current_rms": float(np.sqrt(found / self.resistance)),
+            "current_peak": peak,
+            "copper_heat": found,
+            "copper_heat_share": share,
+            "errors": errors,
+        }
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"), W."""

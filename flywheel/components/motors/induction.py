@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.components.energy import Energy
-from flywheel.components.motors.motor import Array, Fact, Motor, Point, Span, States, wrong_numbers
+from flywheel.components.motors.motor import Array, Fact, Motor, Point, Shaft, Span, States, figure_and_error, wrong_numbers
 from flywheel.language import text as _
 from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
+from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -480,6 +481,34 @@ class Induction(Motor):
         """Heat (W) in the rotor's own winding, and in the resistors behind its slip rings."""
         heat, added = torque * (self.synchronous_speed - omega), self.added_resistance
         return heat / (1.0 + added), heat * added / (1.0 + added)
+
+    def heats(self, shaft: Shaft) -> dict[str, Any]:
+        """Heat of the rotor, the mean of T (omega_s - omega) over time; current and copper heat of the stator by the plate.
+
+        The stator's heat over that at the rated point is the mean of (I/I_n)².
+        """
+
+        def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+            speed = shaft.ratio * omega
+            slope = self.slope_at(speed) * (self.synchronous_speed - speed) - self.torque(speed)
+            return self.rotor_heat(speed), shaft.ratio * np.abs(slope)
+
+        mean, error, _ = shaft.mean_over_time(heat)
+        found, relative = figure_and_error(mean, error, float(self.rotor_heat(0.0)))
+        rated = float(self.rotor_heat(self.speed))
+        errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / self.rated_slip}
+        figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
+        if not self.line_current.complete:
+            return {**figures, "errors": errors}
+        mean, error, _ = shaft.mean_square(shaft.current_law)
+        _, peak, off = shaft.extremes(shaft.current_law)
+        figures["stator_heat_share"], errors["stator_heat_share"] = mean, error / mean
+        if (rated_heat := self.rated_stator_heat) is not None:
+            figures["stator_heat"], errors["stator_heat"] = mean * rated_heat, error / mean
+        if (current := self.rated_current) is not None:
+            figures |= {"current_rms": current * math.sqrt(mean), "current_peak": current * peak}
+            errors |= {"current_rms": error / mean, "current_peak": off / peak}
+        return {**figures, "errors": errors}
 
     def locked_rotor_limit(self, cold: bool = False) -> float | None:
         """The integral of (I/I_n)² dt (s) that the plate's time of the locked rotor allows."""

@@ -18,7 +18,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,7 @@ from bondgraph.numerics import root
 from flywheel.components.energy import Energy
 from flywheel.language import text as _
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults
+from flywheel.numerics.cells import Cells
 from flywheel.numerics.expressions import Expression, Node, numeral, variable
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -38,6 +39,51 @@ Span = tuple[float, float]
 EVERYWHERE: Span = (-math.inf, math.inf)
 T, OMEGA = variable("t"), variable("omega")
 _DOUBLINGS = 200  # of a step away from the known end of a branch, until a torque is enclosed
+
+
+Law = Callable[[Cells, Array], tuple[Array, Array]]
+"""A figure along a motion, by a mesh and the crank's speed at its nodes; and the size of its slope by that speed."""
+
+
+class Shaft(Protocol):
+    """A motor's shaft along a steady motion, as `MotorShaft` of `sizing` follows it: `ratio` is its speed over the crank's.
+
+    `has_states` tells whether the motor's own states were followed, `states_error` is the greatest error of one.
+    """
+
+    ratio: float
+    has_states: bool
+    states_error: float
+
+    def omega(self, mesh: Cells) -> Array:
+        """Speed of the crank at the nodes, rad/s."""
+
+    def speed_error(self, omega: Array) -> Array:
+        """Its error."""
+
+    def torque(self, mesh: Cells, omega: Array) -> Array:
+        """Torque of the motor on its shaft, N m."""
+
+    def states(self, mesh: Cells) -> tuple[Array, ...]:
+        """The motor's own states."""
+
+    def current_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        """Current of the motor over the rated one, a `Law`."""
+
+    def mean_over_time(self, law: Law) -> tuple[float, float, Cells]:
+        """The mean of a figure over time, its error, and cells that are fine enough for it."""
+
+    def mean_square(self, law: Law) -> tuple[float, float, Cells]:
+        """The same of its square."""
+
+    def extremes(self, law: Law) -> tuple[float, float, float]:
+        """The least and the greatest value of a figure, and the error of either."""
+
+
+def figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
+    """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
+    found = 0.0 if abs(value) <= error else value
+    return found, error / (abs(found) or scale)
 
 
 class Point(NamedTuple):
@@ -249,6 +295,8 @@ class Motor(ABC):
     """Its torque in a sentence; none where its expression says it."""
     heated: ClassVar[str | None] = None
     """The figure of a sizing's `Energy` that heats it; None where torque against speed alone does not tell."""
+    whole_heat: ClassVar[str | None] = None
+    """That figure of `heats` which is all its heat over that at the rated point; None where that is rotor's and stator's."""
     starts: ClassVar[tuple[str, ...]] = ()
     """The starts that it can have."""
     governed: ClassVar[bool] = False
@@ -372,6 +420,10 @@ class Motor(ABC):
         """The same over that at the rated point."""
         assert self.rated is not None
         return np.asarray(self.total_heat(omega, states) / self.total_heat(np.array(self.rated.speed)))
+
+    def heats(self, shaft: Shaft) -> dict[str, Any]:
+        """Current and heat along a motion as figures of `Energy`, with their relative `errors`; none where it tells none."""
+        return {}
 
     def locked_rotor_limit(self, cold: bool = False) -> float | None:
         """The integral of (I/I_n)² dt that it bears on starting (s), by its locked rotor's time; None where not told."""

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Array, Circuit, Motor, Slopes, StateName, States
+from flywheel.components.motors.motor import Array, Circuit, Motor, Shaft, Slopes, StateName, States
+from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
+from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -246,6 +248,39 @@ class TwoAxisInduction(Induction):
             return super().total_heat(omega)
         own = states if len(states) else self.circuit.steady(omega)
         return self.circuit.rotor_heat(own) + self.circuit.stator_heat(own)
+
+    def heats(self, shaft: Shaft) -> dict[str, Any]:
+        """Line current and heats of rotor and stator by the fluxes where these are states of the motion.
+
+        What the fluxes are off, by at most e each, makes 2 sqrt(3/2 r Q) k e of a heat Q, with k e the error of a current.
+        """
+        circuit = self.circuit
+        if circuit is None or not shaft.has_states:
+            return super().heats(shaft)
+
+        def of_rotor(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+            return np.asarray(circuit.rotor_heat(shaft.states(mesh))), np.zeros_like(omega)
+
+        def of_stator(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+            return np.asarray(circuit.stator_heat(shaft.states(mesh))), np.zeros_like(omega)
+
+        off = 2.0 * (shaft.states_error + 8 * ROUNDING * circuit.scales[0])
+        by_flux = (circuit.of_rotor + circuit.of_shared, circuit.of_stator + circuit.of_shared)
+        found, errors = dict[str, Any](), dict[str, float]()
+        rows = zip((of_rotor, of_stator), (circuit.rotor_resistance, circuit.stator_resistance), by_flux, strict=True)
+        for name, (heat, resistance, gain) in zip(("rotor_heat", "stator_heat"), rows, strict=True):
+            mean, error, mesh = shaft.mean_over_time(heat)
+            own = 2.0 * float(np.sqrt(1.5 * resistance * mean)) * gain * off
+            found[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
+        rated = float(self.rotor_heat(self.speed))
+        found["rotor_heat_share"] = found["rotor_heat"] / rated
+        errors["rotor_heat_share"] = errors["rotor_heat"] + 8 * ROUNDING / self.rated_slip
+        current = cells.fit(np.asarray(circuit.current(0.0, shaft.states(mesh))))
+        found["current_rms"] = float(np.sqrt(found["stator_heat"] / (3.0 * circuit.stator_resistance)))
+        found["current_peak"] = cells.greatest(current)
+        errors["current_rms"] = errors["stator_heat"]
+        errors["current_peak"] = (float(cells.tails(current).max()) + by_flux[1] * off) / max(found["current_peak"], 1e-300)
+        return {**found, "errors": errors}
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """Copper heats ("stator", "rotor"), and what the fluxes store ("field"), W."""
