@@ -1,7 +1,7 @@
 """The command line: arguments in, exit code out, no physics.
 
-Exit codes: 0 done, 1 the scene or the machine is at fault (a line per fault on standard error), 2 usage. Everything but
-click is imported by the command that needs it.
+Exit codes: 0 done, 1 the scene or the machine is at fault (a line per fault on standard error), 2 usage, 130 ended
+by Ctrl-C. Everything but click is imported by the command that needs it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from flywheel.cli.common import STANDARD_OUTPUT, exit_if_unwritten, show, written
+from flywheel.cli.common import INTERRUPTED, STANDARD_OUTPUT, exit_if_unwritten, show, written
 
 __all__ = ["main"]
 
@@ -68,9 +68,13 @@ class _Commands(click.Group):
             return super().make_context(*args, **kwargs)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command that the arguments name."""
-        with written(STANDARD_OUTPUT):
-            result = super().invoke(context)
+        """Run the command that the arguments name; Ctrl-C where a command has nothing to show yet is a line and a code."""
+        try:
+            with written(STANDARD_OUTPUT):
+                result = super().invoke(context)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            sys.exit(INTERRUPTED)
         exit_if_unwritten(context)
         return result
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 FORMS = ("screen", "print")  # of pictures
 MOST_POINTS = 1_000_000
+INTERRUPTED = 130
+"""Exit code of a command that the user has ended by Ctrl-C."""
 STANDARD_OUTPUT = "standard output"
 _UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be written
 
@@ -385,7 +387,7 @@ def watched(end: str | None) -> Iterator[_Watching]:
         yield watching
     except KeyboardInterrupt:
         click.echo(f"interrupted{watching.place}", err=True)
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
 
 
 class _Watching:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from flywheel.cli.common import (
+    INTERRUPTED,
     MOST_POINTS,
     OUTPUT,
     SCENE,
@@ -487,7 +488,6 @@ def _draw_curves(
 
 _QUIET = 2.0  # seconds before anything is told
 _EVERY, _EVERY_ON_TERMINALS = 5.0, 0.25  # seconds between two words
-_INTERRUPTED = 130  # exit code
 
 
 def _seconds(context: click.Context, parameter: click.Parameter, budget: float) -> float:
@@ -516,7 +516,7 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
     Ctrl-C ends the comparison: what was finished is told.
     """
     spare(scene, plot)
-    with _interruptible(), reported(scene):
+    with reported(scene):
         with _progress(budget) as progress:
             from flywheel.study import tradeoff as study
 
@@ -532,17 +532,7 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
             with written(plot):
                 picture.plot_tradeoff(result, plot)
     if result.interrupted:
-        sys.exit(_INTERRUPTED)
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Ctrl-C, wherever it comes and nothing is left to tell, is one line and an exit code."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        sys.exit(_INTERRUPTED)
+        sys.exit(INTERRUPTED)
 
 
 @contextmanager

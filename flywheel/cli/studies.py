@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from flywheel.cli.common import (
+    INTERRUPTED,
     SCENE,
     STANDARD_OUTPUT,
     comma_names,
@@ -84,10 +85,10 @@ def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -
     return columns
 
 
-def npz_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """The file of a sweep, which its ending tells to be one."""
-    if path is not None and path.suffix.lower() != ".npz":
-        raise click.BadParameter(f"{str(path)!r} does not end in .npz.")
+def table_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    """A file whose ending is the option's name."""
+    if path is not None and path.suffix.lower() != f".{parameter.name}":
+        raise click.BadParameter(f"{str(path)!r} does not end in .{parameter.name}.")
     return path
 
 
@@ -107,9 +108,16 @@ def npz_path(context: click.Context, parameter: click.Parameter, path: Path | No
 @click.option(
     "--npz",
     type=click.Path(path_type=Path),
-    callback=npz_path,
+    callback=table_path,
     metavar="FILE.npz",
     help="Keep what is finished in a file; the same sweep goes on from it.",
+)
+@click.option(
+    "--parquet",
+    type=click.Path(path_type=Path),
+    callback=table_path,
+    metavar="FILE.parquet",
+    help="Write the table of --csv as Parquet, with units in its metadata; needs pyarrow.",
 )
 @click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none, all is done here).")
 @click.option(
@@ -127,6 +135,7 @@ def sweep(
     plot: Path | None,
     csv_file: str | None,
     npz: Path | None,
+    parquet: Path | None,
     jobs: int | None,
     rtol: float,
     engine: str | None,
@@ -138,10 +147,10 @@ def sweep(
     is refused alone, with its reason. Ctrl-C ends a sweep and keeps what is finished.
     """
     table = None if csv_file in (None, "-") else Path(str(csv_file))
-    spare(scene, table, plot, npz)
+    spare(scene, table, plot, npz, parquet)
     with reported(scene):
         from flywheel.designs import sweep as study
-        from flywheel.designs.sweep_results import csv_lines, write_csv
+        from flywheel.designs.sweep_results import csv_lines, needed, write_csv, write_parquet
         from flywheel.numerics.faults import SceneError
         from flywheel.reading.paths import dotted
         from flywheel.tables import designs
@@ -151,6 +160,8 @@ def sweep(
         pool = jobs if jobs is not None and jobs > 1 else None
         try:
             columns = varied_columns(given, asked)
+            if parquet is not None:
+                needed("pyarrow", "--parquet")
             with written(STANDARD_OUTPUT if npz is None else npz, at_once=True):
                 result = study.sweep(given, columns, rtol, grid=True, executor=pool, engine=engine, file=npz)
         except SceneError as error:
@@ -159,6 +170,9 @@ def sweep(
         if table is not None:
             with written(table):
                 write_csv(result, table)
+        if parquet is not None:
+            with written(parquet):
+                write_parquet(result, parquet)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
@@ -171,14 +185,15 @@ def sweep(
     else:
         show(designs.sweep_text(result, rows))
     if result.missing:
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     if len(result.reasons) == len(result) or any(message.startswith(f"{npz}: ") for message in result.messages):
         sys.exit(1)
 
 
 def _refuse_arguments(error: SceneError, npz: Path | None, columns: dict[str, Any]) -> None:
     """What is wrong with paths and with a file of another sweep is told of these, not of a line of the scene."""
-    own = [fault for fault in error.faults if fault.path in columns or fault.path in (str(npz), "engine", "columns")]
+    known = {*columns, str(npz), "engine", "columns", "--parquet"}
+    own = [fault for fault in error.faults if fault.path in known]
     if len(own) < len(error.faults):
         return
     for fault in own:
@@ -326,6 +341,7 @@ def tolerance(
     """Print how the figures of SCENE spread as some of its numbers do, and which of these cause it.
 
     Intervals: the least and greatest value of every figure, by optimisation. Deviations: mean, deviation and quantiles.
+    Ctrl-C ends it: the designs until then are shown.
     """
     spare(scene, plot)
     with reported(scene):
@@ -343,6 +359,8 @@ def tolerance(
 
             _drawn(picture.plot_tolerance, result, plot, names)
         show(encoded(result.as_dict(), indent=2) if as_json else designs.tolerance_text(result, names))
+    if result.interrupted:
+        sys.exit(INTERRUPTED)
 
 
 @click.command(short_help="Find the numbers of a scene that make a figure least, or greatest.")
@@ -384,7 +402,8 @@ def optimize(
 ) -> None:
     """Find the numbers of SCENE, within bounds, that make a figure least or greatest while others keep their limits.
 
-    The best design is sized by itself, and designs around it are sized too: none of them may be better.
+    The best design is sized by itself, and designs around it are sized too: none of them may be better. Ctrl-C ends the
+    search: the best design until then is shown.
     """
     if (minimize is None) == (maximize is None):
         raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
@@ -405,6 +424,8 @@ def optimize(
         show(encoded(result.as_dict(), indent=2) if as_json else designs.optimum_text(result))
         for message in result.messages if as_json else ():
             click.echo(message, err=True)
+    if result.interrupted:
+        sys.exit(INTERRUPTED)
 
 
 _WHEEL = {"inertia": "inertia", "mass": "mass", "diameter": "length"}
@@ -531,7 +552,7 @@ def motor(
             click.echo(note, err=True)
     if result.missing:
         click.echo(f"interrupted: {result.missing} motors were not looked at; the table holds those before", err=True)
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     if not result.suitable:
         click.echo("no motor of the table does", err=True)
         sys.exit(1)

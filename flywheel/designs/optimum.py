@@ -90,7 +90,8 @@ class Optimum:
     tells that this agrees, that none of the `around` designs beside it is better, and that slopes of their own show no way
     down, `descent` being what they show of one (a share of the figure for that of the bounds). `starts` are the searches'
     ends, `refused` counts designs within the bounds that are no machines, by reason, `messages` what is to be said: of the
-    search, then everything that the sizing says of the design.
+    search, then everything that the sizing says of the design. Where the user `interrupted` the search, it is the best
+    design until then, and not confirmed.
     """
 
     scene: Scene
@@ -118,6 +119,7 @@ class Optimum:
     refused: dict[str, int]
     messages: tuple[str, ...]
     designs: int
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         """What was found."""
@@ -160,6 +162,7 @@ class Optimum:
             "refused": self.refused,
             "starts": list(self.starts),
             "designs": self.designs,
+            "interrupted": self.interrupted,
             "messages": list(self.messages),
         }
 
@@ -214,14 +217,22 @@ def optimize(
     family = Variation(scene, over, rtol, engine)
     aim = "minimize" if maximize is None else "maximize"
     problem = _Optimization(family, aim, minimize if maximize is None else maximize, _bounds(family, over), subject_to or {})
-    surveyed = _survey(problem, samples, seed)
-    ends = []
-    for start in _starts(problem, surveyed, max(starts, 1)):
-        problem.search += 1
-        ends.append(problem.minimum(start))
-    best = _best(problem, ends)
-    best, better = _around(problem, best, seed)
-    return _optimum(problem, best, ends, better)
+    ends = list[Array]()
+    try:
+        surveyed = _survey(problem, samples, seed)
+        for start in _starts(problem, surveyed, max(starts, 1)):
+            problem.search += 1
+            ends.append(problem.minimum(start))
+        best = _best(problem, ends)
+        best, better = _around(problem, best, seed)
+        return _optimum(problem, best, ends, better)
+    except KeyboardInterrupt:
+        if not any(np.isfinite(row).all() for _, row, _ in problem.points):
+            raise
+        best, row = problem.best()
+        kept = "" if (row[1:] <= KEPT).all() else ", which does not keep all limits"
+        said = f"interrupted: the best of {len(problem.points)} designs, not confirmed{kept}"
+        return _optimum(problem, best, ends, 0, said)
 
 
 class _FigureFormula:
@@ -302,7 +313,16 @@ class _Optimization:
 
     def rows(self, columns: Array) -> Array:
         """The objective, to be least, and breaches of limits relative to them; NaN where a design is refused."""
-        values, _ = self.family(columns)
+        try:
+            values, _ = self.family(columns)
+        except KeyboardInterrupt:
+            if finished := self.family.finished:
+                self.record(columns[:, finished.done], finished.values[:, finished.done])
+            raise
+        return self.record(columns, values)
+
+    def record(self, columns: Array, values: Array) -> Array:
+        """The rows of designs whose figures are known, which are kept."""
         objective = self.objective(self.family, columns, values)
         rows = [-objective if self.greatest else objective]
         for limit in self.constraints:
@@ -401,7 +421,12 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     columns = problem.low[:, None] + unit * (problem.high - problem.low)[:, None]
     own = np.clip(family.nominal, problem.low, problem.high)
     columns = np.concatenate([own[:, None], 0.5 * (problem.low + problem.high)[:, None], columns], axis=1)
-    values, _ = family(columns)
+    try:
+        values, _ = family(columns)
+    except KeyboardInterrupt:
+        if finished := family.finished:
+            problem.record(columns[:, finished.done], finished.values[:, finished.done])
+        raise
     machines = np.isfinite(values).any(axis=0)
     if not machines.any():
         why = next(iter(family.reasons.values()), "")
@@ -412,7 +437,7 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
                 own_figures = [other for other, row in zip(NAMES, values, strict=True) if np.isfinite(row).any()]
                 expected = f"one of {', '.join(own_figures)}"
                 raise SceneError([Fault(name, "no figure of this scene", expected, WITHOUT.get(name, ""))])
-    rows = problem.rows(columns)
+    rows = problem.record(columns, values)
     if not np.isfinite(rows).all(axis=0).any():
         raise SceneError([Fault("over", "no design within the bounds that has all figures", "one at least")])
     return rows
@@ -486,10 +511,10 @@ def _around(problem: _Optimization, best: Array, seed: int) -> tuple[Array, int]
 # -- what is found -----------------------------------------------------------------------------------------------------
 
 
-def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int) -> Optimum:
-    """The record of the best design."""
+def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int, interrupted: str = "") -> Optimum:
+    """The record of the best design; `interrupted` says how far the searches came that the user ended."""
     family, sign = problem.family, -1.0 if problem.greatest else 1.0
-    best = _at_ends(problem, best)
+    best = best if interrupted else _at_ends(problem, best)
     sizing = size(with_numbers(family.scene, dict(zip(family.paths, best.tolist(), strict=True))))
     values, errors = family(best[:, None])
     alone = figures_of(sizing)
@@ -520,6 +545,10 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         np.asarray((rows[1:] <= KEPT).all(axis=0) & np.isfinite(rows[0])),
         np.array([search for _, _, search in problem.points]),
     )
+    refused, said = problem.refused, [interrupted]
+    if not interrupted:
+        doubts = _doubts(problem, reached, better, agree=agree, slope=0.0 if stationary else slope)
+        said = [*_messages(problem, best, at_bounds, limits, rows), *doubts]
     return Optimum(
         scene=family.scene,
         objective=problem.objective.title,
@@ -538,20 +567,15 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         errors={name: float(errors[k, 0]) for name, k in known.items()},
         figure_units={name: family.unit(name) for name in known},
         sizing=sizing,
-        confirmed=agree and stationary and not better,
+        confirmed=agree and stationary and not better and not interrupted,
         around=2 * len(_ASIDE) * len(best) + _SCATTERED,
         descent=slope,
         starts=reached,
         course=course,
-        refused=problem.refused,
-        messages=(
-            *_messages(problem, best, at_bounds, limits, rows),
-            *_doubts(problem, reached, better, agree=agree, slope=0.0 if stationary else slope),
-            *_refusals(problem),
-            *family.said,
-            *sizing.messages,
-        ),
+        refused=refused,
+        messages=(*said, *_refusals(problem), *family.said, *sizing.messages),
         designs=family.count,
+        interrupted=bool(interrupted),
     )
 
 

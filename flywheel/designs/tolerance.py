@@ -34,6 +34,7 @@ from flywheel.scene.scene import Scene
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SAMPLES = 512
 _MOST_SAMPLES = 2**20
+_FEWEST = 16  # samples that are worth a table where the user ends the sampling
 _REPEATS = 8  # independent shifts of the points
 _MOST_CORNERS = 256
 _RTOL = 1e-10
@@ -89,7 +90,7 @@ class Tolerance:
 
     `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
     taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one. `messages` tell
-    how designs were sized.
+    how designs were sized. Where the user `interrupted` it, all is of the designs until then.
     """
 
     scene: Scene
@@ -105,6 +106,7 @@ class Tolerance:
     reason: str
     designs: int
     messages: tuple[str, ...] = ()
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         """What spreads, and by what."""
@@ -153,6 +155,7 @@ class Tolerance:
             "designs": self.designs,
             "refused": self.refused,
             "reason": self.reason or None,
+            "interrupted": self.interrupted,
             "messages": list(self.messages),
         }
 
@@ -207,12 +210,21 @@ def tolerance(
     if scene.stroke is None:
         family.near = {NAMES[i]: float(nominal[i, 0]) for i in chosen if NAMES[i] in ANGLES}
     sample = _sampled(family, intervals, deviations, samples, seed)
-    extremes: dict[int, tuple[Bound, Bound]] = {}
+    interrupted, extremes = not sample.done.all(), dict[int, tuple[Bound, Bound]]()
+    said = [f"interrupted: {int(sample.done.sum())} of {sample.done.size} samples were sized"] if interrupted else []
     if intervals:
-        extremes = _extremes(family, np.array(list(intervals.values())).T, chosen, sample)
-    kept = slice(2 * samples)
-    lost = np.isnan(sample.values[chosen, kept]).any(axis=0)
-    refused = (family.reasons.get(tuple(sample.points[:, k].tolist()), "") for k in np.flatnonzero(lost))
+        known = _SizedDesigns(np.array(list(intervals.values())).T, sample.points, sample.values, sample.errors)
+        try:
+            if not interrupted:
+                _search_extremes(family, known, chosen)
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            said.append("interrupted: least and greatest values are those of the designs until then")
+        extremes = known.extremes(family.paths, chosen)
+    kept = np.flatnonzero(sample.done[: 2 * samples])
+    lost = np.isnan(sample.values[chosen][:, kept]).any(axis=0)
+    refused = (family.reasons.get(tuple(sample.points[:, k].tolist()), "") for k in kept[lost])
     if lost.all():
         raise SceneError([Fault("vary", "no sample that is a machine", "one at least", next(refused, ""))])
     return Tolerance(
@@ -228,7 +240,9 @@ def tolerance(
         refused=int(lost.sum()),
         reason=next(refused, ""),
         designs=family.count,
-        messages=family.said + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen]).any()),
+        messages=(*said, *family.said)
+        + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any()),
+        interrupted=interrupted,
     )
 
 
@@ -271,7 +285,7 @@ class _Sample(NamedTuple):
 
     First all of A, then all of B, then for every number A with that of B in its place. `powers` (terms, paths) are the
     degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1; `many` is it at
-    many other points, for quantiles.
+    many other points, for quantiles. `done` tells which designs were sized before the user ended it.
     """
 
     points: Array
@@ -280,6 +294,7 @@ class _Sample(NamedTuple):
     basis: Array
     powers: NDArray[np.int64]
     many: Array
+    done: NDArray[np.bool_]
 
 
 def _sampled(
@@ -310,7 +325,13 @@ def _sampled(
     more = np.clip(lattices.points(_MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
     basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
-    return _Sample(points, *family(points), basis, powers, many)
+    try:
+        done, (values, errors) = np.ones(points.shape[1], dtype=bool), family(points)
+    except KeyboardInterrupt:
+        if family.finished is None or np.isfinite(family.finished.values).any(axis=0).sum() < _FEWEST:
+            raise
+        done, values, errors = family.finished
+    return _Sample(points, values, errors, basis, powers, many, done)
 
 
 def _standard(unit: Array) -> Array:
@@ -486,13 +507,13 @@ def _share(values: Array, at: Array, side: Literal["left", "right"]) -> Array:
 # -- extremes ----------------------------------------------------------------------------------------------------------
 
 
-def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Sample) -> dict[int, tuple[Bound, Bound]]:
-    """The least and the greatest value of figures within bounds: the best points known, where gradients point outwards.
+def _search_extremes(family: Variation, known: _SizedDesigns, chosen: list[int]) -> None:
+    """Searches for the least and the greatest value of figures from the best points known, where gradients point inwards.
 
     Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search goes on from
     the best point; what it finds counts for every figure.
     """
-    known, ends = _SizedDesigns(bounds, sample.points, sample.values, sample.errors), _ends(bounds)
+    bounds, ends = known.bounds, _ends(known.bounds)
     known.add(ends, *family(ends))
     slopes: dict[int, Array] = {}
     for i in chosen:
@@ -506,18 +527,6 @@ def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Samp
             inward = np.where(ascent > 0.0, x < bounds[1], x > bounds[0]) & (ascent != 0.0)
             if inward.any():  # not held by the bounds alone
                 minimum(partial(known.rows, family, i, -sign), x, bounds[0], bounds[1], family.scales)
-    result = {}
-    for i in chosen:
-        both = []
-        for sign in (-1.0, 1.0):
-            k = known.best(i, sign)
-            if k is None:
-                break
-            at = dict(zip(family.paths, known.points[:, k].tolist(), strict=True))
-            both.append(Bound(float(known.values[i, k]), float(known.errors[i, k]), at))
-        if len(both) == 2:
-            result[i] = (both[0], both[1])
-    return result
 
 
 class _SizedDesigns:
@@ -543,6 +552,19 @@ class _SizedDesigns:
         """The first design with the greatest (sign +1) or the least figure; None where none is known."""
         row = sign * self.values[figure]
         return None if bool(np.isnan(row).all()) else int(np.nanargmax(row))
+
+    def extremes(self, paths: tuple[str, ...], chosen: list[int]) -> dict[int, tuple[Bound, Bound]]:
+        """The least and the greatest value of figures, of those that have any."""
+        result = {}
+        for i in chosen:
+            both = []
+            for k in (self.best(i, -1.0), self.best(i, 1.0)):
+                if k is not None:
+                    at = dict(zip(paths, self.points[:, k].tolist(), strict=True))
+                    both.append(Bound(float(self.values[i, k]), float(self.errors[i, k]), at))
+            if len(both) == 2:
+                result[i] = (both[0], both[1])
+        return result
 
 
 def _ends(bounds: Array) -> Array:

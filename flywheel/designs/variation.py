@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
 from flywheel.components.wheels import choose
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, OF_WHEEL, Batch, figures_of, sized, wheel_figures
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, OF_WHEEL, Batch, figures_of, sized, wheel_figures
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.arguments import name_faults, refuse, shown
@@ -74,6 +74,14 @@ def figure_names(names: str | Iterable[str]) -> list[str]:
     return [figure_name("figures", name) for name in ([names] if isinstance(names, str) else names)]
 
 
+class Finished(NamedTuple):
+    """Of designs whose sizing was interrupted: which are done, and the figures and errors of all of them, NaN elsewhere."""
+
+    done: NDArray[np.bool_]
+    values: Array
+    errors: Array
+
+
 class Variation:
     """The figures of a scene as functions of some of its numbers.
 
@@ -107,6 +115,7 @@ class Variation:
         self.reasons: dict[tuple[float, ...], str] = {}
         self.count = self.alone = 0
         self.why = ""
+        self.finished: Finished | None = None
 
     def unit(self, figure: str) -> str:
         """The unit (SI) of a figure: that of a balance is the torque's, or left open where it is a parameter's."""
@@ -140,14 +149,17 @@ class Variation:
         return size(with_numbers(self.scene, there), self.rtol, simulate=False)
 
     def __call__(self, columns: Array) -> tuple[Array, Array]:
-        """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN where refused."""
+        """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN where refused.
+
+        Raises KeyboardInterrupt where the user ends it; what is done by then is `finished`.
+        """
+        self.finished = None
         if self.bare is None:
             batch = sized(self.scene, self.paths, columns, self.rtol, self.engine, progress=None)
         else:
             batch = self._with_wheels(self.bare, columns)
-        if batch.interrupted:
-            raise KeyboardInterrupt
-        self.count += columns.shape[1]
+        done = batch.ways != MISSING
+        self.count += int(done.sum())
         alone = batch.ways == ALONE
         self.alone += int(alone.sum())
         for k, reason in batch.reasons.items():
@@ -157,7 +169,11 @@ class Variation:
             whole = self.scene.cycle
             batch.values[name] = angle + (batch.values[name] - angle + 0.5 * whole) % whole - 0.5 * whole
         values = np.array([batch.values[name] for name in NAMES])
-        return values, np.array([self._error(name, batch) for name in NAMES])
+        errors = np.array([self._error(name, batch) for name in NAMES])
+        if batch.interrupted:
+            self.finished = Finished(done, values, errors)
+            raise KeyboardInterrupt
+        return values, errors
 
     @property
     def said(self) -> tuple[str, ...]:

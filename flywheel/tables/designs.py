@@ -436,7 +436,7 @@ def optimum_text(found: Optimum) -> str:
     said += [f"Remark: {remark}" for remark in remarks(found.sizing)]
     said += [] if motor is None or found.sizing.energy is None else warnings(found.sizing, motor)
     said += [confirmed] if found.confirmed else []
-    said.append(f"{found.designs} designs, {len(found.starts)} search{'es' if len(found.starts) > 1 else ''}.")
+    said.append(f"{found.designs} designs, {len(found.starts)} search{'' if len(found.starts) == 1 else 'es'}.")
     return page(
         (
             [*head, *_cut(columns(rows, ("", "best", "", "bounds", "")))],

@@ -5,6 +5,8 @@ import io
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -16,6 +18,7 @@ from flywheel.cli import machines, main, studies
 from flywheel.designs import figures as designs
 from flywheel.pictures import designs as drawing
 from flywheel.study import tradeoff as comparison
+from tests.extras import extra
 from tests.study.test_comparison import compared, row, whole
 
 # The commands sensitivities, tolerance and optimize: options, tables, data, pictures, faults.
@@ -233,6 +236,92 @@ def test_an_interrupted_sweep_says_what_is_missing(sweep_scene, tmp_path, monkey
     result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%:2%:3", "--npz", tmp_path / "a.npz")
     assert result.exit_code == 130
     assert "interrupted: 3 of 3 designs are missing; the same sweep goes on from" in " ".join(result.stdout.split())
+
+
+def test_a_sweep_is_written_as_parquet_with_its_units(sweep_scene, tmp_path):
+    parquet = extra("pyarrow.parquet")
+    files = tmp_path / "a.csv", tmp_path / "a.parquet"
+    result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%:2%:3", "--csv", files[0], "--parquet", files[1])
+    assert (result.exit_code, result.stderr) == (0, "")
+    header, *rows = csv.reader(io.StringIO(files[0].read_text(encoding="utf-8")))
+    table = parquet.read_table(files[1])
+    units = [(field.metadata or {}).get(b"unit", b"").decode() for field in table.schema]
+    assert [f"{name} [{unit}]" if unit else name for name, unit in zip(table.column_names, units, strict=True)] == header
+    exact = header.index("exact [kg m^2]")
+    assert table["exact"].to_pylist() == [float(row[exact]) for row in rows]
+
+
+def test_parquet_without_pyarrow_or_under_another_ending(sweep_scene, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr(designs, "sized", None)  # it is said before anything is sized
+    file = tmp_path / "a.parquet"
+    result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--parquet", file)
+    told = "--parquet: found no pyarrow, expected pyarrow, which it needs; pip install pyarrow\n"
+    assert (result.exit_code, result.stdout, result.stderr, file.exists()) == (1, "", told, False)
+    assert "does not end in .parquet" in run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--parquet", "a.csv").stderr
+
+
+# Ctrl-C: a real signal to a process of its own, sent when so many designs have been sized one by one.
+
+
+INTERRUPTED = """
+import os, signal, sys, time
+from flywheel.cli import main
+from flywheel.designs import figures
+
+after, own, count = int(sys.argv.pop(1)), figures.size, 0
+
+
+def counted(*given, **options):
+    global count
+    count += 1
+    if count == after:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60)
+    return own(*given, **options)
+
+
+figures.size = counted
+signal.signal(signal.SIGINT, signal.default_int_handler)
+main()
+"""
+
+
+def interrupted(after, *arguments):
+    command = [sys.executable, "-c", INTERRUPTED, str(after), *map(str, arguments), "--engine", "size"]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_an_optimum_that_a_signal_interrupts_is_the_best_design_until_then(scene):
+    over = ("--over", "load.0.to=10deg:170deg", "--maximize", "energy_fluctuation", "--json")
+    for after in (20, 90):  # in the survey, in a search
+        done = interrupted(after, "optimize", scene, *over)
+        data = json.loads(done.stdout)
+        assert (done.returncode, data["interrupted"], data["confirmed"]) == (130, True, False)
+        assert "interrupted: the best of " in done.stderr
+        to = data["numbers"]["load.0.to"]["value"]
+        assert 2.0 < to <= np.radians(170.0) * (1 + 1e-12)
+        assert data["value"] == pytest.approx(100.0 * to * (1 - to / (2 * np.pi)), rel=1e-9)
+
+
+def test_a_tolerance_that_a_signal_interrupts_is_that_of_the_designs_until_then(scene):
+    vary = ("--vary", "regime.speed=29:31", "--of", "power", "--samples", 64, "--json")
+    done = interrupted(42, "tolerance", scene, *vary)
+    data = json.loads(done.stdout)
+    assert (done.returncode, done.stderr, data["interrupted"], data["samples"]) == (130, "", True, 40)
+    assert data["messages"] == [
+        "interrupted: 40 of 128 samples were sized",
+        "interrupted: least and greatest values are those of the designs until then",
+    ]
+    power = data["figures"]["power"]
+    assert 1450.0 <= power["least"]["value"] < 1500.0 < power["greatest"]["value"] <= 1550.0
+    assert power["mean"] == pytest.approx(1500.0, abs=5.0)
+
+
+def test_a_command_that_a_signal_interrupts_before_it_has_anything_is_one_line(scene):
+    for command in (("tolerance", scene, "--vary", "regime.speed=29:31"), ("sensitivities", scene, "regime.speed")):
+        done = interrupted(3, *command)
+        assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 def test_the_command_offers_the_engines_of_the_library():

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import flywheel
-from flywheel.cli import main, motions
+from flywheel.cli import common, main
 from flywheel.mechanisms import KINDS
 from tests.cli.test_cli import YOKE, run
 from tests.limits import sample
@@ -830,7 +830,7 @@ def test_a_speed_below_zero_is_shown_as_it_was_typed(transients_scene):
 
 
 def test_a_long_motion_tells_how_far_it_is(transients_scene, monkeypatch):
-    monkeypatch.setattr(motions, "_EVERY", 0.0)
+    monkeypatch.setattr(common, "_EVERY", 0.0)
     result = run_simulate(transients_scene, "--until", "1 s", "--json", "--points", 2)
     assert result.stderr.startswith("following the motion until 1 s at ")
     assert "run 2" in result.stderr
@@ -842,7 +842,7 @@ def test_an_interrupted_motion_leaves_one_line(transients_scene, monkeypatch):
         watching.run = 1
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(motions._Watching, "__call__", interrupt)
+    monkeypatch.setattr(common._Watching, "__call__", interrupt)
     result = run_simulate(transients_scene, "--until", "1 s")
     assert (result.exit_code, result.stdout) == (130, "")
     assert result.stderr == "interrupted at 0 s, 0 turns, run 1\n"
