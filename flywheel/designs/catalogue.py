@@ -30,6 +30,7 @@ from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
 from flywheel.motions.starting import RunUp, load_at_rest, mapped_run_up, maps, torque_at_rest
 from flywheel.motions.transients import Until, transient
+from flywheel.numerics.cells import TIE
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, figure, parse_quantity
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
@@ -53,12 +54,11 @@ UP_TO_SPEED = 0.98
 """Share of the steady mean speed at which a start is over, where the rated speed is not come to before."""
 _MOST_TURNS = 200  # of the crank in a start that is followed in time, too
 _TOLERANCE = 1e-6  # of a start in time
-_CLOSE = 0.02  # share by which a start may miss a bound and its map does not decide
+_NEAR_BOUND = 0.02  # share by which a start may miss a bound and its map does not decide
 _IN_STEP = 0.02  # share by which the speed of a synchronous rotor may swing that has come into step
 _PLACES = np.linspace(0.0, 1.0, 34)[1:-1]  # of a piece of the cycle, where the load at rest is looked at
 _NO_START = ("cannot start the machine", "does not get the machine through its start")
-_FEW = 4  # motors that a note names
-_TIE = 1e-9
+_MOST_NAMED = 4  # motors that a note names
 _BEST = re.compile(r"at best, (?P<where>.*), it is (?P<share>[-+.\de]+)")
 _WORDS = {
     "motor_heat": "too much heat",
@@ -479,7 +479,7 @@ def _started(choice: MotorChoice, found: Sizing, machine: Machine, terms: Terms)
     start = StartOfMotor(run.time, run.turns, run.current_squared, limit, MAPPED)
     choice = choice._replace(start=start)
     shares = start.share, None if terms.start_time is None else start.time / terms.start_time
-    close = any(share is not None and abs(share - 1.0) < _CLOSE for share in shares)
+    close = any(share is not None and abs(share - 1.0) < _NEAR_BOUND for share in shares)
     timed = _in_time(choice, machine, terms) if close and start.turns <= _MOST_TURNS else choice
     return _judged(choice, terms) if timed.start is start else timed
 
@@ -521,10 +521,10 @@ def _judged(choice: MotorChoice, terms: Terms) -> MotorChoice:
     assert start is not None
     wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
     told = f"the start {wheel} takes {figure(start.time, most=3)} s"
-    if start.share is not None and start.share > 1.0 + _TIE:
+    if start.share is not None and start.share > 1.0 + TIE:
         share = f"{figure(100 * start.share, most=3)} % of what its locked-rotor time bears (I² t)"
         return choice._replace(suits=False, reason=f"too hot a start: {told} and {share}")
-    if terms.start_time is not None and start.time > terms.start_time * (1.0 + _TIE):
+    if terms.start_time is not None and start.time > terms.start_time * (1.0 + TIE):
         told = f"{told}, {figure(terms.start_time, most=4)} s at most are asked for"
         return choice._replace(suits=False, reason=f"too slow a start: {told}")
     return choice._replace(suits=True)
@@ -536,7 +536,7 @@ def _in_time(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice
     assert motor is not None
     switches = () if motor.start is None else motor.start.connections
     speeds = [connection.until.speed for connection in switches if connection.until.speed is not None]
-    full = max([_full_speed(motor, choice), *((1.0 + _TIE) * speed / _ratio(machine.scene) for speed in speeds)])
+    full = max([_full_speed(motor, choice), *((1.0 + TIE) * speed / _ratio(machine.scene) for speed in speeds)])
     asked: dict[str, Any] = {"at": _place(choice, terms), "inertia": choice.wheel_inertia or 0.0, "rtol": _TOLERANCE}
     try:
         run = transient(machine, end="regime" if motor.keeps_step else Until("speed", full, False), **asked)
@@ -610,7 +610,7 @@ def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: T
 
 def _named(choices: list[MotorChoice]) -> str:
     """The names of motors, the first few."""
-    names = [choice.motor.name for choice in choices[:_FEW]]
+    names = [choice.motor.name for choice in choices[:_MOST_NAMED]]
     more = len(choices) - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")
 
@@ -686,17 +686,17 @@ def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
 def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
     """Why a motor does not do though a flywheel was found, or given: its rating, the wheel's bounds or stresses."""
     if found.scene.inertia is not None:  # a given flywheel: it is looked at alone
-        over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + _TIE}
+        over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + TIE}
         if over:
             return "; ".join(f"{_WORDS[name]}: {share} % of its rating" for name, share in over.items())
     wheel = {"inertia": choice.wheel_inertia, "mass": choice.wheel_mass, "diameter": choice.wheel_diameter}
     for name, most in terms.wheel_limits.items():
         value = wheel[name]
-        if value is not None and value > most * (1.0 + _TIE):
+        if value is not None and value > most * (1.0 + TIE):
             sizes = f"{figure(value, most=4)} {WHEEL[name]}, {figure(most, most=4)} {WHEEL[name]} at most are asked for"
             return f"too large a flywheel: its {name} is {sizes}"
     built = None if found.built is None else found.built.wheel
-    if built is not None and (built.utilisation or 0.0) > 1.0 + _TIE:
+    if built is not None and (built.utilisation or 0.0) > 1.0 + TIE:
         allowed = figure((built.material.allowable or 0.0) / 1e6, most=4)
         stress = figure(built.greatest_stress / 1e6, most=4)
         return f"too weak a flywheel: {stress} MPa ({built.place}), {allowed} MPa allowed"

@@ -35,7 +35,7 @@ _FIT: Array = np.ascontiguousarray(cells.fit(np.eye(ORDER)).T)
 _MEAN = np.ascontiguousarray(cells.MEAN)
 _WEIGHTS = np.ascontiguousarray(_FIT.T @ _MEAN)
 _HALF_ORDER = ORDER // 2
-_TINY = 1e-300
+_LEAST_DIVISOR = 1e-300
 Function = TypeVar("Function", bound=Callable[..., Any])
 _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
@@ -390,7 +390,7 @@ def cut_off(s: Any, w: Any) -> None:
             first = max(abs(s[base * _L + i]), abs(s[(base + 1) * _L + i]))
             middle = max(abs(s[(base + 2) * _L + i]), abs(s[(base + 3) * _L + i]))
             last = max(abs(s[(base + 4) * _L + i]), abs(s[(base + 5) * _L + i]))
-            decay = min(max(last / max(middle, _TINY), middle / max(first, _TINY)), 0.9)
+            decay = min(max(last / max(middle, _LEAST_DIVISOR), middle / max(first, _LEAST_DIVISOR)), 0.9)
             w[_TAILS + row * _L + i] = 10.0 * decay * max(last, middle * decay) / (1.0 - decay)
 
 
@@ -729,7 +729,7 @@ def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, d
                 slope = abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / half
                 noise = w[of_noise, i] + size * w[of_noise + 1, i] + own
                 noise += factors[5, i] * size * abs(value_at(series, 1, cell, i, t))
-                error = min(noise / max(slope, _TINY), 2 * half)
+                error = min(noise / max(slope, _LEAST_DIVISOR), 2 * half)
             if abs(t) >= _ROOT_RANGE - 8 * _EPS * end / half:
                 before, after = (edge - 1) % number, edge % number
                 left = values[before, 0, _P - 1, i] + factor * values[before, 1, _P - 1, i]

@@ -44,7 +44,7 @@ _OUTSTANDING = 64  # chunks that wait for an executor at a time
 _POOLS = 3  # of worker processes, before what is left is sized here
 _SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with the largest estimates
 _RELATIVE_TO_TOTAL = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
-_ROUNDING = 1e-14
+_FIGURE_ROUNDING = 1e-14
 _SPEED_TIE = 1e-9  # of the fluctuation of speed, within which two extremes are one
 _ERROR_RATIO = 2.0  # by which two figures may differ beyond the sum of their estimated errors
 
@@ -440,9 +440,9 @@ def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[floa
         scale = max(scale, exchanged / period)
     elif name.startswith("angle"):
         scale, difference = 1.0, abs(math.remainder(value - other, period))
-        if difference > _ROUNDING and cycle is not None and sizing.run is not None:
+        if difference > _FIGURE_ROUNDING and cycle is not None and sizing.run is not None:
             speeds = speed_over_cycle(sizing.run.cycle or cycle, sizing.speed, sizing.run, np.array([value, other]))
             if np.ptp(speeds) <= _SPEED_TIE * sizing.run.irregularity * sizing.speed:
                 return 0.0  # two angles of one extreme speed
-    allowed = (np.nan_to_num(error) + np.nan_to_num(of_other) + _ROUNDING) * scale
+    allowed = (np.nan_to_num(error) + np.nan_to_num(of_other) + _FIGURE_ROUNDING) * scale
     return float(difference / allowed) if difference else 0.0

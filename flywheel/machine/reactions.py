@@ -64,7 +64,7 @@ _CELL_ERROR = 1e-13  # of the largest coefficient of a column: error of a cell t
 _MOST_CELLS = 4000
 _WIDEST = np.pi / 4  # of a cell to begin with, rad; of a stroke an eighth
 _COMING = 1e-9  # rad, or m of a stroke: how far on a joint that turns back has turned back
-_ROUNDING = 1e-12  # of the largest: what is smaller is rounding
+_SIZE_ROUNDING = 1e-12  # of the largest: what is smaller is rounding
 _FORCE_ROUNDING = 1e-12  # of the largest force, or rate: what is smaller has no sign
 _MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
 _PARALLEL = 1e-10  # sine of the angle between forces on one line
@@ -494,12 +494,12 @@ class JointFriction:
 
         Of a joint that turns back there it is that to come; 0 where the crank is at rest, and of joints that never move.
         """
-        moving = np.abs(ways) > _ROUNDING * self.rates
+        moving = np.abs(ways) > _SIZE_ROUNDING * self.rates
         if (turning := (~moving & (self.strengths > 0.0)).any(axis=1)).any():
             ways, near = ways.copy(), np.broadcast_to(phi + _COMING * np.asarray(sense), turning.shape)[turning]
             coming = np.concatenate([own.ways for own in self.at(near)], axis=1)
             ways[turning] = np.where(moving[turning], ways[turning], coming)
-            moving = np.abs(ways) > _ROUNDING * self.rates
+            moving = np.abs(ways) > _SIZE_ROUNDING * self.rates
         return np.asarray(np.where(moving, np.sign(ways), 0.0) * np.asarray(sense)[..., None])
 
     def _by_sizes(self, pressed: Pressed, acceleration: Any, shares: Array) -> tuple[Array, Array]:
@@ -594,7 +594,7 @@ class JointFriction:
             signs[0, flat] = tried
             sizes = continued_sizes(free, pull, self.curved, signs)[0][0]
             most = np.abs(sizes).max()
-            holds = bool(np.isfinite(most) and (sizes >= -_ROUNDING * most).all())
+            holds = bool(np.isfinite(most) and (sizes >= -_SIZE_ROUNDING * most).all())
             if holds and all(np.abs(sizes - other).max() > _SOLUTION_DISTANCE * most for other in found):
                 found.append(sizes)
         return len(found), joint
@@ -654,7 +654,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
 
     mesh, series, sizes = cells.refined(edges, evaluated, _CELL_ERROR, _MOST_CELLS)
     largest = np.abs(series).sum(axis=2).max(axis=1)
-    series[(largest <= _ROUNDING * sizes) | (sizes == 0.0)] = 0.0  # what is nothing but rounding
+    series[(largest <= _SIZE_ROUNDING * sizes) | (sizes == 0.0)] = 0.0  # what is nothing but rounding
     error = float(np.divide(cells.tails(series).max(axis=1), sizes, out=np.zeros_like(sizes), where=sizes > 0.0).max())
     rates = ratio * sizes[-len(passives) :]
     still = np.abs(series[-len(passives) :]).sum(axis=(1, 2)) == 0.0
@@ -677,7 +677,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
 
 def _beyond_rounding(largest: Array, whole: Array) -> Array:
     """The largest entries of columns (entries,), 0 where they are nothing beside what the column adds up from."""
-    return np.where(largest > _ROUNDING * whole, largest, 0.0)
+    return np.where(largest > _SIZE_ROUNDING * whole, largest, 0.0)
 
 
 def _coefficients(

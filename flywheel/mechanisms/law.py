@@ -105,7 +105,7 @@ def spline_curve(table: Table, period: float) -> SplineCurve:
     spline = CubicSpline(table.angle, swaying, bc_type="periodic")
     knots, coefficients = np.asarray(spline.x), np.asarray(spline.c)
     inner = np.unique(knots[:-1] % period)  # the same cubics from 0 to the period, the piece across 0 cut in two
-    inner = inner[(inner > _SAME * period) & (inner < (1 - _SAME) * period)]
+    inner = inner[(inner > _SAME_KNOT * period) & (inner < (1 - _SAME_KNOT) * period)]
     edges = np.concatenate(([0.0], inner, [period]))
     middles = 0.5 * (edges[1:] + edges[:-1])
     turns = np.floor((middles - knots[0]) / period) * period
@@ -117,9 +117,9 @@ def spline_curve(table: Table, period: float) -> SplineCurve:
     return SplineCurve(edges, np.stack((c3, c2 + 3 * c3 * step, c1, c0)))
 
 
-_SAME = 1e-12  # of the period: knots closer than this are one
-_CLOSE = 1e-9  # a jump below this share of a law's range is rounding
-_ROUNDING = 1e-14
+_SAME_KNOT = 1e-12  # of the period: knots closer than this are one
+_JUMP_ROUNDING = 1e-9  # a jump below this share of a law's range is rounding
+_VALUE_ROUNDING = 1e-14
 _OWN = frozenset({"x", "v", "omega", "t"})  # what a position may not depend on
 _NODES = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 17))
 
@@ -236,8 +236,8 @@ def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
         if np.any(wrong):
             found = f"a {what} that is not finite at {_degrees(phi[wrong][0])}"
             raise SceneError([Fault(path, found, "a smooth position")])
-    rounding = _ROUNDING * np.max(np.abs(value))
-    close = _CLOSE * np.ptp(value) + rounding
+    rounding = _VALUE_ROUNDING * np.max(np.abs(value))
+    close = _JUMP_ROUNDING * np.ptp(value) + rounding
     jumps, gain = value[1:, 0] - value[:-1, -1], float(value[-1, -1] - value[0, 0])
     gain = gain if abs(gain) > close else 0.0
     if np.any(np.abs(jumps) > close):
@@ -248,7 +248,7 @@ def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
         found = f"{value[0, 0]:.9g} m at 0 deg and {value[-1, -1]:.9g} m at {_degrees(period)}"
         raise SceneError([Fault(path, found, "a position that comes back after the period")])
     corners = np.array([first[0, 0] - first[-1, -1], *(first[1:, 0] - first[:-1, -1])])
-    kinks = phi[np.abs(corners) > _CLOSE * np.max(np.abs(first)) + rounding, 0]
+    kinks = phi[np.abs(corners) > _JUMP_ROUNDING * np.max(np.abs(first)) + rounding, 0]
     if output.inertia != 0 and kinks.size:
         worst = int(np.argmax(np.abs(corners)))
         before, after = first[worst - 1, -1], first[worst, 0]

@@ -185,7 +185,7 @@ def _with_both_locks(linkage: Linkage, error: SceneError) -> SceneError:
 # -- proven bounds over stretches --------------------------------------------------------------------------------------
 
 _SHARED = 0.3  # units: how far a displacement may go within a stretch that can be proven
-_ROUNDING = 1e-12
+_BOUND_ROUNDING = 1e-12
 
 
 def enclosed(solution: Solution, low: Array, high: Array) -> tuple[tuple[Array, Array], ...]:
@@ -212,7 +212,7 @@ def enclosed(solution: Solution, low: Array, high: Array) -> tuple[tuple[Array, 
 
     # the radius about the tangent that Newton's map keeps, and 1 - kappa
     d, across = np.abs(rate), bound(ball, ball)
-    room, beta = 1.0 - half * bound(d, ball), 0.5 * half**2 * bound(d, d) + _ROUNDING
+    room, beta = 1.0 - half * bound(d, ball), 0.5 * half**2 * bound(d, d) + _BOUND_ROUNDING
     square = room**2 - 4.0 * across * beta
     good = (room > 0.0) & (square > 0.0)
     radius = np.where(good, 2.0 * beta / (room + np.sqrt(np.where(good, square, 1.0))), 0.0)
@@ -231,7 +231,7 @@ def enclosed(solution: Solution, low: Array, high: Array) -> tuple[tuple[Array, 
     pairs = (z, moved), (rate, drift), (slope, (bend / shrink)[:, None] * ball)
     for values, widths in pairs:
         widths[~proven, 1:] = np.inf
-        widths += _ROUNDING * (1.0 + np.abs(values))
+        widths += _BOUND_ROUNDING * (1.0 + np.abs(values))
     return pairs
 
 
@@ -364,7 +364,7 @@ class Arm(NamedTuple):
 
 # -- chain -------------------------------------------------------------------------------------------------------------
 
-_TINY = 1e-15
+_COSINE_ROUNDING = 1e-15
 _STEPS_A_CELL = 8.0
 
 
@@ -431,7 +431,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         return [
             Arm(abs(at) * (loops.unit if slide < 0 else 1.0), _angle(Form(np.array(turns), float(np.angle(at)))), slide)
             for (turns, slide), at in places.items()
-            if abs(at) > _TINY
+            if abs(at) > _COSINE_ROUNDING
         ]
 
     def move(name: str, seen: list[Arm]) -> bool:
@@ -442,7 +442,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
                 ratios.setdefault(sources[k], []).append(_times(Ratio(arm.by_turning, arm.by_turning_slope), weight))
             if arm.slide >= 0 and arm.angle.terms:
                 ratios.setdefault(sources[arm.slide], []).append(Ratio(arm.by_sliding, arm.by_sliding_slope))
-            elif arm.slide >= 0 and abs(cosine := float(np.cos(arm.angle.constant))) >= _TINY:
+            elif arm.slide >= 0 and abs(cosine := float(np.cos(arm.angle.constant))) >= _COSINE_ROUNDING:
                 ratios.setdefault(sources[arm.slide], []).append(arm.length * cosine)
         if ratios:
             terms = tuple(Term(source, reduce(_plus, parts)) for source, parts in ratios.items())

@@ -231,7 +231,7 @@ def switching(trail: Trail) -> tuple[Array, Indices]:
     return np.repeat(trail.t[last + 1], 2), np.column_stack((last, last + 1)).ravel()
 
 
-_CLOSE = 1e-9  # of a cycle: how near to an edge of the machine a step that ends there may end
+_EDGE_TIE = 1e-9  # of a cycle: how near to an edge of the machine a step that ends there may end
 
 
 def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indices]:
@@ -245,7 +245,7 @@ def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indi
     cycle, phi = machine.scene.cycle, trail.states(more, sides)[0]
     own = phi if machine.scene.stroke is not None else phi % cycle
     restarts, switch = (
-        np.abs(own[:, None] - edges).min(axis=1, initial=cycle) <= _CLOSE * cycle
+        np.abs(own[:, None] - edges).min(axis=1, initial=cycle) <= _EDGE_TIE * cycle
         for edges in (machine.restarts, machine.switches)
     )
     kept = switch | ~restarts

@@ -42,10 +42,10 @@ Array = NDArray[np.float64]
 _FIRST, _FIRST_LOOSE = 1 / 150, 1 / 75  # tolerance of a step to what is asked; of order 5
 _LOOSEST = 7e-6  # looser steps do not err in proportion to their tolerance
 _TIGHTER = 0.1  # of each run's steps to those of the run before
-_LITTLE = 0.3  # the same of further runs, at the most
+_TIGHTER_AGAIN = 0.3  # the same of further runs, at the most
 _COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared, evenly, and within steps at the most
 _WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
-_SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
+_SAME_STEP = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
 _STANDING = 1e-9  # of the greatest speed: slower than this a shaft does not turn back
 SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
@@ -189,7 +189,7 @@ def motion_from(
         if (error <= rtol and not same) or tight <= TIGHTEST or fine.left > rtol:
             break
         rough, last = fine, tight
-        tight = max(min(0.5 * rtol / error, _TIGHTER**2 if same else _LITTLE) * tight, TIGHTEST)
+        tight = max(min(0.5 * rtol / error, _TIGHTER**2 if same else _TIGHTER_AGAIN) * tight, TIGHTEST)
         # of the difference, where the tolerances lie further apart
         share = 1.0 if same else min(1.0, tight / (_TIGHTER * last))
     states, machine = fine.ends(), dynamics.machine
@@ -206,7 +206,7 @@ def motion_from(
 
 def _same_steps(rough: Array, fine: Array) -> bool:
     """Whether two runs take the same steps, but for what their errors make of these."""
-    return rough.size == fine.size and np.allclose(np.diff(rough), np.diff(fine), rtol=_SAME, atol=0.0)
+    return rough.size == fine.size and np.allclose(np.diff(rough), np.diff(fine), rtol=_SAME_STEP, atol=0.0)
 
 
 def _difference(rough: Trail, fine: Trail) -> float:

@@ -23,10 +23,10 @@ from flywheel.numerics import cells
 
 Array = NDArray[np.float64]
 
-_WHOLE = 1e-9  # by which a number of starts may miss a whole one
+_WHOLE_START = 1e-9  # by which a number of starts may miss a whole one
 _SPEEDS = 160  # rows of a torque map, evenly from rest to the speed that is to be reached
 _WIDEST, _CLOSER = 1 / 12, 1 / 8  # of the cycle: a cell of a torque map; of the way, where a start takes less than a cycle
-_NEAR = 1e-9  # of the cycle: edges nearer than this are one
+_SAME_EDGE = 1e-9  # of the cycle: edges nearer than this are one
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
 _SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
 _OFF = 0.01  # of the greatest push of a drive: with less it is off
@@ -205,10 +205,10 @@ def _mesh(machine: Machine, at: float, way: float = 0.0) -> cells.Cells:
     """Cells of a torque map, an edge of which is where the start begins; finer along the way that is given (rad)."""
     cycle = machine.scene.cycle
     edges = np.unique(np.append(machine.restarts, [at % cycle, min(at % cycle + way, cycle)]))
-    edges = edges[np.diff(edges, prepend=-1.0) > _NEAR * cycle]
+    edges = edges[np.diff(edges, prepend=-1.0) > _SAME_EDGE * cycle]
     edges[-1] = cycle
     while True:
-        ahead = (edges[:-1] - at) % cycle < (1.0 - _NEAR) * way
+        ahead = (edges[:-1] - at) % cycle < (1.0 - _SAME_EDGE) * way
         wide = np.diff(edges) > np.where(ahead, _CLOSER * way, _WIDEST * cycle)
         if not wide.any():
             return cells.cells(edges)
@@ -360,12 +360,12 @@ class StartHeat(NamedTuple):
     @property
     def starts(self) -> int | None:
         """How many such starts the warm motor bears one upon the other."""
-        return None if self.share is None else math.floor(1.0 / self.share + _WHOLE)
+        return None if self.share is None else math.floor(1.0 / self.share + _WHOLE_START)
 
     @property
     def starts_cold(self) -> int | None:
         """How many the cold motor bears."""
-        return None if self.share_cold is None else math.floor(1.0 / self.share_cold + _WHOLE)
+        return None if self.share_cold is None else math.floor(1.0 / self.share_cold + _WHOLE_START)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything for JSON, SI throughout."""

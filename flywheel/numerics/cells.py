@@ -29,7 +29,7 @@ _OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it
 MOST_CELLS = 40_000
 _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
 SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great
-_TIE = 1e-9  # share within which two sizes are one
+TIE = 1e-9  # share within which two sizes are one
 _RESOLVED = 0.1  # error from which on a halving gains, or what is left is rounding
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
@@ -222,7 +222,7 @@ def greatest(series: Array) -> float:
 def largest(series: Array) -> float:
     """The value of a function that is largest in size, with its sign; where both signs are as large, the positive one."""
     high, low = greatest(series), -greatest(-series)
-    return high if high >= -low * (1.0 - _TIE) else low
+    return high if high >= -low * (1.0 - TIE) else low
 
 
 def ends(series: Array) -> Array:

@@ -165,7 +165,7 @@ def _finite(value: Any, digits: int | None) -> Any:
 
 # -- mechanism ---------------------------------------------------------------------------------------------------------
 
-_FEW = {"pin": 4, "dot": 4, "plate": 2, "bar": 2, "rail": 2, "wheel": 2}  # of the points of an outline, one in so many
+_ONE_POINT_IN = {"pin": 4, "dot": 4, "plate": 2, "bar": 2, "rail": 2, "wheel": 2}  # of the points of an outline
 
 
 def _mechanism(scene: Scene, axis: Axis) -> dict[str, Any] | str:
@@ -203,7 +203,7 @@ def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
             "body": shape.body,
             "at": _place(shape.at),
             "turns": shape.turns_with,
-            "outline": shape.outline[:, :: _FEW.get(shape.kind, 1)],
+            "outline": shape.outline[:, :: _ONE_POINT_IN.get(shape.kind, 1)],
         }
         for shape in made.shapes
     ]

@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 # -- the reduced machine ------------------------------------------------------------------
 _POINTS = 721
 _SHARES = np.arange(1, 16) / 16  # of the way between two landmarks
-_MOST = 8  # parts that are drawn; of more, the largest and the sum of the others
+_MOST_PARTS = 8  # parts that are drawn; of more, the largest and the sum of the others
 _JUMP, _CORNER, _DOZEN = 1e-6, 8.0, 12
-_NOTHING = 1e-12  # of the largest: parts below it are none
+_NO_PART = 1e-12  # of the largest: parts below it are none
 _ROUNDED = 1e-14  # N m, N, kg m² or kg: rounding makes as much of nothing
 
 
@@ -128,9 +128,9 @@ def _draw_parts(
         panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
         panel.set_yticks([])
         return
-    some = {name: part for name, part in parts.items() if float(np.abs(part).max()) > _NOTHING * size}
-    if len(some) > _MOST:
-        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST - 1]
+    some = {name: part for name, part in parts.items() if float(np.abs(part).max()) > _NO_PART * size}
+    if len(some) > _MOST_PARTS:
+        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST_PARTS - 1]
         rest = [part for name, part in some.items() if name not in largest]
         some = {name: part for name, part in some.items() if name in largest} | {f"{len(rest)} others": np.sum(rest, axis=0)}
     alone = len(some) == 1 and all(np.array_equal(total, part) for part in some.values())

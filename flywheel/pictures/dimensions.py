@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 _WIDTH, _TALLEST = 7.4, 7.6  # inches
 _OFFSETS = (4.0, -4.0, 7.5, -7.5, 11.0, -11.0)  # of a dimension line from what it measures, in pins' radii
 _SHORT = 1e-3  # of the mechanism's size: distances below it are none
-_MOST = 18  # dimensions in one picture
+_MOST_DIMENSIONS = 18  # dimensions in one picture
 _MOST_PARTS = 8
 
 
@@ -82,10 +82,10 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     panel.set_ylim(*box[1])
     _scale_to_metres(panel, view, poses)
     dimensions = list(_dimensions(view, poses))
-    left = dimensions[_MOST:]
+    left = dimensions[_MOST_DIMENSIONS:]
     names: list[tuple[str, str, tuple[float, float]]] = []
     lines: list[Array] = [_outline(view, poses)]
-    for dimension in dimensions[:_MOST]:
+    for dimension in dimensions[:_MOST_DIMENSIONS]:
         line, spot = _dimension_line(panel, view, dimension, lines)
         lines.append(line)
         names.append((dimension.text, BLACK, spot))

@@ -28,7 +28,7 @@ from flywheel.pictures.figures import BLACK, BODIES, GREY
 
 Array = NDArray[np.float64]
 
-_MOST = 8  # curves of a column, unless they were named
+_MOST_CURVES = 8  # curves of a column, unless they were named
 _NAMED = 4  # lines in a panel whose own extremes are written beside them; of more, those of the panel alone
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5, 1, 1.5)), (0, (1, 1)))
 _POINTS, _BESIDE = 1201, 1e-9  # places of a curve, and of the axis: how far beside a jump
@@ -115,11 +115,11 @@ def close(found: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, li
 
 def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
     """The curves that are drawn: all that were named; of everything, bodies and slides that move; how many are left out."""
-    if len(curves) <= _MOST:
+    if len(curves) <= _MOST_CURVES:
         return list(curves), 0
     moving = [c for c in curves if c.kind != POINT and not c.name.endswith(".angle") and np.ptp(c.velocity) > 0.0]
-    chosen = [c for turning in (True, False) for c in [c for c in moving if (c.kind == ANGLE) == turning][:_MOST]]
-    chosen = chosen or list(curves[:_MOST])
+    chosen = [c for turning in (True, False) for c in [c for c in moving if (c.kind == ANGLE) == turning][:_MOST_CURVES]]
+    chosen = chosen or list(curves[:_MOST_CURVES])
     return chosen, len(curves) - len(chosen)
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_MOST = 24  # rows of a table
+_MOST_ROWS = 24  # rows of a table
 _POINTS = 400  # of a curve
 _WIDTH, _HEIGHT, _LEFT, _BELOW = 440.0, 170.0, 64.0, 34.0
 _STYLE = (
@@ -57,12 +57,12 @@ def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
     """Rows as an HTML table, numbers to the right; the first few of many, and how many more there are."""
     found = list(rows)
     lines = ["".join(f'<th scope="col"{_side(title)}>{escape(title)}</th>' for title in header)] if header else []
-    for row in found[:_MOST]:
+    for row in found[:_MOST_ROWS]:
         first, *rest = row
         cells = "".join(f"<td{_side(cell)}>{escape(cell)}</td>" for cell in rest)
         lines.append(f'<th scope="row">{escape(first)}</th>{cells}')
-    if len(found) > _MOST:
-        lines.append(f'<th scope="row">and {len(found) - _MOST} more</th>')
+    if len(found) > _MOST_ROWS:
+        lines.append(f'<th scope="row">and {len(found) - _MOST_ROWS} more</th>')
     return f"<table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>" if lines else ""
 
 

@@ -58,7 +58,7 @@ _LETTER, _LINE = 0.075, 0.165  # inches: of a letter and of a line of text
 _WORDS, _LONGEST = 15, 24  # letters in a line of a name, and of one whose words are long
 _LONGEST_TITLE = 90
 _SEGMENT = 1.05  # inches: a stretch of the trunk that bears a name
-_NONE = 1e-9  # of the widest: a stream that is none
+_NO_STREAM = 1e-9  # of the widest: a stream that is none
 _WIDEST = 15.0  # inches: beyond it names stand on two levels
 _OF_KIND = {"load": GREEN, "stored": ORANGE}
 
@@ -109,7 +109,7 @@ def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Pi
     every = entries(flow, at)
     trunk, whole = _trunk(flow, every), given(flow, every)
     with rc_context(STYLE):
-        if not whole > _NONE * flow.scale or trunk is None:
+        if not whole > _NO_STREAM * flow.scale or trunk is None:
             sheet = _Sheet()
             sheet.text(0.0, 0.0, _("No power flows."), ha="center", va="center", fontsize=11)
             return sheet.figure(_title(flow, at) if titled else "")
@@ -254,7 +254,7 @@ class _Drawing:
 
     def width(self, power: float) -> float:
         """Width (inches) of a power; 0 of one that is none beside the widest."""
-        return 0.0 if abs(power) <= _NONE * self.widest else _HEIGHT * abs(power) / self.widest
+        return 0.0 if abs(power) <= _NO_STREAM * self.widest else _HEIGHT * abs(power) / self.widest
 
     def figure(self, title: str) -> Picture:
         """All of it as a figure just large enough; names stand on two levels where one would make it too wide."""

@@ -17,9 +17,9 @@ from flywheel.regime.turning_moment import Cycle, Run
 
 Array = NDArray[np.float64]
 
-_NOTHING = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
+_NO_WORK = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
 _LOOP_SHARE = 0.10  # of the width and height of Wittenbauer's diagram: a smaller loop has a window of its own
-_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same unit, that is none
+_INTERCEPT_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same unit, that is none
 MOST_BODIES = 8  # in a stacked picture
 
 
@@ -71,7 +71,7 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
         if name == "drive":
             drive = there
         work, size = np.trapezoid(there.ravel(), phi.ravel()), np.trapezoid(np.abs(there).ravel(), phi.ravel())
-        if work > (-_NOTHING if name == "drive" else _NOTHING) * size:  # a drive that holds back on the whole resists
+        if work > (-_NO_WORK if name == "drive" else _NO_WORK) * size:  # a drive that holds back on the whole resists
             found = found + there
     return found, drive
 
@@ -154,7 +154,7 @@ def windows(loop: Loop, joule: float) -> tuple[list[list[float]], str]:
     at_right = [slope * corners[0, 1] + cut for slope, cut in loop.lines]
     far = np.array(loop.far_point)[:, None]
     windows, extents = list[list[float]](), np.ptp(corners, axis=1)
-    line = extents[1] <= _ROUNDING * max(np.abs(axis).max(), corners[0, 1])
+    line = extents[1] <= _INTERCEPT_ROUNDING * max(np.abs(axis).max(), corners[0, 1])
     for name, parts in {"P": [corners, axis, far], "MN": [corners, axis], "loop": [corners]}.items():
         points = np.concatenate(parts, axis=1)
         low, high = points.min(axis=1), points.max(axis=1)

@@ -106,7 +106,7 @@ BLOCK = (2.6, 1.5)  # half length and half height of a block, in pins' radii
 BAR = 0.62  # half width of a bar, in pins' radii
 ORIGIN = "origin"  # of a body: a point that nobody named
 _UNIT = 0.010  # radius of a pin, of the mechanism's size
-_SAME = 1e-6  # of the mechanism's size: closer points are one
+_SAME_POINT = 1e-6  # of the mechanism's size: closer points are one
 _LARGEST = 50.0  # times the distance of centres: wheels beyond it would fill the picture with a straight line
 
 
@@ -184,13 +184,13 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
             shapes.append(Shape("mark", body, np.array([[0.0, 3.0 * unit], [0.0, 0.0]]), (body, (x, y)), body))
 
     def same(a: Array, b: Array) -> bool:
-        return bool(np.abs(a - b).max() < _SAME * size)
+        return bool(np.abs(a - b).max() < _SAME_POINT * size)
 
     named = [name for name in known if not name.endswith(f".{ORIGIN}")]
     traces: list[Trace] = []
     for name in named if points is None else points:  # paths of points that move, each once
         path = paths[name]
-        if np.ptp(path, axis=1).max() > _SAME * size and not any(same(path, other.path) for other in traces):
+        if np.ptp(path, axis=1).max() > _SAME_POINT * size and not any(same(path, other.path) for other in traces):
             traces.append(Trace(name, known[name][0], path))
     groups: list[tuple[str, list[str]]] = []  # joints, and points that are none; those of one place together
     for name in named:

@@ -29,7 +29,7 @@ _HEAD = re.compile(r"(?P<name>[^(\[]*?)\s*(?:[(\[](?P<unit>[^)\]]*)[)\]])?\s*")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _PRICE = re.compile(rf"\s*(?P<before>[^\d\s.+-]*)\s*(?P<number>{_NUMBER.pattern})\s*(?P<after>[^\d\s.+-]*)\s*")
 _MAINS = (50.0, 60.0)
-_SAME = 1e-6  # share within which a synchronous speed is one of the mains'
+_SAME_SPEED = 1e-6  # share within which a synchronous speed is one of the mains'
 _ROWS_OF_THEIR_OWN = ("table",)
 _REPORTED = 20
 
@@ -302,8 +302,8 @@ def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
         return
     for frequency in mains:
         poles = 120.0 * frequency / rpm if rpm else 0.0
-        own = "poles" not in table or abs(float(table["poles"]) - poles) <= _SAME * poles
-        if poles >= 2.0 - _SAME and abs(poles / 2 - round(poles / 2)) <= _SAME * poles and own:
+        own = "poles" not in table or abs(float(table["poles"]) - poles) <= _SAME_SPEED * poles
+        if poles >= 2.0 - _SAME_SPEED and abs(poles / 2 - round(poles / 2)) <= _SAME_SPEED * poles and own:
             table["frequency"], table["poles"] = f"{frequency!r} Hz", 2 * round(poles / 2)
             return
     at = " or ".join(f"{each:g} Hz" for each in mains)

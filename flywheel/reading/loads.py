@@ -34,7 +34,7 @@ from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Table
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
 
-_SAME = 1e-12  # share of a period within which two angles are one
+_SAME_ANGLE = 1e-12  # share of a period within which two angles are one
 _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
 
 
@@ -234,7 +234,7 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         return None
     period, most = f"{np.degrees(every):.10g}", f"{np.degrees(2 * every):.10g}"
     for key, angle in (("from", start), ("to", end)):
-        if abs(angle) > 2 * every * (1 + _SAME):
+        if abs(angle) > 2 * every * (1 + _SAME_ANGLE):
             item.add(key, f"{np.degrees(angle):.10g} deg", f"an angle from -{most} to {most} deg")
     if end - start > every and len(item.faults) == before:
         found = f"a window of {np.degrees(end - start):.10g} deg"
@@ -244,7 +244,7 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         start, end = (angle + every if angle < 0 else angle - every if angle > every else angle for angle in (start, end))
     seam = _ROUNDED * every
     start, end = (0.0 if angle <= seam or angle >= every - seam else angle for angle in (start, end))
-    if abs(start - end) <= _SAME * every and len(item.faults) == before:
+    if abs(start - end) <= _SAME_ANGLE * every and len(item.faults) == before:
         item.add("to", f"{show(item.raw['to'])}, where the load begins", "another angle")
     return UNREAD if len(item.faults) > before else (start, end or every)
 

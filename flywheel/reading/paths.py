@@ -24,7 +24,7 @@ from flywheel.scene.scene import Document, Scene
 _NO_NUMBERS = ("title", "source", "name", "file", "column")
 _LAWS = ("force", "torque", "x", "theta", "lift")
 _INDEX = re.compile(r"\[(\d+)\]")
-_MOST = 10_000  # of numbers: a table of a hundred thousand rows is not looked through for a path
+_MOST_NUMBERS = 10_000  # of numbers: a table of a hundred thousand rows is not looked through for a path
 
 
 class Number(NamedTuple):
@@ -90,7 +90,7 @@ def numbers(scene: Scene) -> dict[str, Number]:
             found[path] = Number(quantity.number, unit, quantity.dimension)
         elif alone is not None:
             found[path] = Number(alone, "")
-        if len(found) == _MOST:
+        if len(found) == _MOST_NUMBERS:
             break
     return found
 

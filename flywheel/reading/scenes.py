@@ -73,7 +73,7 @@ _STEEL = 7850.0  # kg/m³
 _LINK, _ANY = 10.0, 1e4  # cubes of steel, as long as the body, or as the longest part of its mechanism
 _GYRATION = 3.0  # lengths of a body
 _RPM = 30 / math.pi
-_ROUNDING = 1e-9
+_WORK_ROUNDING = 1e-9
 
 
 def of_texts(raw: object, path: str = "") -> Iterator[Remark]:
@@ -156,7 +156,7 @@ def of_rim(speed: float) -> Iterator[Remark]:
 
 def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark]:
     """A drive that brakes, as its `work` in a cycle (J) beside the energy fluctuation shows."""
-    if work < -_ROUNDING * fluctuation:
+    if work < -_WORK_ROUNDING * fluctuation:
         found = "it brakes, as the loads drive the machine"
         if balanced:
             found = "it brakes, as the loads drive the machine: its balance is against the rotation"

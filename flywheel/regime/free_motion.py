@@ -143,7 +143,7 @@ def straight(name: str, state: int, level: float, slope: float) -> Goal:
 # -- cycles that return ---------------------------------------------------------------------------------------------------
 
 FEWEST = 20  # cycles still to come, below which nothing is looked into
-_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
+_NET_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
 
 
 def returns(machine: Machine, balance: float) -> bool:
@@ -156,9 +156,9 @@ def returns(machine: Machine, balance: float) -> bool:
         return False
     if scene.stroke is not None or len(machine.stages) > 1:
         return False
-    cycle = turning_moment.balanced(machine, _ROUNDING)
-    settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
-    return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
+    cycle = turning_moment.balanced(machine, _NET_ROUNDING)
+    settled = cycle.balance is None or abs(cycle.balance - balance) <= _NET_ROUNDING * abs(balance)
+    return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _NET_ROUNDING * cycle.exchanged)
 
 
 def copies(

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Course = Callable[[Array], MachineMotion]
 
 _CELL_ERROR = 1e-11  # of the largest moment: error of a cell that is left as it is
-_ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
+_FRICTION_ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
 _LEAST_WIDTH = 1e-9  # of the cycle: cells that are not cut any more
 _MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
 _SCAN_POINTS = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
@@ -127,7 +127,7 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
         values = moments(forces).reshape(mesh.phi.shape)
         # what friction's moment would be if the largest force of a mechanism pressed all of its joints
         most = sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
-        tails, enough = cells.tails(cells.fit(values)), max(_CELL_ERROR * np.abs(values).max(), _ROUNDING * most)
+        tails, enough = cells.tails(cells.fit(values)), max(_CELL_ERROR * np.abs(values).max(), _FRICTION_ROUNDING * most)
         return (
             (mesh, values),
             float(tails.max()) / enough if enough else 0.0,
@@ -188,7 +188,7 @@ def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, fl
 def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
     """Rates of all rough joints and their normal forces, shape (rows, n), and the sizes below which they are rounding."""
     values, sizes = zip(*_deciding(forces), strict=True)
-    return np.array(values), _ROUNDING * np.array(sizes)[:, None]
+    return np.array(values), _FRICTION_ROUNDING * np.array(sizes)[:, None]
 
 
 def _corners(machine: Machine, course: Course, balance: float) -> Array:

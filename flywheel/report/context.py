@@ -21,7 +21,7 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.findings import finding
 from flywheel.sizing.results import Sizing
 
-_NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
+_NO_WORK = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 
 
 def number(value: float, digits: int = formulas.DIGITS) -> str:
@@ -85,7 +85,7 @@ class Context:
         assert machine is not None
         assert cycle is not None
         found = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
-        least = _NOTHING * cycle.exchanged  # a weight that comes back does no work
+        least = _NO_WORK * cycle.exchanged  # a weight that comes back does no work
         return {name: work if abs(work) > least else 0.0 for name, work in found.items()}
 
 

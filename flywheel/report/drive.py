@@ -11,6 +11,7 @@ import numpy as np
 from flywheel.components.motors.motor import Fact
 from flywheel.language import message
 from flywheel.language import text as _
+from flywheel.numerics.cells import TIE
 from flywheel.report.context import Context, number, quantity
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
@@ -284,14 +285,13 @@ def engine(known: Context) -> Section | None:
 # -- the line of shafts ------------------------------------------------------------------------------------------------
 
 
-_SAME = 1e-9  # share within which two powers are one
 _ANGLES = 721  # at which the greatest power of the loads is looked for
 
 
 def train(known: Context) -> Section | None:
     """The power flow over a cycle: its picture, the shafts and their meshes, the losses, and their sum."""
     flow = known.sizing.power_flow
-    if flow is None or not given(flow, entries(flow)) > _SAME * flow.scale:
+    if flow is None or not given(flow, entries(flow)) > TIE * flow.scale:
         return None
     parts: list[Part] = [
         Step(
@@ -332,7 +332,7 @@ def _shafts(flow: PowerFlow) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for row in reversed(flow.shafts):
         torques = (row.torque_mean, row.torque_greatest, row.torque_rms)
-        least = _SAME * abs(row.torque_greatest or 0.0)
+        least = TIE * abs(row.torque_greatest or 0.0)
         told = ["–" if torque is None else Quantity("", torque if abs(torque) > least else 0.0, "N m") for torque in torques]
         turns = "–" if row.on is None else number(scene.shafts[row.shaft] / scene.shafts[row.on])
         near = "–" if row.on is None else place(row.on)
@@ -391,7 +391,7 @@ def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity,
         if kind not in found:
             continue
         lost = Quantity(symbol, found[kind].stream.mean, "W")
-        one_way = abs(lost.value - factor * enters.value) <= _SAME * abs(enters.value)
+        one_way = abs(lost.value - factor * enters.value) <= TIE * abs(enters.value)
         yield Step(
             _("Lost: {name}", name=found[kind].label),
             f"{symbol} = {share}*P_{k}" if one_way else f"{symbol} = {share}*integral(P_in(t), t, 0, tau)/tau",

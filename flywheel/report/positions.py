@@ -84,7 +84,7 @@ class Sheet:
         own = formulas.value(formula, plain)
         value = own if found is None else float(found)
         size = max((abs(number.value) for number in used), default=1.0)
-        value = 0.0 if abs(value) <= _NOTHING * size else value
+        value = 0.0 if abs(value) <= _TERM_ROUNDING * size else value
         self.values[of] = Quantity(of, value, unit)
         note = _("It is 0: what is left is rounding.") if value == 0.0 and own != 0.0 else ""
         numbers = () if note else used
@@ -203,7 +203,7 @@ class Sheet:
             self.coordinates[f"{where}.{axis}"] = of
 
 
-_NOTHING = 1e-12  # of the largest number in a formula: a result below it is 0
+_TERM_ROUNDING = 1e-12  # of the largest number in a formula: a result below it is 0
 
 
 def unit_text(unit: Unit | None) -> str:

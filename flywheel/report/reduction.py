@@ -31,7 +31,7 @@ from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_tex
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
 
-_NOTHING = 1e-3  # of the largest: a share below it tells nothing at an angle
+_NO_SHARE = 1e-3  # of the largest: a share below it tells nothing at an angle
 _MOST_COLUMNS = 6
 _MOST_TERMS = 12
 _LONGEST = 160  # characters of an expression that is shown
@@ -159,7 +159,7 @@ class Steps:
         shown = ((state.moment_parts, 1.0), (state.inertia_parts, 1.0), (state.gains, 0.25), (state.gain_slopes, 0.25))
         for parts, weight in shown:
             for values in parts.values():
-                score += weight * (np.abs(values) > _NOTHING * max(float(np.abs(values).max()), 1e-300))
+                score += weight * (np.abs(values) > _NO_SHARE * max(float(np.abs(values).max()), 1e-300))
         degrees = np.degrees(places)
         for every, bonus in ((30.0, 0.1), (15.0, 0.1), (5.0, 0.1)):
             score += bonus * (np.abs(degrees / every - np.round(degrees / every)) < 1e-9) if scene.stroke is None else 0.0
@@ -791,7 +791,7 @@ def driving(at: Steps) -> list[str]:
     for part, values in at.machine.reduction.moments(mesh.phi, mesh.anchor, at.balance, speed=moving).items():
         there = values + 0.0 * mesh.phi
         net, size = (float(cells.integral(some, mesh.half).sum()) for some in (there, np.abs(there)))
-        if net > _NOTHING * size:
+        if net > _NO_SHARE * size:
             found.append(part)
     return found
 

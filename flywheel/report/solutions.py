@@ -32,7 +32,7 @@ from flywheel.report.document import Cell, Note, Part, Section, Table
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.results import Sizing
 
-_NOTHING = 1e-12  # of the greatest figure of a unit
+_NO_FIGURE = 1e-12  # of the greatest figure of a unit
 _KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
 
 
@@ -164,7 +164,7 @@ def meets(printed: str, found: float) -> bool:
 def _whole(value: float, row: Row, rows: Sequence[Row], found: Sequence[float | None]) -> float:
     """A figure, or 0 where it is nothing but rounding beside others of its unit."""
     beside = [abs(other or 0.0) for one, other in zip(rows, found, strict=True) if one.unit == row.unit]
-    return 0.0 if abs(value) <= _NOTHING * max(beside) else value
+    return 0.0 if abs(value) <= _NO_FIGURE * max(beside) else value
 
 
 def section(sizing: Sizing, printed: Solution) -> Section:

@@ -8,12 +8,11 @@ from math import pi
 from flywheel.components.wheel_stresses import DISC, ring_constant, ring_factors
 from flywheel.components.wheels import Wheel
 from flywheel.language import text as _
+from flywheel.numerics.cells import TIE
 from flywheel.report.context import Context, quantity
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
 from flywheel.tables.summary import material_name, stress_place
-
-_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
 
 
 def wheel(known: Context) -> Section | None:
@@ -142,7 +141,7 @@ def _inertia(known: Context, found: Wheel) -> Iterator[Part]:
     asked = known.sizing.inertia
     if asked:
         shown = quantity(asked, "kg m²")
-        if found.inertia > asked * (1 + _SAME):
+        if found.inertia > asked * (1 + TIE):
             yield Note(_("It was made for {asked}, rounded up to the next size.", asked=shown))
         else:
             yield Note(_("It was made for {asked}.", asked=shown))
@@ -194,7 +193,7 @@ def _stresses(known: Context, found: Wheel, torque: float | None) -> Iterator[Pa
             (Quantity(symbol, reference, "MPa"), greatest),
             Quantity("S", found.safety),
         )
-    if allowable is not None and found.greatest_stress > allowable * (1 + _SAME):
+    if allowable is not None and found.greatest_stress > allowable * (1 + TIE):
         yield Note(_("The stress is above the allowable one."), "remark")
 
 

@@ -36,7 +36,7 @@ from flywheel.sizing.motor import IRREGULARITY, MotorShaft, of_motor, shares
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
-_MOST = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
+_MOST_EVALUATIONS = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
 _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
 _NONE_FOUND = "not confirmed by collocation: on cells of its own the iteration finds no motion"
@@ -177,7 +177,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     The scale is of the size of the irregularity, so that u keeps its digits however small that is.
     """
     pieces = machine.restarts.size - 1
-    if _LEAST * pieces > _MOST:
+    if _LEAST * pieces > _MOST_EVALUATIONS:
         raise UnconfirmedError(f"not confirmed in time: its {pieces} smooth pieces would take too many steps")
     scale = run.irregularity if run.irregularity > 0.0 else 1.0
     start = run.offset * 2 / (speed**2 * (run.inertia + cycle.inertia_at_start))
@@ -188,7 +188,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     first = np.array([0.0, u, *run.states])
 
     def stop() -> None:
-        if tally.evaluations > _MOST:
+        if tally.evaluations > _MOST_EVALUATIONS:
             raise UnconfirmedError("not confirmed in time: the motion takes too many steps")
 
     with counted(stop) as tally:

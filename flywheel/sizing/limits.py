@@ -47,7 +47,7 @@ _LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where suc
 _OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked for
 _BESIDE = 1e-3  # of an inertia: how far off a slope is taken
 _IN_TURN = 3  # flywheels without a motion, after which lighter ones are looked at from none up
-_FEW = 24  # halvings of a bracket, or widenings of it
+_MOST_HALVINGS = 24  # halvings of a bracket, or widenings of it
 _MOST_STEPS, _THROUGH = 100, 4  # towards a crossing; flywheels that one is interpolated from
 _APART = 1e-6  # of an inertia: flywheels nearer than this tell no slope
 _GOLDEN = 0.381966011250105
@@ -268,7 +268,7 @@ class Search:
 
     def _narrow(self, name: str, asked: float) -> None:
         """Look closer where flywheels that keep a limit stand beside those that have no motion, or are not known to."""
-        for _ in range(_FEW):
+        for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
                 states, gap = (before.state(name, asked), after.state(name, asked)), after.inertia - before.inertia
                 near = _NEAR_UNKNOWN if State.UNKNOWN in states else _EDGE
@@ -298,7 +298,7 @@ class Search:
         share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
         heavier = self.closely(max(far, 2.0 * last.inertia))
-        for _ in range(_FEW):
+        for _ in range(_MOST_HALVINGS):
             if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
                 break
             heavier = self.closely(4.0 * heavier.inertia)
@@ -364,7 +364,7 @@ class Search:
             return not point.motions or point.shares[name].value > asked
 
         ends, width = [before, after], self._scaled(after.inertia) - self._scaled(before.inertia)
-        for k in range(_FEW):
+        for k in range(_MOST_HALVINGS):
             good = [lies_beyond(ends[0]) != rising, lies_beyond(ends[1]) == rising]
             if all(good):
                 break

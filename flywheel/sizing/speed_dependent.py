@@ -30,7 +30,7 @@ _LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
 _WIDENINGS = 60  # of a bracket, and steps within it
 _STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
-_NOTHING = 1e-4  # of the greatest inertia: less of it is next to nothing
+_NO_INERTIA = 1e-4  # of the greatest inertia: less of it is next to nothing
 _MANY = 200  # cells that the laws ask for
 _LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
 
@@ -377,7 +377,7 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     """
     moments = moments_on(machine, machine.mesh, local=True)
     total = inertia + moments.inertia
-    if float(total.min()) <= _NOTHING * float(total.max()):
+    if float(total.min()) <= _NO_INERTIA * float(total.max()):
         where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
         found = f"{fault.found}: next to nothing weighs near {where}, and there the speed follows the torques at once"
         return fault._replace(found=found, advice="add inertia to the crank")

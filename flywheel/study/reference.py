@@ -32,7 +32,7 @@ Panel = NDArray[np.intp]
 Force = Callable[[Long, Long, Long, Long, Panel], Long]
 
 _ORDER = 24  # of Gauss' rule on a panel
-_SAME = 1e-15  # relative change by a halving that is none; two of them in turn, as one may be chance
+_SAME_VALUE = 1e-15  # relative change by a halving that is none; two of them in turn, as one may be chance
 _FIRST, _MOST_HALVINGS, _MOST_PANELS = 2, 9, 20_000
 _SAMPLES = 12  # in a panel, between which extremes are looked for
 _LONG = np.finfo(np.longdouble).eps
@@ -262,9 +262,9 @@ def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callab
         curve = _Curve(machine, edges)
         now = figure(curve)
         last, changed, before = changed, abs(float(now - before)), now
-        if max(changed, last) <= _SAME * abs(float(now)) or changed >= last:
+        if max(changed, last) <= _SAME_VALUE * abs(float(now)) or changed >= last:
             break
-    if last <= _SAME * abs(float(before)):
+    if last <= _SAME_VALUE * abs(float(before)):
         changed = max(changed, last)
     return Extended(float(before), changed + ROUNDING * abs(float(before)) + rounding(curve))
 

@@ -363,7 +363,7 @@ def _near(steps: list[Step], sign: float) -> list[Step]:
 _LONGER = (1.02, 1.3, 3.0, 10.0)  # than the period expected: how long the whole graph is simulated, until the cycle is over
 _SLACK = (1.1, 1.5, 3.0, 10.0)  # the same of bodies with multipliers
 _ANGLES = 13  # at which the inertia beside the bodies' own is compared
-_SAME = 1e-9
+_EVEN_STEP = 1e-9
 _STUCK = "the machine does not get through its cycle"
 
 
@@ -477,4 +477,4 @@ def _added_inertia(machine: Machine) -> float | None:
     phi = np.linspace(0.1, scene.cycle - 0.1, _ANGLES)
     total, own = (np.asarray(part.reduce(phi).inertia + 0.0 * phi) for part in (machine, bare))
     added = total - own
-    return float(added.mean()) if np.ptp(added) <= _SAME * (np.abs(total).max() + 1e-300) else None
+    return float(added.mean()) if np.ptp(added) <= _EVEN_STEP * (np.abs(total).max() + 1e-300) else None

@@ -30,7 +30,7 @@ _REASONS = 4
 _IN_TABLE = ("exact", "approximate", "irregularity", "power", "balance")
 _OF_BEST = ("exact", "approximate", "inertia_torque", "irregularity", "speed", "balance", "power", "energy_fluctuation",
             "mass", "wheel.stress", "wheel.safety")  # fmt: skip
-_NEAR = 1e-9  # share by which the approximate flywheel may be below the exact one
+_APPROXIMATE_TIE = 1e-9  # share by which the approximate flywheel may be below the exact one
 
 
 def sweep_text(found: Sweep, rows: int = 20) -> str:
@@ -54,7 +54,7 @@ def notes(found: Sweep) -> list[str]:
             said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
     said += [f"{path} changes no figure of this scene" for path in _without_effect(found)]
     exact, approximate = found.values["exact"], found.values["approximate"]
-    below = np.flatnonzero(exact - approximate > _NEAR * np.abs(exact))
+    below = np.flatnonzero(exact - approximate > _APPROXIMATE_TIE * np.abs(exact))
     if below.size:
         share = (exact[below] - approximate[below]) / exact[below]
         k = int(share.argmax())
@@ -81,7 +81,7 @@ def _without_effect(found: Sweep) -> list[str]:
         rows = [found.values[name].astype(float).reshape(found.shape) for name in found.names]
         apart = [np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) for row in rows]
         size = [np.fmax.reduce(np.abs(row), axis=None) for row in rows]
-        moved = any((each > _NEAR * most).any() for each, most in zip(apart, size, strict=True))
+        moved = any((each > _APPROXIMATE_TIE * most).any() for each, most in zip(apart, size, strict=True))
         if np.ptp(column) > 0.0 and not moved:
             idle.append(path)
     return idle
@@ -217,7 +217,7 @@ MAIN = ("mass", "exact", "irregularity", "power")
 _DEGREE = pi / 180
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
-_ROUNDING = 1e-12  # share by which a figure that does not change may differ
+_NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
 _WEAK = 1e-3  # per cent: a change whose derivative's error is not told
 
 
@@ -344,7 +344,7 @@ def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
         value = spread.nominal
         ends = [spread.least.value, spread.greatest.value]
         changes = [end / value - 1 if value else 0.0 for end in ends]
-        shares = [f"{100 * (change if abs(change) > _ROUNDING else 0.0):+.3g} %" if value else "" for change in changes]
+        shares = [f"{100 * (change if abs(change) > _NO_CHANGE else 0.0):+.3g} %" if value else "" for change in changes]
         rows.append(
             (
                 name,

@@ -11,6 +11,7 @@ from flywheel.components.load_models import model_of
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
+from flywheel.numerics.cells import TIE
 from flywheel.numerics.units import columns, figure, short
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.results import EngineCycle, Sizing
@@ -30,7 +31,6 @@ from flywheel.tables.rows import DEGREES, SI, encoded, page
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
 _DIGITS = 6
-_TIE = 1e-9  # share within which two sizes are one
 _NEAR = 0.9  # of the breakdown torque: a torque past it is told of
 _LONG = 30.0  # s: in a longer cycle windings warm up and cool down
 
@@ -73,7 +73,7 @@ def torque_and_work(sizing: Sizing) -> list[str]:
 
 def _power(name: str, power: float, error: float) -> Row:
     """A power in W or kW, and in both horsepowers."""
-    scale, unit = (1e3, "kW") if abs(power) >= 1e3 * (1 - _TIE) else (1.0, "W")
+    scale, unit = (1e3, "kW") if abs(power) >= 1e3 * (1 - TIE) else (1.0, "W")
     horses = " = ".join(
         f"{figure(power / size, error / size, 5)} {name}"
         for size, name in ((_HORSEPOWER, "hp"), (_METRIC_HORSEPOWER, "metric hp"))
@@ -151,7 +151,7 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     else:  # the one that is largest in size along the cycle, at the motor's own shaft, with its sign
         series = piecewise.fit(run.drive)
         high, low = piecewise.greatest(series), -piecewise.greatest(-series)
-        torque = (high if high >= -low * (1 - _TIE) else low) / ratio
+        torque = (high if high >= -low * (1 - TIE) else low) / ratio
     greatest = f"greatest torque {_signed(torque)} N m on its shaft"
     rms = f"root of its mean square over time {_number(energy.rms_torque)} N m"
     if rated is None:
@@ -186,7 +186,7 @@ class Heat(NamedTuple):
     @property
     def too_hot(self) -> bool:
         """Whether it is more than what the motor is rated for, beyond its error."""
-        return self.share is not None and self.share > 1.0 + max(self.share * self.error, _TIE)
+        return self.share is not None and self.share > 1.0 + max(self.share * self.error, TIE)
 
 
 def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
@@ -224,7 +224,7 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield from _in_step(sizing.synchronism)
     elif not motor.governed:
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
-        if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
+        if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + TIE):
             yield "The mean power is more than the rated one."
 
 
@@ -232,7 +232,7 @@ def _stator(motor: Motor, energy: Energy, share: float) -> Iterator[str]:
     """Line current and heat of an induction motor's stator, by its name plate."""
     told = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
     of_rated = f"{figure(100 * share, 0.0, 5)} % of that at the rated point"
-    yield f"Copper heat of its stator on the mean over time{told}, {of_rated}{', too hot' if share > 1 + _TIE else ''}."
+    yield f"Copper heat of its stator on the mean over time{told}, {of_rated}{', too hot' if share > 1 + TIE else ''}."
     if energy.current_rms is not None and energy.current_peak is not None and motor.rated_current is not None:
         rms, peak, rated = energy.current_rms, energy.current_peak, motor.rated_current
         means = f"root of its mean square over time {_number(rms)} A, {_share(rms, rated)} of the rated one"
@@ -283,7 +283,7 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
     least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown
     falls = _("Its speed falls to {speed}", speed=_rpm(least))
     if motor.governed and motor.rated is not None:
-        if least < motor.rated.speed * (1 - _TIE):
+        if least < motor.rated.speed * (1 - TIE):
             governed = _("below the {speed} up to which it is at full load", speed=_rpm(motor.rated.speed))
             yield _(
                 "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
@@ -299,15 +299,15 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
         name = _("the breakdown torque") if kloss else _("the greatest torque of its running branch")
         there = _("{torque} at {speed}", torque=_torque(breakdown.torque, units), speed=_rpm(breakdown.speed))
         torque = float(motor.torque(least))
-        flat = float(motor.torque(0.5 * breakdown.speed)) >= breakdown.torque * (1 - _TIE)  # as with a relief valve
-        if flat and least < breakdown.speed * (1 - _TIE):
+        flat = float(motor.torque(0.5 * breakdown.speed)) >= breakdown.torque * (1 - TIE)  # as with a relief valve
+        if flat and least < breakdown.speed * (1 - TIE):
             governed = _("below the {speed} up to which it gives its greatest torque", speed=_rpm(breakdown.speed))
             yield _(
                 "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
                 falls=falls,
                 governed=governed,
             )
-        elif least < breakdown.speed * (1 - _TIE):
+        elif least < breakdown.speed * (1 - TIE):
             past = {"falls": falls, "name": name, "there": there}
             yield _("{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on.", **past)
             if kloss:
@@ -316,7 +316,7 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
             near = {"share": _share(torque, breakdown.torque), "name": name, "there": there}
             yield _("At its least speed it gives {share} of {name}, {there}: slower than that it gives less.", **near)
     low, high = motor.covers
-    if least < low * (1 - _TIE) or greatest > high * (1 + _TIE):
+    if least < low * (1 - TIE) or greatest > high * (1 + TIE):
         span = {"least": _revolutions(least), "greatest": _rpm(greatest), "low": _revolutions(low)}
         if math.isfinite(high):
             known = _("but its data hold from {low} to {high}", low=span["low"], high=_rpm(high))

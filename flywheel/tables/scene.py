@@ -20,7 +20,7 @@ from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.rows import DEGREES, SI, TradeUnits, page, sentences, wrapped
 
-_MOST = 6  # rows of one kind
+_MOST_ROWS = 6  # rows of one kind
 _DIGITS = 6
 
 
@@ -49,10 +49,10 @@ def scene_rows(scene: Scene) -> list[str]:
     count: dict[str, int] = {}
     for part in parts(scene):
         count[part.kind] = count.get(part.kind, 0) + 1
-        if count[part.kind] <= _MOST:
+        if count[part.kind] <= _MOST_ROWS:
             rows.append((part.label, part.row))
-        elif count[part.kind] == _MOST + 1:
-            more = sum(other.kind == part.kind for other in parts(scene)) - _MOST
+        elif count[part.kind] == _MOST_ROWS + 1:
+            more = sum(other.kind == part.kind for other in parts(scene)) - _MOST_ROWS
             rows.append(("", _("and {n} more", n=more)))
     width = max((len(name) for name, _row in rows), default=0)
     lines = [_("The machine as it was read")] if rows else []
@@ -65,8 +65,8 @@ def scene_rows(scene: Scene) -> list[str]:
 def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
     """The parts of the machine in the order of the scene's kinds, and how it runs."""
     if scene.areas is not None:
-        values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST])
-        more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST else ""
+        values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST_ROWS])
+        more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST_ROWS else ""
         told = _("{values}, times {scale}", values=values + more, scale=units.read(scene.areas.scale, "energy"))
         yield Part("areas", _("areas"), "", told)
     for m in scene.mechanisms:

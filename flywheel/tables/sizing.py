@@ -15,6 +15,7 @@ from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import text as _
 from flywheel.machine.equation import NoMotionError
+from flywheel.numerics.cells import TIE
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
 
 
 _FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
-_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
 _DIGITS = 6
 
 
@@ -299,7 +299,7 @@ def wheel(sizing: Sizing) -> list[str]:
         rows.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{whence}"))
     lines = block("The wheel", rows)
     made_for, which = (sizing.flywheel.exact, "exact") if scene.inertia is None else (scene.inertia, "given")
-    if made_for and built.wheel.inertia > made_for * (1 + _SAME):
+    if made_for and built.wheel.inertia > made_for * (1 + TIE):
         lines += wrapped(
             f"Rounded up: it has {figure(built.wheel.inertia, most=7)} kg m² for {figure(made_for, most=7)}. This block and "
             f"the flywheels on every shaft are as built; all other figures are those of the {which} inertia."
@@ -540,7 +540,7 @@ def _speeds(sizing: Sizing) -> list[str]:
 
 _LEFT = 0.01  # of a change, when it counts as gone
 _NEAR_ONE = 0.01  # of a multiplier to 1: the difference then says more
-_NOTHING = 1e-12  # of a damping that rounding makes
+_DAMPING_ROUNDING = 1e-12  # of a damping that rounding makes
 _ALIKE = 1e-9  # a multiplier, and 1 less the damping, of a motor with a current too: theirs may turn
 
 
@@ -551,7 +551,7 @@ def _holding(sizing: Sizing) -> list[str]:
         return []
     change = "what a cycle leaves of a small change of speed"
     rows = [Row("cycle multiplier", figure(cyclic.multiplier, 0.0, 6), change)]
-    if _NOTHING < abs(cyclic.damping) < _NEAR_ONE:
+    if _DAMPING_ROUNDING < abs(cyclic.damping) < _NEAR_ONE:
         rows.append(Row("1 - multiplier", short(cyclic.damping)))
     if grows(cyclic):
         rows.append(Row("settles", "no", "a change grows from cycle to cycle"))
@@ -569,12 +569,12 @@ def _holding(sizing: Sizing) -> list[str]:
 
 def grows(cyclic: Cyclic) -> bool:
     """Whether a small change of speed grows from cycle to cycle."""
-    return cyclic.damping < -_NOTHING or cyclic.multiplier > 1.0 + _ALIKE
+    return cyclic.damping < -_DAMPING_ROUNDING or cyclic.multiplier > 1.0 + _ALIKE
 
 
 def settles(cyclic: Cyclic) -> bool:
     """Whether a small change of speed fades."""
-    return not grows(cyclic) and cyclic.damping > _NOTHING
+    return not grows(cyclic) and cyclic.damping > _DAMPING_ROUNDING
 
 
 def settling_cycles(cyclic: Cyclic) -> float:

@@ -18,6 +18,7 @@ from flywheel.components.gear_trains import gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import message, number
 from flywheel.language import text as _
+from flywheel.numerics.cells import TIE
 from flywheel.numerics.units import columns, figure
 from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, shown
 from flywheel.sizing.power_flow import can_lose
@@ -34,9 +35,8 @@ if TYPE_CHECKING:
 WIDTH = 80
 _LINES, _MOST = 24, 26  # of the page, and with what no shorter form takes out
 _LEAST = 6  # lines that the machine takes at least, however long the rest is
-_SAME = 5e-6  # share below which two flywheels are the same to five digits
+_SAME_FLYWHEEL = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
-_TIE = 1e-9  # share within which two powers are one
 _MILLION = 1e-6
 
 
@@ -266,7 +266,7 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
             yield _("The approximate methods ask for one in vain.")
         return
     shortcuts = [one for one in found if one.key != "exact"]
-    if all(abs(one.off or 0.0) <= max(_SAME, one.off_error) for one in shortcuts):
+    if all(abs(one.off or 0.0) <= max(_SAME_FLYWHEEL, one.off_error) for one in shortcuts):
         yield _("Both approximate methods agree with the exact one here.")
         return
     areas, torque = (_shortcut(one, sizing) for one in shortcuts)
@@ -280,7 +280,7 @@ def _shortcut(one: Candidate, sizing: Sizing) -> str:
         return _("too small: the machine would stop (DANGER)")
     if one.inertia <= 0.0:
         return _("ask for none (DANGER)")
-    if abs(off) <= max(_SAME, one.off_error):
+    if abs(off) <= max(_SAME_FLYWHEEL, one.off_error):
         return _("agrees")
     if off > 0.0:
         return _("{much} too large (safe)", much=_times(one.inertia / exact) if off > 0.5 else _percent(off))
@@ -442,7 +442,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         return  # what it bears is told of all phases together
     if heat is None:
         unknown = _("not known: torque against speed alone does not tell what heats it")
-        overloaded = rated is not None and energy.mean_power > rated.power * (1 + _TIE)
+        overloaded = rated is not None and energy.mean_power > rated.power * (1 + TIE)
         if overloaded:
             unknown += "; " + _("TOO MUCH: the mean power is more than the rated one")
         if sizing.synchronism is not None:
@@ -454,7 +454,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
     else:
         yield Row(_("rotor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
-        stands = _("within") if energy.stator_heat_share <= 1.0 + _TIE else _("TOO HOT")
+        stands = _("within") if energy.stator_heat_share <= 1.0 + TIE else _("TOO HOT")
         beside = _("{share} % of that at its rating", share=few_digits(100 * energy.stator_heat_share, 3))
         yield Row(_("stator's heat"), *_watts(energy.stator_heat), f"{beside}, {stands}")
     if energy.current_rms is not None and energy.current_peak is not None:
@@ -499,7 +499,7 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
     if found.heat is not None and motor is not None:
         share, note = found.heat_share, _("what it may be is not known without a rated point")
         if share is not None:
-            verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + _TIE else _("within")
+            verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + TIE else _("within")
             note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
         rows.append(Row(_("heat over it"), *_watts(found.heat), note))
     return Block("duty", rows=tuple(rows))
@@ -534,7 +534,7 @@ def _run(sizing: Sizing, units: TradeUnits) -> Block:
         told = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
         rows.append(Row(_("speed of the crank"), told, greatest.unit, _where(sizing)))
     other = scene.flywheel_on != "crank"
-    if other or scene.speed is None or abs(sizing.speed / scene.speed - 1.0) > _SAME:
+    if other or scene.speed is None or abs(sizing.speed / scene.speed - 1.0) > _SAME_FLYWHEEL:
         there = units.shown(sizing.speed * scene.flywheel_ratio, "speed")
         note = _("{speed} on {shaft}", speed=there, shaft=scene.flywheel_on) if other else ""
         rows.append(Row(_("mean of both"), *units.shown(sizing.speed, "speed"), note))

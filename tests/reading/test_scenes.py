@@ -552,7 +552,7 @@ def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
 
 
 def test_what_could_not_be_confirmed_counts_as_left_out(monkeypatch):
-    monkeypatch.setattr("flywheel.sizing.confirmation._MOST", 100)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST_EVALUATIONS", 100)
     monkeypatch.setattr("flywheel.sizing.confirmation._MOST_WORK", 10)
     for level in ("confirm", "audit"):
         sizing = flywheel.size(scene(), accuracy=level)

@@ -278,7 +278,7 @@ def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
 
 
 def test_a_motion_that_takes_too_many_steps_is_told_by_quadrature(monkeypatch):
-    monkeypatch.setattr("flywheel.sizing.confirmation._MOST", 500)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST_EVALUATIONS", 500)
     sizing = flywheel.size(flywheel.load(scenes.press()))
     assert sizing.simulation.route == "quadrature"
     assert sizing.simulation.irregularity == pytest.approx(0.05, rel=1e-12)

@@ -474,7 +474,7 @@ def _places(equations: Equations, z: Array, body: str, at: Point) -> NDArray[np.
 _STARTS = 96  # for every unknown
 _MOST_STARTS = 3000
 _STRIDE = 1.0  # rad, or units: the longest Newton step from a guess
-_SAME = 1e-6
+_SAME_ASSEMBLY = 1e-6
 _CLOSED = 1e-11
 _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
 _FITS = 0.3
@@ -628,7 +628,7 @@ def assemblies(equations: Equations) -> Array:
     kept: list[Array] = []
     while len(z):
         kept.append(z[0])
-        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME]
+        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME_ASSEMBLY]
     found = np.array(kept).reshape(-1, len(loops.names))
     return found[np.lexsort(np.round(found, 6).T[::-1])]
 
@@ -734,7 +734,7 @@ def _chosen(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     Where a coupling gives several by the turns of the joints that it ties, those within half a turn go first.
     """
     near = _nearest(loops, fitting, guesses)
-    few = near[_turns(loops, near) < pi + _SAME]
+    few = near[_turns(loops, near) < pi + _SAME_ASSEMBLY]
     if len(near) > 1 and len(few):
         near = _nearest(loops, few, guesses)
     if len(near) > 1 and guesses:
@@ -813,7 +813,7 @@ def _open_fault(equations: Equations) -> Fault:
     reasons = [
         f"the loop {' - '.join(path)} stays open by {gap * loops.unit:.3g} m"
         for path, gap in zip(loops.paths, gaps, strict=True)
-        if gap > _SAME
+        if gap > _SAME_ASSEMBLY
     ][:_NAMED]
     if (count := gruebler(loops.linkage)) < 1:
         reasons.append(f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many")

@@ -46,7 +46,7 @@ _LIFTED = 1e-11  # share of the largest normal by which one has to have turned
 _LOOKS = np.arange(1, 7) / 6  # places in a step where signs are looked at
 _AHEAD = 1e-6  # of the driver's unit: where a joint that turns back is looked at
 _INSTANT = 2.0**-44  # of what is looked at at once: how near an instant is told
-_CLOSE = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
+_NEAR_ZERO = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
 _SHORT = 50  # pieces in turn without a way
 _MOST_PIECES = 20_000
 _AGAINST = "friction that locks the mechanism"
@@ -496,7 +496,7 @@ class RoughMotion:
                     return end
                 way = last - first  # a resultant that passes close by zero is as good as one that turns there
                 turns = ((first * way).sum(axis=1) < 0.0) & ((last * way).sum(axis=1) > 0.0)
-                passing = np.abs(first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]) < _CLOSE * (way**2).sum(axis=1)
+                passing = np.abs(first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]) < _NEAR_ZERO * (way**2).sum(axis=1)
                 for p in np.flatnonzero(turns & passing & ~rub.single).tolist():
 
                     def leaves(t: float, p: int = p) -> bool:

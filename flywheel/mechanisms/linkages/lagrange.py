@@ -557,7 +557,7 @@ _FIRST = 0.05  # of rtol: the tolerance of a step in the first run
 _RATIO = 16.0  # of the tolerances of the two runs that are compared
 _SHORTER = 0.7  # of the longest step of the first run: where no tolerance made it short, nor would it the second's
 _BETTER = 4.0  # the second run is better than the first by this, and surely by more, until rounding wins
-_ROUNDING = 4e-16  # of every step
+_STEP_ROUNDING = 4e-16  # of every step
 
 
 class Run(NamedTuple):
@@ -638,7 +638,7 @@ def simulate(
     while True:
         tolerance = max(tolerance / _RATIO, _FINEST)
         fine = _steps(start, z, state, until, tolerance, actions, _SHORTER * float(np.diff(coarse.s).max()))
-        error = _difference(coarse, fine, start) / (_BETTER if tolerance > _FINEST else 1.0) + _ROUNDING * len(fine.s)
+        error = _difference(coarse, fine, start) / (_BETTER if tolerance > _FINEST else 1.0) + _STEP_ROUNDING * len(fine.s)
         if error <= rtol or tolerance <= _FINEST:
             break
         coarse = fine

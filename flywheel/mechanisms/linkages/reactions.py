@@ -70,7 +70,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Gravity = tuple[float, float] | None
 
-_ROUNDING = 1e-12  # of the largest force: smaller ones are none
+_FORCE_ROUNDING = 1e-12  # of the largest force: smaller ones are none
 _FOLLOWS = 1e-8  # how well a released motion must respect all other constraints
 
 
@@ -164,7 +164,7 @@ class Reactions(NamedTuple):
     def cleared(self, scales: tuple[float, float] | None = None) -> Reactions:
         """The same for reading: with 0 for forces and moments that are rounding beside `scales` (its own if None)."""
         force, moment = scales or self.scales()
-        least = {FORCE: _ROUNDING * force, COUPLE: _ROUNDING * moment}
+        least = {FORCE: _FORCE_ROUNDING * force, COUPLE: _FORCE_ROUNDING * moment}
 
         def clear(values: Array, unit: str) -> Array:
             return np.where(np.abs(values) <= least.get(unit, 0.0), 0.0, values)

@@ -54,7 +54,7 @@ OPEN = 1e-7
 _LOCKED = 1e-13  # of the largest singular value: below it the equations depend on one another
 _STILL = 1e-12  # share of the largest rate below which a rate is rounding, and the joint at rest
 _LIMIT = 30
-_CLOSE = 1e-12  # share of the largest size left over where the iteration stops
+_RESIDUAL_SETTLED = 1e-12  # share of the largest size left over where the iteration stops
 _TOLERATED = 1e-11  # and where it still counts as converged: rounding
 _SETTLED = 1e-15  # of the largest size: a change after which the iteration of forces that keep their signs stops
 _SQUARED = 1e-9  # change after which one more step is the last
@@ -635,7 +635,7 @@ def _newton(free: Array, pull: Array, start: Array) -> Sizes:
     gap, determinant = np.full(len(free), np.inf), np.ones(len(free))
     largest = np.linalg.norm(free, axis=2).max(axis=1)
     parts = free + np.einsum("npkj,nj->npk", pull, sizes)
-    while steps < _LIMIT and np.any(gap > _CLOSE):
+    while steps < _LIMIT and np.any(gap > _RESIDUAL_SETTLED):
         steps += 1
         size = np.linalg.norm(parts, axis=2, keepdims=True)
         along = np.divide(parts, size, out=np.zeros_like(parts), where=size > 0)  # 0 where a size is 0
