@@ -837,4 +837,4 @@ def _nearest_to_closing(equations: Equations, driver: bool) -> tuple[Array, bool
     for _ in range(_ITERATIONS):
         z[:, 0 if driver else 1 :] += _step(equations, z, square=False, driver=driver)[0]
     gaps = np.abs(equations.residual(z, equations.bases(z))).max(axis=1, initial=0.0)
-    return z, bool(np.nanmin(gaps) < _SAME)
+    return z, bool(np.nanmin(gaps) < _SAME_ASSEMBLY)
