@@ -65,14 +65,16 @@ from contextlib import suppress
     help="normal, or fast: the exact figures. confirm: these, and the motion by collocation. audit (default): these, and "
     "the motion stepped in time.",
 )
-@click.option("--full", is_flag=True, help="Print every figure there is, to all its digits, in SI.")
+@click.option("--full", is_flag=True, help="Print the full listing: every figure with all its digits, in SI.")
 @click.option(
     "--units",
     type=click.Choice(["si", "us"]),
-    help="Of the page of answers: si (default), or us for WR² in lb ft², hp, psi, lbf ft, in.",
+    help="Units of the summary: si (default), or us for WR² in lb ft², hp, psi, lbf ft, in.",
 )
-@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of the page of answers (default en).")
-@click.option("--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what it cost.")
+@click.option("--language", type=click.Choice([*LANGUAGES]), help="Language of the summary (default en).")
+@click.option(
+    "--explain", is_flag=True, help="Explain the method of solution and its choice, what was left out, and the cost."
+)
 @plot_option("Draw moment, inertia, Wittenbauer's loop and speed into a file.")
 def size(
     scene: Path,
@@ -92,9 +94,7 @@ def size(
     """
     for option, given in (("units", units), ("language", language)):
         if given is not None and (full or as_json):
-            raise click.UsageError(
-                f"--{option} is for the page of answers: --{'json' if as_json else 'full'} is SI, in English."
-            )
+            raise click.UsageError(f"--{option} is for the summary: --{'json' if as_json else 'full'} is SI, in English.")
     exclusive(full=full, json=as_json)
     if no_simulate and accuracy not in (None, "fast", NORMAL):
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
@@ -160,7 +160,9 @@ def _angle(context: click.Context, parameter: click.Parameter, text: str | None)
     metavar="SPEED",
     help='A constant speed such as "60 rpm", at which to take what depends on it (default: the scene\'s, or its own).',
 )
-@plot_option("Draw I*, M* with what every load adds, and influence coefficients over the whole cycle or stroke into a file.")
+@plot_option(
+    "Draw I*, M* with the share of every load, and influence coefficients over the whole cycle or stroke into a file."
+)
 @click.option(
     "--of",
     multiple=True,
@@ -215,7 +217,7 @@ def reduce(
     type=click.Choice(["text", "markdown", "latex"]),
     default="text",
     show_default=True,
-    help="How the table of bonds is written.",
+    help="Format of the table of bonds.",
 )
 @click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list what they did.")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
@@ -232,13 +234,13 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
         show(text)
 
 
-@click.command(short_help="Print and draw where the power of a steady cycle goes.")
+@click.command(short_help="Print and draw the power flow of a steady cycle.")
 @SCENE
 @click.option(
     "--at",
     callback=_angle,
     metavar="ANGLE",
-    help='A crank angle such as "90 deg": the powers there too, and the picture of them, with what is stored.',
+    help='Show the powers, and the energy stored, at a crank angle such as "90 deg" too; the picture shows those.',
 )
 @json_flag()
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
@@ -259,7 +261,7 @@ def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot
 
         flow = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
         if flow is None:
-            raise SceneError([Fault("areas", "a diagram of areas", "a machine", "areas do not tell where power goes")])
+            raise SceneError([Fault("areas", "a diagram of areas", "a machine", "areas do not show where the power goes")])
         from flywheel.tables import power as page
 
         with use(language or "en"):
@@ -496,7 +498,7 @@ def _seconds(context: click.Context, parameter: click.Parameter, budget: float) 
     return budget
 
 
-@click.command(short_help="Measure what accuracy costs: every method on a scene.")
+@click.command(short_help="Measure the cost of accuracy: every method on a scene.")
 @SCENE
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative error to be kept (default: the scene's).")
 @click.option(
@@ -506,7 +508,7 @@ def _seconds(context: click.Context, parameter: click.Parameter, budget: float) 
     show_default=True,
     callback=_seconds,
     metavar="SECONDS",
-    help="Time after which no further method is begun.",
+    help="Time after which no further method is started.",
 )
 @plot_option("Draw errors over times into a file.")
 @json_flag()
@@ -645,7 +647,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     "--printed",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="A file with a printed solution, JSON or TOML, which is set beside ours (topic report).",
+    help="A file with a printed solution, JSON or TOML, to compare with ours (topic report).",
 )
 def report(
     scene: Path,

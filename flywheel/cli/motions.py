@@ -123,7 +123,7 @@ def simulate(
 @click.option(
     "--over",
     type=click.Choice(["driver", "time"]),
-    help="What the curves are over (default: the driver; with --law and --from time).",
+    help="Variable of the horizontal axis (default: the driver; with --law and --from time).",
 )
 @click.option(
     "--at",
@@ -131,7 +131,11 @@ def simulate(
     metavar="PLACE",
     help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from an angle is where it starts.',
 )
-@click.option("--points", type=click.IntRange(2, MOST_POINTS), help="How many, evenly, in place of --at (default 361).")
+@click.option(
+    "--points",
+    type=click.IntRange(2, MOST_POINTS),
+    help="Number of positions, evenly spaced, in place of --at (default 361).",
+)
 @click.option("--speed", "pace", metavar="SPEED", help='A constant speed such as "210 rpm", or scene: that of the scene.')
 @click.option("--regime", is_flag=True, help="Along the steady regime, with the flywheel given or sized.")
 @click.option("--law", metavar="LAW", help='The driver in time: an expression such as "sin(t)" (rad or m), or a CSV file.')

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _RTOL = (1e-14, 0.1)
 _MOST_VALUES = 1_000_000  # values of one number
 _ROWS = 20
-_ENGINE = "What sizes many designs at once, or size for one by one (default: numpy)."
+_ENGINE = "Engine that sizes many designs at once, or size for one by one (default: numpy)."
 
 
 def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[str, list[str], int]]:
@@ -110,7 +110,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     type=click.Path(path_type=Path),
     callback=table_path,
     metavar="FILE.npz",
-    help="Keep what is finished in a file; the same sweep goes on from it.",
+    help="Save finished designs in a file, from which the same sweep continues.",
 )
 @click.option(
     "--parquet",
@@ -119,7 +119,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     metavar="FILE.parquet",
     help="Write the table of --csv as Parquet, with units in its metadata; needs pyarrow.",
 )
-@click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none, all is done here).")
+@click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none).")
 @click.option(
     "--rtol", type=float, default=1e-10, show_default=True, callback=within(*_RTOL), help="Error asked of every figure."
 )
@@ -278,12 +278,12 @@ def _drawn(picture: Any, result: Any, plot: Path | None, names: tuple[str, ...] 
             picture(result, plot, *([names] if names else []))
 
 
-@click.command(short_help="Print what figures change by as numbers of a scene change.")
+@click.command(short_help="Print the derivatives of figures by numbers of a scene.")
 @SCENE
 @click.argument("paths", nargs=-1)
 @_OF
 @json_flag()
-@plot_option("Draw what figures change by: bars, the longest first.")
+@plot_option("Draw the changes of figures: bars, the longest first.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
 def sensitivities(
     scene: Path, paths: tuple[str, ...], of: tuple[str, ...], as_json: bool, plot: Path | None, engine: str | None
@@ -312,7 +312,7 @@ def sensitivities(
         show(encoded(result.as_dict(), indent=2) if as_json else designs.sensitivities_text(result, names))
 
 
-@click.command(short_help="Print what figures come to as numbers lie within tolerances.")
+@click.command(short_help="Print the spread of figures for numbers within tolerances.")
 @SCENE
 @click.option(
     "--vary",
@@ -323,10 +323,10 @@ def sensitivities(
     help="An interval, mechanism.rod.length=595mm:605mm, or a standard deviation, load.0.from=±1deg; repeatable, all alike.",
 )
 @_OF
-@click.option("--samples", type=int, default=512, show_default=True, help="A power of two; the double of it is sampled.")
+@click.option("--samples", type=int, default=512, show_default=True, help="A power of two; twice as many samples are taken.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
 @json_flag()
-@plot_option("Draw histograms of figures, and who causes their variance.")
+@plot_option("Draw histograms of figures, and the contributions to their variance.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
 def tolerance(
     scene: Path,
@@ -363,10 +363,10 @@ def tolerance(
         sys.exit(INTERRUPTED)
 
 
-@click.command(short_help="Find the numbers of a scene that make a figure least, or greatest.")
+@click.command(short_help="Find the numbers of a scene that minimize or maximize a figure.")
 @SCENE
 @click.option("--minimize", metavar="FIGURE", help="Such as flywheel.exact, flywheel.mass, power; or an expression of some.")
-@click.option("--maximize", metavar="FIGURE", help="The same, to be made greatest.")
+@click.option("--maximize", metavar="FIGURE", help="The same, to maximize.")
 @click.option(
     "--over",
     callback=spans,
@@ -383,8 +383,14 @@ def tolerance(
     metavar="FIGURE<=VALUE",
     help='A limit that figures keep, such as "power<=5kW"; repeatable.',
 )
-@click.option("--starts", type=click.IntRange(1, 1000), default=4, show_default=True, help="Searches, from as many designs.")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the first designs.")
+@click.option(
+    "--starts",
+    type=click.IntRange(1, 1000),
+    default=4,
+    show_default=True,
+    help="Number of searches, each from another design.",
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Seed of the first designs.")
 @json_flag()
 @plot_option("Draw the course of the search.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
@@ -465,7 +471,7 @@ def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[
 @click.option(
     "--at",
     metavar="ANGLE",
-    help='Crank angle from which the machine starts, such as "30 deg" (default: 0); worst: the one that asks for most.',
+    help='Crank angle from which the machine starts, such as "30 deg" (default: 0); worst: the one that needs most.',
 )
 @click.option("--start-time", metavar="TIME", help='Longest time that a start may take, such as "10 s" (default: any).')
 @click.option(
@@ -551,10 +557,10 @@ def motor(
         for note in result.notes if as_json or as_csv else ():
             click.echo(note, err=True)
     if result.missing:
-        click.echo(f"interrupted: {result.missing} motors were not looked at; the table holds those before", err=True)
+        click.echo(f"interrupted: {result.missing} motors were not examined; the table holds those before", err=True)
         sys.exit(INTERRUPTED)
     if not result.suitable:
-        click.echo("no motor of the table does", err=True)
+        click.echo("no motor of the table is suitable", err=True)
         sys.exit(1)
 
 

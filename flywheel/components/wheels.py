@@ -118,7 +118,7 @@ def _dimension_faults(asked: WheelAsked) -> list[Fault]:
         fixed = asked.given(("outer_radius", "mean_radius", "rim_speed"))
         free = asked.width is None if asked.shape == DISC else len(section) < 2
         if (asked.shape == LIGHTEST or (not fixed and free)) and asked.material.allowable is None:
-            expected = "a material, or a stress, that tells how large the wheel may be"
+            expected = "a material, or a stress, that limits the size of the wheel"
             faults.append(Fault(asked.at_key("allowable_stress"), "nothing", expected))
         if asked.thin and asked.shape == DISC:
             faults.append(Fault(asked.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
@@ -326,7 +326,7 @@ class Need(NamedTuple):
         return None if width is None or thickness is None else (thickness, width)
 
 
-_BOUNDLESS = Fault("needed", "an inertia beyond all bounds", "one that a wheel can have")
+_BOUNDLESS = Fault("needed", "an inertia too large for any wheel", "one that a wheel can have")
 
 
 def solved(need: Need) -> Body:

@@ -43,9 +43,9 @@ from flywheel.sizing.sizing import size
 ADJUSTED, FIXED = "adjusted", "fixed"
 RATIOS = (ADJUSTED, FIXED)
 RATED = {"motor_heat": 1.0, "motor_rms": 1.0}
-"""What is asked of a motor where the scene asks for nothing: within its rated point."""
+"""Limits of a motor where the scene has none: within its rated point."""
 WORST = "worst"
-"""The crank angle from which the machine asks for most at rest."""
+"""The crank angle from which the machine needs most at rest."""
 IN_TIME, MAPPED = "time", "map"
 """How a start was followed."""
 WHEEL = {"inertia": "kg m^2", "mass": "kg", "diameter": "m"}
@@ -339,7 +339,7 @@ def _notes(scene: Scene, catalogue: Catalogue, ratio: str, crank: float | None) 
     if scene.mechanisms and any(m.shaft == scene.drive.on and m.shaft != "crank" for m in scene.mechanisms):
         yield f"mechanisms on {scene.drive.on} turn with the motor"
     if catalogue.unused:
-        yield f"columns that mean nothing here: {', '.join(catalogue.unused)}"
+        yield f"columns that do not apply here: {', '.join(catalogue.unused)}"
 
 
 # -- one motor ---------------------------------------------------------------------------------------------------------
@@ -525,7 +525,7 @@ def _judged(choice: MotorChoice, terms: Terms) -> MotorChoice:
         share = f"{figure(100 * start.share, most=3)} % of what its locked-rotor time bears (I² t)"
         return choice._replace(suits=False, reason=f"too hot a start: {told} and {share}")
     if terms.start_time is not None and start.time > terms.start_time * (1.0 + TIE):
-        told = f"{told}, {figure(terms.start_time, most=4)} s at most are asked for"
+        told = f"{told}, {figure(terms.start_time, most=4)} s at most are allowed"
         return choice._replace(suits=False, reason=f"too slow a start: {told}")
     return choice._replace(suits=True)
 
@@ -588,7 +588,7 @@ def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: T
     timed = [choice for choice in suitable if choice.start is not None and choice.start.route == IN_TIME]
     if suitable:
         rest = "" if len(timed) == len(suitable) else "the others' through their torque maps, to about a thousandth"
-        followed = f"starts of {_named(timed)} were followed in time" if timed else ""
+        followed = f"starts of {_named(timed)} were simulated in time" if timed else ""
         yield ", ".join(filter(None, (followed, rest)))
     unknown = [choice for choice in suitable if choice.start is not None and choice.start.share is None]
     if unknown:
@@ -601,7 +601,7 @@ def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: T
         yield f"{_named(engines)} run by themselves from idle on: below it their curves stand for a starter and a clutch"
     held = [choice for choice in suitable if not choice.starts_anywhere]
     if held and terms.at != WORST:
-        yield f"{_named(held)} do not set the machine going from every crank angle (--at worst asks for that)"
+        yield f"{_named(held)} do not start the machine from every crank angle (--at worst checks that)"
     if terms.wheel_prices and suitable and all(choice.total_price is None for choice in suitable):
         yield "the table has no prices, so that the order is by power"
     elif terms.wheel_prices and suitable:
@@ -693,7 +693,7 @@ def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
     for name, most in terms.wheel_limits.items():
         value = wheel[name]
         if value is not None and value > most * (1.0 + TIE):
-            sizes = f"{figure(value, most=4)} {WHEEL[name]}, {figure(most, most=4)} {WHEEL[name]} at most are asked for"
+            sizes = f"{figure(value, most=4)} {WHEEL[name]}, {figure(most, most=4)} {WHEEL[name]} at most are allowed"
             return f"too large a flywheel: its {name} is {sizes}"
     built = None if found.built is None else found.built.wheel
     if built is not None and (built.utilisation or 0.0) > 1.0 + TIE:

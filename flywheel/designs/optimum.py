@@ -636,11 +636,13 @@ def _messages(
         side, i = "lower" if end == "low" else "upper", family.paths.index(path)
         bound = (problem.low if end == "low" else problem.high)[i]
         gains = problem.gain(best, i)
-        beyond = f", beyond which {name} {further} on" if gains > 0.0 else ", where it holds nothing" if gains == 0.0 else ""
+        beyond = (
+            f", beyond which {name} {further} on" if gains > 0.0 else ", where it limits nothing" if gains == 0.0 else ""
+        )
         yield f"at its {side} bound: {path} = {figure(bound, most=6)}{_unit(family, path)}{beyond}"
     for limit in limits:
         if limit.implied:
-            yield f"the wheel's allowable stress is kept without being asked for: {limit.text}"
+            yield f"the wheel's allowable stress is kept although it was not asked for: {limit.text}"
         if limit.binds:
             yield f"held by a limit: {limit.text}"
     yield from _edges(problem, best, at_bounds)
@@ -654,13 +656,13 @@ def _doubts(problem: _Optimization, reached: tuple[float, ...], better: int, *, 
     others = sorted({float(f"{end:.4g}") for end in reached if abs(end - value) > _VALUE_TIE * max(abs(value), 1e-300)})
     if others:
         ends = ", ".join(figure(end, most=4) for end in others)
-        yield f"{close} of {len(reached)} searches came to it; others ended at {ends}"
+        yield f"{close} of {len(reached)} searches reached it; others ended at {ends}"
     if not agree:
-        yield "not confirmed: the design sized by itself differs"
+        yield "not confirmed: the design sized alone differs"
     if better:
         yield f"not confirmed: {better} designs around it are still better, within what the searches reach"
     if slope:
-        yield f"not confirmed: slopes show a way on, of {slope:.1g} of the figure for all of the bounds"
+        yield f"not confirmed: slopes show a possible improvement, of {slope:.1g} of the figure for all of the bounds"
 
 
 def _refusals(problem: _Optimization) -> Iterator[str]:

@@ -213,7 +213,7 @@ class _SweptDesigns:
             self.keeper.keep(self.batch, last=last)
         except OSError as error:
             self.messages.append(
-                f"{self.keeper.path}: cannot be written ({error.strerror or error}): it lacks the last designs"
+                f"{self.keeper.path}: cannot be written ({error.strerror or error}): the last designs are missing from it"
             )
             self.keeper = None
 

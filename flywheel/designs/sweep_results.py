@@ -236,7 +236,7 @@ class Sweep:
 
         """
         if not of and not greatest:
-            raise SceneError([Fault("pareto", "nothing to compare by", 'figures such as "exact", "power"')])
+            raise SceneError([Fault("pareto", "no figure to compare by", 'figures such as "exact", "power"')])
         columns = [*map(self._objective, of), *(-self._objective(name) for name in greatest)]
         points = np.stack(columns, axis=1)
         left = np.isfinite(points).all(axis=1) & (True if where is None else np.asarray(where, bool))
@@ -403,7 +403,7 @@ def write_parquet(sweep: Sweep, path: str | Path) -> None:
     arrow, parquet = needed("pyarrow", "to_parquet"), needed("pyarrow.parquet", "to_parquet")
     path, metadata = Path(path), {_HEAD: _metadata(sweep)}
     if path.is_file() and _parquet_head(parquet, path) != metadata[_HEAD]:
-        raise RefusalError("it exists already and is not this sweep's: give another name, or take it away first", path)
+        raise RefusalError("it exists already and is not this sweep's: give another name, or remove it first", path)
     units = sweep._units_of_columns
     metadata["PANDAS_ATTRS"] = json.dumps({"units": units})  # `attrs` of a data frame that pandas reads from it
     table = arrow.table(dict(table_of(sweep)))
@@ -447,7 +447,7 @@ class Keeper:
         if path.exists():
             there, faults = _read_head(path), []
             if there is None:
-                advice = "give another name, or take it away first"
+                advice = "give another name, or remove it first"
                 raise SceneError([Fault(str(path), "a file that is no sweep", "a new file, or that of this sweep", advice)])
             for key, words in _COMPARED.items():
                 if there.get(key) != self.head[key]:
@@ -504,7 +504,7 @@ def _value(key: str, value: Any) -> str:
     return f", {listed}" if key == "paths" else f" {listed}"
 
 
-_OTHER = "give another file, or take this one away"
+_OTHER = "give another file, or remove this one"
 
 
 def head(plan: Plan) -> dict[str, Any]:

@@ -270,7 +270,7 @@ def _given(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[
                 faults.append(Fault(path, f"a standard deviation of {values[0]:g}", "one above 0"))
     if not faults and intervals and deviations:
         path = next(iter(deviations))
-        advice = "a tolerance of extremes and one of statistics are two questions"
+        advice = "extremes and statistics cannot be asked for together"
         faults.append(Fault(path, "a standard deviation beside intervals", "all of one kind", advice))
     if faults:
         raise SceneError(faults)

@@ -36,7 +36,7 @@ from flywheel.sizing.sizing import size
 Array = NDArray[np.float64]
 
 RTOL = 1e-12
-"""The relative error asked of figures of which differences are taken."""
+"""Relative error asked of figures whose differences are taken."""
 _SCALE_SHARE = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
 _IRREGULARITY = "flywheel.irregularity"
 _WHEEL = tuple(f"flywheel.{key.name}" for key in WHEEL_KEYS)

@@ -448,7 +448,7 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
         culprit,
         found,
         f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
-        "mend the expression or table, or give the load a window that leaves the angle out",
+        "correct the expression or table, or give the load a window that leaves the angle out",
     )
 
 

@@ -659,5 +659,7 @@ def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Ar
     if missing:
         ends = course.at(np.array([course.start, course.end])).q
         found = f"{missing[0]:.9g}, which the driver does not pass"
-        raise SceneError([Fault("at", found, f"a position that it passes on its way from {ends[0]:.9g} to {ends[1]:.9g}")])
+        raise SceneError(
+            [Fault("at", found, f"a position that it passes between its ends, from {ends[0]:.9g} to {ends[1]:.9g}")]
+        )
     return np.array([first[q] for q in wanted.tolist()])

@@ -132,7 +132,7 @@ def joint_forces(
         return _along(machine, transient, phi, speed, t, inertia, friction)
     if t is not None:
         raise SceneError(
-            [Fault("t", "times without a motion in time", "a transient that they belong to", "give phi instead")]
+            [Fault("t", "times without a motion in time", "the transient to which they belong", "give phi instead")]
         )
     scene = _with_joints(machine)
     machine, stroke = machine if isinstance(machine, Machine) else Machine(machine), scene.stroke
@@ -298,7 +298,9 @@ def _along(
     """Forces at times of a motion that was followed."""
     scene = _with_joints(machine)
     given = {"phi": phi, "speed": speed}
-    faults = [Fault(name, "a value", "none, as the motion tells it") for name, value in given.items() if value is not None]
+    faults = [
+        Fault(name, "a value", "none, as it follows from the motion") for name, value in given.items() if value is not None
+    ]
     if scene.mechanisms != run.scene.mechanisms:
         faults.append(Fault("transient", "a motion of another scene", "one of this scene"))
     if faults:

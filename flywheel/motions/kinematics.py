@@ -615,7 +615,7 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
         extremes=_extremes(moving, course, over, mesh, series, rows, level),
         message=""
         if close
-        else "too many turns to be sure of extremes and dead centres: choose fewer curves, or a part of it",
+        else "too many turns for reliable extremes and dead centres: choose fewer curves, or a part of the motion",
     )
 
 

@@ -282,9 +282,7 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     states, expected = GraphDynamics(graph).state.names, "inertia on both sides of a compliant shaft"
     light = [name for name in turning if f"f_{name}" not in states]
     if light:
-        raise SceneError(
-            [Fault("inertia", f"nothing that weighs on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light]
-        )
+        raise SceneError([Fault("inertia", f"no inertia on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light])
     initial = {name: ratio * start.phi for name, ratio in angles}
     initial |= {name: scene.shafts[name] * start.omega for name in turning}
     if circuit is not None:
@@ -305,7 +303,7 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
             what = "drag" if effort.load.drag else "dry friction"
             found = f"a motion in which {shaft} turns back by {time:.6g} s, with {what} on it in a machine that twists"
             advice = f"a shorter time, or leave stiffness out: a rigid machine comes to rest by its {what}"
-            raise SceneError([Fault(effort.path, found, "one that goes forwards", advice)])
+            raise SceneError([Fault(effort.path, found, "one that moves forwards", advice)])
     return run
 
 

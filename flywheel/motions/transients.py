@@ -304,7 +304,7 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
         found = f"a {goal.kind} of a driver that {what}, where it {other}"
         faults.append(Fault("until", found, f'a {goal.kind} such as "{_EXAMPLES[goal.kind, not goal.sliding]}"'))
     if goal.kind == "regime" and _is_driven_freely(scene):
-        found = f"a regime, to which nothing holds this machine: {_FREELY}"
+        found = f"a regime, although no torque fixes the speed of this machine: {_FREELY}"
         expected = 'a way, a speed or a time, such as --until "2 turns", "90 deg", "20 rad/s" or "5 s"'
         faults.append(Fault("until", found, expected))
     elif goal.kind == "regime" and machine.depends_on_time:
@@ -401,7 +401,7 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         no_regime = "loads or drive that depend on time have no regime"
     elif not regimes:
         what = "friction in joints" if machine.has_joint_friction else "the fluxes of its motor"
-        no_regime = f"not looked for, as with {what} it takes long; --until regime finds it"
+        no_regime = f"not sought, as it takes long with {what}; --until regime finds it"
     else:
         try:
             regime = regime_of(machine, inertia)
@@ -521,7 +521,7 @@ def _held_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
         return begin
     where, held = machine.where(phi), friction_of(machine)
     if backwards < -least:
-        found = f"a machine that goes back: at rest at {where} {held} does not hold it"
+        found = f"a machine that moves backwards: at rest at {where} {held} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
         found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"

@@ -117,7 +117,7 @@ def spend(work: float) -> None:
         return
     left[0] -= work
     if left[0] < 0.0:
-        found = "a steady motion that is not found in bearable time"
-        expected = "one that the search comes to"
+        found = "no steady motion within the search limit"
+        expected = "a steady motion"
         advice = "follow the machine in time: flywheel simulate"
         raise BudgetError([Fault("regime", found, expected, advice)])

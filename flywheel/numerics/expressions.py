@@ -577,7 +577,7 @@ def _check_text(text: str, names: frozenset[str]) -> None:
     for column, character in enumerate(text, 1):
         depth += (character == "(") - (character == ")")
         if depth > DEPTH_CAP:
-            raise ExpressionError(f"brackets nested deeper than {DEPTH_CAP} at column {column}", "a flatter text")
+            raise ExpressionError(f"brackets nested deeper than {DEPTH_CAP} at column {column}", "less nesting")
 
 
 def _python_tree(body: str, indent: int, names: frozenset[str]) -> ast.Expression:
@@ -609,7 +609,7 @@ class _ExpressionReader:
         if self.count > NODE_CAP:
             raise ExpressionError(f"more than {NODE_CAP} numbers, names and operations", "a shorter text")
         if depth > DEPTH_CAP:
-            raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self._place(node)}", "a flatter text")
+            raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self._place(node)}", "less nesting")
         rule = _READERS.get(type(node))
         if rule is None:
             raise ExpressionError(self._shown(node))

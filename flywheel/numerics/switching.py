@@ -110,7 +110,7 @@ def _isolated(enclose: Callable[[Array, Array, Array], tuple[Any, Any]], edges: 
         lo, hi, anchor = cells
         seen += lo.size
         if seen > most:
-            text = f"changes sign too often: its zeros are not told apart in {most} cells (first near phi = {{near}})"
+            text = f"changes sign too often: its zeros are not separated in {most} cells (first near phi = {{near}})"
             raise SwitchingError(text, float(lo[0]))
         middle = 0.5 * (lo + hi)
         found = enclose(np.concatenate((lo, middle)), np.concatenate((hi, middle)), np.tile(anchor, 2))

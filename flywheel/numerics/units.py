@@ -144,7 +144,7 @@ _PREFIXES = {
 
 
 def _named_units() -> dict[str, Unit]:
-    """Every unit that has a name of its own, multiples included."""
+    """Every unit that has a unique name, multiples included."""
     newton, metre, second = Unit(1, 1, 1, 1, -2), Unit(1, 1, 1), Unit(time=1)
     joule, radian, pound = newton * metre, Unit(angle=1), Unit(45359237, 10**8, mass=1)
     weight = Unit(980665, 10**5, 1, 0, -2)

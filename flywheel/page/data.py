@@ -41,7 +41,7 @@ def answer(
         subject: a scene, its machine, or its sizing where that is known already.
         view: `panels`, the ids of those wanted (all of `PANELS` if missing); of the motion `kind`, one of `QUANTITIES`, and
             `of`, what it is of; `mechanism`, whose reactions are wanted; names that there are not give the first there is.
-        rest: False while a hand moves: nothing is stepped in time.
+        rest: False while a hand moves, without time stepping in time.
         units: of the page of answers, "si" or "us".
 
     Raises:
@@ -171,7 +171,7 @@ _ONE_POINT_IN = {"pin": 4, "dot": 4, "plate": 2, "bar": 2, "rail": 2, "wheel": 2
 def _mechanism(scene: Scene, axis: Axis) -> dict[str, Any] | str:
     """Bodies as they move, figures on them, points whose paths are drawn; discs where there are no bodies."""
     if scene.areas is not None:
-        return _("A diagram of areas tells nothing of the mechanism.")
+        return _("A diagram of areas does not describe the mechanism.")
     drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
     others = [mechanism.name for mechanism in scene.mechanisms if mechanism not in drawn]
     try:

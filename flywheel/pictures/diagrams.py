@@ -596,7 +596,7 @@ def _confirmation(confirmed: Mapping[str, Any] | None) -> Iterable[str]:
     words = _("Found by another route, the irregularity is {eps}", eps=eps)
     if confirmed["route"] == "time":
         words = _("Stepped in time, the irregularity is {eps}", eps=eps)
-    off = _("give or take {off} %", off=written(100 * confirmed["error"], 2))
+    off = _("to within {off} %", off=written(100 * confirmed["error"], 2))
     yield f"{words}: {_('confirmed') if confirmed['error'] < _CONFIRMED else off}."
 
 
@@ -632,7 +632,7 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
 def _power_flow(part: Part, forces: JointForces | str) -> Diagram | str:
     """Every stream of power with its mean and its course over the cycle, in W."""
     if part.scene.areas is not None:
-        return _("A diagram of areas tells nothing of where power goes.")
+        return _("A diagram of areas does not show where the power goes.")
     flow = None if part.sizing is None else part.sizing.power_flow
     if flow is None:
         return _no_cycle(part)
@@ -664,7 +664,7 @@ def forces_of(part: Part) -> JointForces | str:
     scene, machine, sizing = part.scene, part.machine, part.sizing
     drawn = [mechanism.name for mechanism in scene.mechanisms if has_joints(mechanism)]
     if machine is None or not drawn:
-        return _("The machine has no joints whose reactions could be told.")
+        return _("The machine has no joints whose reactions are computed.")
     asked = part.view.get("mechanism")
     names = drawn if part.view.get("kind") == QUANTITIES[3] else [asked if asked in drawn else drawn[0]]
     try:
@@ -714,7 +714,7 @@ def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
 
     scene = part.scene
     if scene.areas is not None:
-        return _("A diagram of areas tells nothing of what moves.")
+        return _("A diagram of areas does not describe the motion.")
     moving = Moving(scene)
     driver, condition = _driver_motion(part, forces)
     curves = moving.places(part.axis.taken)[0]

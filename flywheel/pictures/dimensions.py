@@ -94,7 +94,7 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     _gravity(panel, scene, view, box)
     made.draw_without_rendering()
     _write_names(panel, view, poses, 1.0, names, lines[1:])
-    told = _("Not drawn for want of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
+    told = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
     return made, told
 
 

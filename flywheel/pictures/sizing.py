@@ -147,7 +147,7 @@ def headline(sizing: Sizing) -> str:
         what = _("no flywheel needed for its limits, crank at {speed} rpm", speed=speed)
     elif scene.limits and sizing.binding is not None:
         what = _(
-            "flywheel {inertia} kg m² on {shaft}, which {limit} decides, crank at {speed} rpm",
+            "flywheel {inertia} kg m² on {shaft}, decided by {limit}, crank at {speed} rpm",
             inertia=written(wheel.exact or 0.0, 6, inertia_errors(sizing).exact),
             shaft=on,
             limit=limit_names()[sizing.binding],

@@ -129,9 +129,7 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
         motor = _row(row.number, row.fields, columns, f"{file} line {row.number}", own)
         if motor is not None and any(motor.name == other.name for other in motors):
             first = next(other.line for other in motors if other.name == motor.name)
-            own.append(
-                Fault(f"{file} line {row.number}, name", quote(motor.name), "a name of its own", f"line {first} has it")
-            )
+            own.append(Fault(f"{file} line {row.number}, name", quote(motor.name), "a unique name", f"line {first} has it"))
         if motor is not None and not own:
             motors.append(motor)
         wrong += own

@@ -102,7 +102,7 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> str:
     if mechanism and meant == ("length",):
         return "did you mean crank.length?"
     if word in ("stroke", "diameter") and (owner in ("crank", "slider", "yoke") or {"slider", "yoke"} & set(valid)):
-        return "a stroke in line is twice crank.length"
+        return "the stroke of an in-line mechanism is twice crank.length"
     of, _, key = word.partition("_")
     if of in here and key in (known.name for known in parts[of].keys):
         return f"did you mean {of}.{key}?"

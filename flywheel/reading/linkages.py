@@ -195,7 +195,7 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
     found = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
     for where, joint in found:
         if joint is not None and joint.name in named:
-            faults.add(f"{where}.name", quote(joint.name), "a name of its own", f"{paths[joint.name]} bears this one")
+            faults.add(f"{where}.name", quote(joint.name), "a unique name", f"{paths[joint.name]} bears this one")
         elif joint is not None:
             named[joint.name], paths[joint.name] = joint, where
     read = sum(joint is not None for _, joint in found)
@@ -260,7 +260,7 @@ _NOT_TAKEN = {FIXED: "a fixed joint has no coordinate", SLOT: "a pin in a slot h
 
 
 def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setting: Setting) -> tuple[Coupling, ...]:
-    """Every coupling that is free of faults; each has a name of its own, which no joint bears."""
+    """Every coupling that is free of faults; each has a unique name, which no joint bears."""
     taken = dict.fromkeys(joints.named, "a joint")
     good = []
     for where, table in listed(raw, path, MOST_JOINTS, setting.faults):
@@ -269,7 +269,7 @@ def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setti
             continue
         if coupling.name in taken:
             advice = f"{taken[coupling.name]} bears this one"
-            setting.faults.add(f"{where}.name", quote(coupling.name), "a name of its own", advice)
+            setting.faults.add(f"{where}.name", quote(coupling.name), "a unique name", advice)
         taken[coupling.name] = "another coupling"
         good.append(coupling)
     return tuple(good)
@@ -422,7 +422,9 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
     named = {body for joint in joints.named.values() for body in (joint.first, joint.second)}
     for body in bodies if joints.complete and "" not in named else ():  # said only where every joint names its bodies
         if body not in named:
-            faults.add(child(f"{path}.bodies", body), "a body without joints", "a joint at least that names a point of it")
+            faults.add(
+                child(f"{path}.bodies", body), "a body without joints", "at least one joint that names one of its points"
+            )
     _check_names(linkage, points, driver, joints, faults)
     good = tuple(port for port in points.values() if port is not None)
     kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in items(raw.get("joints")) or [None]]
@@ -541,7 +543,7 @@ def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, 
     named += [(child(f"{path}.ports", name), name, "a port") for name in points]
     for where, name, what in named:
         if name in seen:
-            faults.add(where, quote(name), "a name of its own", f"{seen[name]} bears this one")
+            faults.add(where, quote(name), "a unique name", f"{seen[name]} bears this one")
         seen.setdefault(name, what)
     if driver is None or "" in (driver.first, driver.second):
         return  # the body that it turns is no port, but which one that is cannot be told

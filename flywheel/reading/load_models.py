@@ -181,7 +181,7 @@ def _belt(item: Item, site: Site) -> Modelled | None:
             item.add("tight", f"{tight:.6g} N", f"more than the slack side's {slack:.6g} N")
         if item.given("friction", "wrap", "groove"):
             for name in ("friction", "wrap"):
-                item.needs(name, "friction and wrap together tell whether it slips")
+                item.needs(name, "slip is checked with friction and wrap together")
             most = load_models.tension_ratio(*map(item.number, ("friction", "wrap", "groove")))
             if tight > most * slack * (1 + _SLIPS):
                 found = f"a tight side of {tight:.6g} N on a slack side of {slack:.6g} N"
@@ -301,7 +301,7 @@ _WAYS = ("table", "position", "volume")
 _INDICATOR = (
     _BORE,
     Key("rod", "length", "diameter of a rod that passes through this gas space", 0.0, NOT_NEGATIVE),
-    _end("side", "where the cover of this gas space is: at the greatest or at the least displacement"),
+    _end("side", "end at which the cover of this gas space is: the greatest or the least displacement"),
     Key("table", "table", "pressure against angle"),
     Key("position", "numbers", "shares of the stroke from the cover, 0 to 1"),
     Key("volume", "numbers", "volumes instead, in any unit; the first and the last are those at the dead centres"),
@@ -322,7 +322,7 @@ _COMPRESSOR = (
     _EXPONENT._replace(name="expansion_exponent", about=_AGAIN, required=False),
     Key("double_acting", "flag", "true where both sides of the piston compress"),
     Key("rod", "length", "diameter of the rod, on the side away from the cover", 0.0, NOT_NEGATIVE),
-    _end("side", "where the cover is: at the greatest or at the least displacement"),
+    _end("side", "end at which the cover is: the greatest or the least displacement"),
     _ATMOSPHERE,
 )
 
@@ -373,7 +373,7 @@ def _indicator(item: Item, site: Site) -> Modelled | None:
 def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Modelled | None:
     """A diagram with as many pressures out and back as places, which ascend from the cover."""
     for name in ("out", "back"):
-        item.needs(name, "a diagram has both ways of the piston")
+        item.needs(name, "a diagram covers both strokes of the piston")
     names = (*item.given("position", "volume"), "out", "back")
     columns = [item.fields[name] for name in names]
     for name, column in zip(names, columns, strict=True):
@@ -462,7 +462,7 @@ _TYPES = (
      {"constant": "EFFORT"}),
     (Section("belt", "the drag of a belt on its pulley", _BELT, one_of=(("tight", "power"),), reader=_belt),
      {"tight": "600 N", "slack": "200 N", "radius": "200 mm"}),
-    (Section("press", "a press: the energy of a stroke, over the last of its way", _PRESS, one_of=_ENERGY, reader=_press),
+    (Section("press", "a press: the energy of a stroke, spent over its last part", _PRESS, one_of=_ENERGY, reader=_press),
      {"energy": "500 J", "thickness": "5 mm"}),
     (Section("punch", "a punch: as a press", _PRESS, one_of=_ENERGY, reader=_press),
      {"diameter": "20 mm", "thickness": "5 mm", "shear_strength": "300 MPa"}),

@@ -226,7 +226,7 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         if beyond:
             item.add("from" if beyond[0] == start else "to", told(beyond[0], stroke.sliding), f"a place from {ends}")
         elif end - start <= slack:
-            item.add("to", told(end, stroke.sliding), "a place behind that where the load begins")
+            item.add("to", told(end, stroke.sliding), "a position beyond the beginning of the load")
         elif start - stroke.start <= slack and stroke.end - end <= slack:
             return None
         return UNREAD if len(item.faults) > before else (start, end)

@@ -146,7 +146,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             continue
         if item.name in setting.shafts or (item.name in seen and f"{path}.name" not in {fault.path for fault in faults}):
             other = "a shaft" if item.name in setting.shafts else "another mechanism"
-            faults.add(f"{path}.name", quote(item.name), "a name of its own", f"{other} bears this one")
+            faults.add(f"{path}.name", quote(item.name), "a unique name", f"{other} bears this one")
         seen.add(item.name)
     ports: dict[str, Place] = {}
     known = all(abs(value) < math.inf for value in setting.parameters.values())
@@ -166,7 +166,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
                     faults.append(_as_written(fault, kind, table)._replace(advice=advice))
             except ArithmeticError:
                 advice = "lengths whose squares can be computed"
-                faults.add(item.mechanism.path, "lengths out of all proportion", advice)
+                faults.add(item.mechanism.path, "lengths of too different sizes", advice)
         for port, rotating in item.rotating.items():
             name = f"{item.name}.{port}"
             ports[name] = Place(name, rotating, item.travel, returns.get(port, True))

@@ -263,7 +263,7 @@ def _table(item: Item, folder: Path | None) -> Curve | None:
             item.add(name, error.found, error.expected)
             continue
         if max(map(abs, numbers), default=0.0) > LARGEST:
-            item.add(name, "a number beyond all measure", f"at most {LARGEST:g} in SI")
+            item.add(name, "a number too large", f"at most {LARGEST:g} in SI")
         converted.append(numbers)
     if not item.clean:
         return None
@@ -349,7 +349,7 @@ def _two_axis(item: Item, static: Induction) -> Motor | None:
     if given and len(given) < len(Impedances._fields):
         missing = ", ".join(name for name in Impedances._fields if name not in given)
         item.faults.add(
-            item.path, f"{', '.join(given)} without {missing}", "all five, or none where the name plate tells them"
+            item.path, f"{', '.join(given)} without {missing}", "all five, or none where the name plate gives them"
         )
         return None
     if "start" in item.raw:
@@ -465,7 +465,7 @@ CURVE = Section("table", "torque against speed as rows of numbers", _ROWS, eithe
 """A motor by its curve, and the curve of an engine's full load."""
 _FULL = (("torque", "power", "full_load"),)
 _TYPES = (
-    (Section("constant", "a torque that no speed changes", _CONSTANT, reader=_constant, makes=Constant),
+    (Section("constant", "a torque that does not depend on speed", _CONSTANT, reader=_constant, makes=Constant),
      {"torque": "40 N m"}),
     (Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line, makes=Line),
      {"no_load_speed": "1500 rpm", "starting_torque": "100 N m"}),
@@ -483,7 +483,7 @@ _TYPES = (
     (Section("engine", "an engine under a governor", _ENGINE, one_of=_FULL, reader=_engine, makes=Engine),
      {"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"}),
 )  # fmt: skip
-MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor, _ in _TYPES))
+MOTOR_TYPE = Key("type", "choice", "its type", required=True, choices=tuple(motor.name for motor, _ in _TYPES))
 MOTORS = {
     motor.name: motor._replace(
         keys=(MOTOR_TYPE, *motor.keys, _INERTIA, *([_START] if motor.makes.starts else [])), begin=begin
@@ -534,7 +534,7 @@ def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
     names = [_name(item) for item in found]
     for i, item in enumerate(found):
         if _name(item) in names[:i]:
-            item.add("name", f"{quote(_name(item))}, which is that of another phase", "a name of its own")
+            item.add("name", f"{quote(_name(item))}, which is that of another phase", "a unique name")
     if found and all(item.fields["rest"] for item in found):
         faults.add("duty", "phases at rest alone", "one at least in which the machine runs")
     return found

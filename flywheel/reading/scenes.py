@@ -420,7 +420,7 @@ def file_text(file: Path) -> str:
         elif file.exists():
             what = "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
         elif file.is_symlink():
-            what = "a link that leads nowhere"
+            what = "a broken link"
         elif file.parent.is_dir():
             what = "no such file"
         else:
@@ -439,7 +439,7 @@ def file_text(file: Path) -> str:
         advice = 'save the file as UTF-8: most editors ask for the encoding at "Save as"'
         raise SceneError([Fault(name, "a text in UTF-16", "text in UTF-8", advice)])
     if b"\0" in content:
-        raise SceneError([Fault(name, "a file that is no text", "a scene in a TOML file")])
+        raise SceneError([Fault(name, "a file that is not text", "a scene in a TOML file")])
     try:
         return content.removeprefix(b"\xef\xbb\xbf").decode()
     except UnicodeDecodeError as error:
@@ -629,7 +629,12 @@ def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Fa
     if ratio not in (None, 1.0):
         faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
     if "on" in table:
-        faults.add(f"{path}.on", show(table["on"]), "none: the other shafts hang on the crank", "write on at those")
+        faults.add(
+            f"{path}.on",
+            show(table["on"]),
+            "none: the other shafts hang on the crank",
+            "write on at the other shafts",
+        )
     if (fields["stiffness"], fields["damping"]) != (None, None):
         advice = "name the far side as a shaft"
         faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", advice)
@@ -767,7 +772,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
             faults.add(f"{path}.{name}", f"a {motor.title} without a rated point", "a motor with a name plate", advice)
         elif name == "motor_heat" and motor.heated is None:
             advice = "limit motor_rms, or give the motor as induction or dc"
-            faults.add(f"{path}.{name}", f"a {motor.title}, which does not tell what heats it", "one that does", advice)
+            faults.add(f"{path}.{name}", f"a {motor.title}, whose losses are not known", "one that does", advice)
         elif name == "current_pulsation" and (motor.current_share(motor.rated.speed), motor.rated_current) == (None, None):
             advice = "limit motor_torque, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, whose current is not known", "a motor with a current", advice)

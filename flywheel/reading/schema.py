@@ -82,8 +82,8 @@ MECHANISM = Section(
     "mechanism",
     "a mechanism: [mechanism] for one, [[mechanism]] for several",
     (
-        Key("type", "text", "what it is", required=True, choices=tuple(KINDS)),
-        Key("name", "name", "what places call it; needed when there are several of its type (default: the type)"),
+        Key("type", "text", "its type", required=True, choices=tuple(KINDS)),
+        Key("name", "name", "name used in places; needed when there are several of its type (default: the type)"),
         Key("shaft", "text", "the shaft that its crank sits on", "crank"),
         Key("phase", "angle", "its crank stands at ratio phi + phase", 0.0, Range(-MOST_TURNS * TURN, MOST_TURNS * TURN)),
     ),
@@ -132,8 +132,8 @@ _SECTIONS = (
             Key("table", "table", "force or torque against angle"),
             Key("model", "model", "force or torque of a machine of a known kind, such as a press or a compressor"),
             Key("bore", "length", "of the cylinder whose gas the force or table is that of", None, POSITIVE),
-            Key("from", "angle", "where the load begins to act"),
-            Key("to", "angle", "where it ceases; it wraps when to is less than from"),
+            Key("from", "angle", "angle at which the load begins to act"),
+            Key("to", "angle", "angle at which the load ceases; it wraps when to is less than from"),
             Key(
                 "while", "text", "it acts only while its place moves so at positive crank speed", choices=("v > 0", "v < 0")
             ),
@@ -179,7 +179,7 @@ _SECTIONS = (
     ),
     Section(
         "gravity",
-        "weight of every body that has mass; without this table there is none",
+        "weight of every body that has mass; without this table bodies have no weight",
         (
             Key("g", "acceleration", "acceleration of free fall", 9.80665, NOT_NEGATIVE),
             Key("direction", "angle", "of the weight, from +x", -math.pi / 2),
@@ -219,7 +219,7 @@ _SECTIONS = (
     ),
     Section(
         "flywheel",
-        "where the flywheel sits, and either what it shall achieve or how large it is",
+        "shaft of the flywheel, and either the irregularity asked for or its inertia",
         (
             _ON_SHAFT,
             Key("irregularity", "number", "of the speed: size the flywheel for it", None, Range(0.0, 2.0, True, True)),
@@ -233,7 +233,7 @@ _SECTIONS = (
         "duty",
         "a phase of what the machine does in turn, for ever: another load, idling, or standstill",
         (
-            Key("name", "text", "what results call it (default: phase 1, phase 2...)"),
+            Key("name", "text", "name used in results (default: phase 1, phase 2...)"),
             Key("duration", "time", "of the phase", None, POSITIVE),
             Key(
                 "cycles",
@@ -279,7 +279,7 @@ _SECTIONS = (
     ),
     Section(
         "accuracy",
-        "what is asked of the numbers",
+        "accuracy asked of the figures",
         (
             Key("rtol", "number", "relative error asked of every figure", DEFAULT_RTOL, Range(*RTOL)),
             Key(
@@ -313,7 +313,7 @@ LIMITS = Section(
 )
 """What `[flywheel.limits]` may hold, one at least."""
 
-TOP = (Key("title", "text", "what the machine is"), Key("source", "text", "where its data come from"))
+TOP = (Key("title", "text", "description of the machine"), Key("source", "text", "source of its data"))
 """Keys outside any table."""
 
 MACHINE = ("mechanism", "shafts", "inertia", "load", "spring", "damper", "drive", "flywheel", "areas")
@@ -355,8 +355,8 @@ JOINT = Section(
     "mechanism.joints",
     "a joint between a point of one body and a point of another",
     (
-        Key("name", "name", "what the driver, couplings and results call it", required=True),
-        Key("type", "choice", "what it leaves free", required=True, choices=("pin", "slide", "pin-in-slot", "fixed")),
+        Key("name", "name", "name used by the driver, couplings and results", required=True),
+        Key("type", "choice", "type of the joint", required=True, choices=("pin", "slide", "pin-in-slot", "fixed")),
         Key("between", "list", 'two points, such as ["frame.O", "crank.O"]', required=True),
         Key("direction", "angle", "of the guide, in the first body's own frame", 0.0),
         Key("angle", "angle", "of the second body against the first", 0.0),
@@ -380,9 +380,9 @@ COUPLING = Section(
     "mechanism.couplings",
     "a relation between the coordinates of two joints",
     (
-        Key("type", "choice", "what couples them", required=True, choices=("gear", "rolling", "cam")),
+        Key("type", "choice", "type of the coupling", required=True, choices=("gear", "rolling", "cam")),
         Key("between", "list", 'two joints, such as ["O", "P"]', required=True),
-        Key("name", "name", 'what results call it (default: its joints, such as "O-P")'),
+        Key("name", "name", 'name used in results (default: its joints, such as "O-P")'),
         Key("ratio", "length | number", "coordinate of the second joint per coordinate of the first"),
         Key("teeth", "list", "numbers of teeth of the two wheels, instead of a ratio"),
         Key("internal", "flag", "true where one wheel has its teeth inside; with teeth"),
@@ -461,7 +461,7 @@ WHEEL_KEYS = (
     Key("shape", "choice", "of the wheel", choices=WHEEL_SHAPES),
     *MATERIAL_KEYS,
     Key("method", "choice", "of inertia and stress: an annulus, or a rim at its mean radius", choices=METHODS),
-    Key("at", "choice", "which speed of the shaft stresses and rim speeds are taken at", choices=SPEEDS),
+    Key("at", "choice", "speed of the shaft at which stresses and rim speeds are taken", choices=SPEEDS),
     _size("outer_radius", "of the wheel"),
     _size("mean_radius", "of the rim"),
     _size("max_radius", "outer radius not to exceed"),
@@ -475,7 +475,7 @@ WHEEL_KEYS = (
     _size("arm_width", "of an arm's elliptical section, in the plane of rotation"),
     _size("arm_thickness", "of an arm's elliptical section, along the axis"),
     Key("bore", "length", "diameter of the hole for the shaft", None, NOT_NEGATIVE),
-    _size("hub_diameter", "where the arms stand on it"),
+    _size("hub_diameter", "where the arms meet it"),
     _size("hub_length", "along the axis"),
     Key("torque", "torque", "the greatest between hub and rim, which bends the arms", None, NOT_NEGATIVE),
     Key("step", "inertia", "to a multiple of which the inertia is rounded up", None, POSITIVE),

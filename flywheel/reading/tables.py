@@ -313,7 +313,7 @@ def _column(column: object, header: Line | None, width: int, path: str, faults: 
         elif column not in names:
             faults.add(path, show(column), "the name of a column", suggestion(column, names[1:]))
         elif names.count(column) > 1 or names.index(column) == 0:
-            faults.add(path, show(column), "a name that one column of values bears, the angle's being the first")
+            faults.add(path, show(column), "the name of one column of values (the first column holds the angle)")
         else:
             return names.index(column)
     elif isinstance(number, bool) or not isinstance(number, (int, np.integer)):

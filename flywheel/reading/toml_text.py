@@ -577,7 +577,9 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
         return _Trouble(at, f"nothing behind {key} =", _A_VALUE, f"write a value behind {key} =, or leave the line out")
     if _INVISIBLE.search(told) and not head:
         plain = _INVISIBLE.sub(" ", told).strip()
-        return _Trouble(at, "a blank that is no plain one", "plain blanks", _written(key, (plain, *_quoted(plain))))
+        return _Trouble(
+            at, "a space that is not an ordinary one", "ordinary spaces", _written(key, (plain, *_quoted(plain)))
+        )
     if re.search("[“”„‟«»″‘’‚‛′`´]", told):
         plain = told.translate(_CURLY)
         inner = plain.strip("\"' ")
@@ -698,7 +700,7 @@ def _key_trouble(at: int, line: str) -> _Trouble:
     if line.startswith(_NO_COMMENT):
         return _Trouble(at, _glimpse(line), "# before a comment", "write # at the beginning of the line")
     if _INVISIBLE.search(line):
-        return _Trouble(at, f"an invisible character in {_glimpse(line)}", "plain blanks", "type this line anew")
+        return _Trouble(at, f"an invisible character in {_glimpse(line)}", "ordinary spaces", "retype this line")
     plain = told.translate(_CURLY)
     if match := re.match(rf"({_KEY.pattern})\s*:=?\s*(.*)", plain):
         if not match[2]:

@@ -71,7 +71,7 @@ class Existence(Enum):
 
 
 class Stop(NamedTuple):
-    """Where a machine let go at a speed comes to a stop: `phi` (rad) in the cycle, and what it lacks there (N m, crank).
+    """Where a machine released at a speed comes to a stop: `phi` (rad) in the cycle, and what it lacks there (N m, crank).
 
     `speed` (rad/s) is that from which it was followed, `turns` how many cycles it made before.
     """
@@ -302,7 +302,7 @@ class Ending(NamedTuple):
 
 
 def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
-    """The fate of a machine let go at phi = 0, followed in time as a check of the verdict on it.
+    """The fate of a machine released at phi = 0, followed in time as a check of the verdict on it.
 
     Args:
         machine: the machine.

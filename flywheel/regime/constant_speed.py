@@ -248,7 +248,9 @@ def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
     best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + peaks)
     if best > 0.0:
         what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
-        return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
+        return Fault(
+            path, what, expected, "the machine runs away: add a resistance that grows with speed, or limit the drive"
+        )
     where = "at standstill" if speed <= _grid(moments.machine, _DECADES)[0] else f"at {speed:.6g} rad/s"
     rounding = 64 * cells.ROUNDING * exchanged_work(moments, speed)
     if np.abs(works).max() <= rounding:

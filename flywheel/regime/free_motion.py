@@ -289,8 +289,10 @@ def stiffness(machine: Machine) -> float:
 
 def too_short(error: StepError) -> Fault:
     """The fault of a motion of which no step is short enough."""
-    found = f"a motion that no step is short enough for, after {error.time:.6g} s"
-    return Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")
+    found = f"a motion that the smallest step cannot follow, after {error.time:.6g} s"
+    return Fault(
+        "simulation", found, "a motion that can be followed", "look for a mass, length or resistance that is zero there"
+    )
 
 
 _MOST_STEPS = 1_000_000

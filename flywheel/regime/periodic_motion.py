@@ -221,7 +221,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
     """Of a flywheel that its irregularity leaves open."""
     what = f"what about {motion.inertia:.2g} kg m² on the crank change of it is lost in rounding"
-    return UnresolvedError(f"an irregularity that hardly tells the flywheel: {what}")
+    return UnresolvedError(f"an irregularity almost independent of the flywheel: {what}")
 
 
 class _Search(NamedTuple):
@@ -336,7 +336,7 @@ class _Search(NamedTuple):
     def from_even(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion found from the even one by what varies it, little of that at first and ever more."""
         if self.demand.inertia is None:
-            raise NoRegimeError("an irregularity is none of an even motion")
+            raise NoRegimeError("the irregularity of a constant speed is 0")
         base, cuts = self.layers(self.narrow(inertia, unknown), np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:

@@ -1,6 +1,6 @@
 """The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and the speed with a given inertia.
 
-Everything here is quadrature of loads that depend on phi alone, with its errors; nothing is stepped in time. The speed
+Everything here is quadrature of loads that depend on phi alone, with its errors; no time stepping in time. The speed
 follows from the energy, in closed form, at the mean of extremes asked for; with it the period, and the errors of angles:
 where the moment crosses zero, where the speed is extreme.
 """

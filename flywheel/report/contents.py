@@ -91,7 +91,7 @@ def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | Non
 def _missing(scene: Scene) -> str:
     """Why there can be no steady regime with a flywheel; nothing where there can."""
     if scene.stroke is not None:
-        return _("The machine goes one way, from one end of its stroke to the other: it has no cycle, and so no flywheel.")
+        return _("The machine moves one way, from one end of its stroke to the other: it has no cycle, and so no flywheel.")
     if not scene.has_flywheel:
         return _("The scene has no [flywheel], neither an irregularity to size it for nor an inertia.")
     if not scene.has_speed:
@@ -295,10 +295,10 @@ def check(known: Context) -> Section | None:
         (_("greatest speed"), Formula(high.symbol), high),
         (_("least speed"), Formula(low.symbol), low),
     )
-    parts.append(Table(_("Speeds that came out"), (_("quantity"), _("symbol"), _("value")), rows))
+    parts.append(Table(_("Speeds found"), (_("quantity"), _("symbol"), _("value")), rows))
     parts.append(
         Step(
-            _("Irregularity that came out"),
+            _("Irregularity found"),
             "epsilon_sim = 2*(omega_max_sim - omega_min_sim)/(omega_max_sim + omega_min_sim)",
             (high, low),
             Quantity("epsilon_sim", found.irregularity),
@@ -332,7 +332,7 @@ def check(known: Context) -> Section | None:
         parts.append(
             Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
         )
-    return Section(_("Check by a route of its own"), tuple(parts))
+    return Section(_("Check by an independent route"), tuple(parts))
 
 
 def accuracy(known: Context, remarks: Iterable[str]) -> Section:
@@ -351,7 +351,7 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
             off: Cell = "" if candidate.off is None else Quantity("", candidate.off, "%", 4)
             rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
         head = (_("figure"), _("inertia, kg m²"), _("off the exact one, %"), _("irregularity that it gives"))
-        parts.append(Table(_("What each figure is off by, and what the machine would do with it"), head, tuple(rows)))
+        parts.append(Table(_("Error of each figure, and the irregularity that it would give"), head, tuple(rows)))
         parts += _bounds(known)
     titles = {
         "exact": _("exact flywheel"),

@@ -356,7 +356,7 @@ class _Writer:
             lines.append('<div class="row">\n' + "\n".join(row) + "\n</div>")
         how = step.how
         if not how and not numbers and step.numbers and step.result is not None and formulas.computable(step.formula):
-            how = _("large numbers are taken from one another here: by hand their digits do not suffice")
+            how = _("this is a small difference of large numbers: hand calculation does not have enough digits")
         if how:
             lines.append(f'<p class="how">{escape(how)}</p>')
         if step.note:

@@ -177,7 +177,7 @@ def limits(known: Context) -> Section | None:
         rows.append((names[name], Formula(_LIMITS[name]), *shares, alone))
         if name == sizing.binding:
             emphasis.append(k)
-    head = (_("limit"), _("what it is"), _("asked"), _("reached"), _("flywheel that it alone needs"))
+    head = (_("limit"), _("quantity limited"), _("asked"), _("reached"), _("flywheel that it alone needs"))
     told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=sizing.flywheel.on)
     parts: list[Part] = [Table(told, head, tuple(rows), emphasis=frozenset(emphasis))]
     if sizing.binding is None:

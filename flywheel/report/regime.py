@@ -166,7 +166,7 @@ def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Ite
             "M_d*i_d*Phi = -total(W_k, k)" if geared else "M_d*Phi = -total(W_k, k)",
             (),
             torque,
-            how=_("found with the losses, which follow the torque in turn"),
+            how=_("found together with the losses, which depend on the torque"),
         )
     else:
         yield Step(what, f"M_d = -({sum_of})/{below}", tuple(numbers), torque)
@@ -398,9 +398,7 @@ def approximate(known: Context) -> Section | None:
         )
     ]
     if sizing.scene.areas is not None:
-        parts.append(
-            Note(_("A diagram of areas tells nothing of the machine's own inertia: this is the total that is needed."))
-        )
+        parts.append(Note(_("A diagram of areas does not contain the machine's own inertia: this is the total needed.")))
     elif sizing.reduced_inertia is not None:
         parts += _less_least(known, "J_total", total, "J_areas", left)
     parts += on_own_shaft(known, "J_areas" if sizing.scene.areas is None else "J_total", left, wheel.approximate)
@@ -730,7 +728,7 @@ def holding(known: Context) -> Section | None:
     multiplier = known.of("multiplier")
     parts: list[Part] = [
         Step(
-            _("What a cycle leaves of a small change of energy at its start, the cycle multiplier; E is the kinetic energy"),
+            _("Fraction of a small change of energy left after a cycle, the cycle multiplier; E is the kinetic energy"),
             "lamda = exp(integral(derivative(M_star, E), phi, 0, Phi))",
             (),
             multiplier,
@@ -755,5 +753,5 @@ def holding(known: Context) -> Section | None:
     elif cyclic.damping < -1e-12:
         parts.append(Note(_("The regime does not settle: a change grows from cycle to cycle."), "remark"))
     else:
-        parts.append(Note(_("No torque brings a change of speed back: the regime does not settle by itself."), "remark"))
-    return Section(_("How the motion holds itself"), tuple(parts))
+        parts.append(Note(_("No torque corrects a change of speed: the regime does not settle by itself."), "remark"))
+    return Section(_("Stability of the motion"), tuple(parts))

@@ -41,7 +41,7 @@ _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
 _NONE_FOUND = "not confirmed by collocation: on cells of its own the iteration finds no motion"
 _NO_MOTION = "no steady motion with the approximate flywheel has the mean of extremes asked for"
-_LOST = "rounding leaves nothing to tell of the irregularity that the approximate flywheel gives"
+_LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
 
 class UnconfirmedError(ValueError):
@@ -81,12 +81,12 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     except SceneError as refused:  # the figures stand without it
         raise UnconfirmedError(f"not confirmed in time: stepping finds {refused.faults[0].found}") from None
     except SlidingError:
-        slides = "the motion slides along a law that jumps at a speed; make it steep instead"
+        slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
     error, of_period = _disagreement(found, regime, run)
     if not (error <= _HOPELESS and found.speed_min > 0.0):
-        raise UnconfirmedError("not confirmed in time: what stepping finds is lost in its own error")
+        raise UnconfirmedError("not confirmed in time: the result of stepping is lost in its own error")
     return _with_approximate(regime, found, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
 
 

@@ -361,7 +361,9 @@ def _start(phase: Phase, inertia: float) -> _Start:
     except SceneError as error:
         raise SceneError([fault._replace(path=f"{path}: {fault.path}") for fault in error.faults]) from None
     if run.reason != "regime":
-        raise SceneError([Fault(path, f"a start that ends otherwise: {run.ended}", "one that comes to the regime")])
+        raise SceneError(
+            [Fault(path, f"a start that does not reach the regime: {run.ended}", "a start that reaches the regime")]
+        )
     samples, owners = run.samples
     count = int(np.bincount(owners)[0])
     _, weights = np.polynomial.legendre.leggauss(count - 2)
@@ -413,7 +415,7 @@ def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, fl
     steady = (phase.cycles or 0.0) * period if phase.duration is None else phase.duration - starting
     if steady < 0.0:
         found = f"{phase.starts} starts of {starting / phase.starts:.4g} s in {phase.duration:.4g} s"
-        raise SceneError([Fault(f"{phase.path}.starts", found, "time for all of them", "make the phase longer")])
+        raise SceneError([Fault(f"{phase.path}.starts", found, "time enough for all of them", "lengthen the phase")])
     return steady, steady + starting
 
 
@@ -556,9 +558,9 @@ def _type(phases: list[Phase]) -> str | None:
 def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
     """What a user must know of a duty: whose figures the others are, what was taken for granted, what is left out."""
     if binding is None:
-        yield f"the figures are those of {duty.governing}, which decides on the flywheel; those of the duty stand apart"
+        yield f"the figures are those of {duty.governing}, which decides the flywheel; those of the duty are separate"
     else:
-        yield f"{binding} over the whole duty decides on the flywheel; the figures are those of {duty.governing} with it"
+        yield f"{binding} over the whole duty decides the flywheel; the figures are those of {duty.governing} with it"
     for row in duty.phases:
         if row.settling is not None and row.settling > _TOO_LONG * row.duration and len(duty.phases) > 1:
             told = f"{row.name} lasts {row.duration:.4g} s, and a change of speed takes {row.settling:.4g} s to fade to 5 %"
@@ -570,4 +572,4 @@ def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
         if not any(row.starts for row in duty.phases):
             yield "the heat of starts after a rest is not counted: give starts to count it"
     if duty.period > LONGEST and duty.heat is not None and len(duty.phases) > 1:
-        yield f"a duty of {duty.period / 60:.4g} min, longer than 10 min, heats the motor for a while by more than its mean"
+        yield f"a duty of {duty.period / 60:.4g} min, longer than 10 min, heats the motor above its mean for a while"

@@ -180,9 +180,9 @@ FINDINGS: tuple[Finding, ...] = (
             "beside `exact`", column=Column("the flywheel's share of that", "inertia_torque_flywheel")),
     Finding("flywheel.needed", "", "false where the machine's own inertia suffices; `exact` is then 0",
             column=Column("1 where a flywheel is needed, 0 where the machine's own inertia suffices", "needed", "-")),
-    Finding("flywheel.broken", "kg m²", "heavier flywheels that break what is asked: list of {`from`, `to`}, kg m², `to` "
+    Finding("flywheel.broken", "kg m²", "heavier flywheels that break the limits: list of {`from`, `to`}, kg m², `to` "
             "null without an end; null with a given flywheel", _broken),
-    Finding("flywheel.limits", "", "of each limit of `[flywheel.limits]` what became of it (topic flywheel); null without",
+    Finding("flywheel.limits", "", "result for each limit of `[flywheel.limits]` (topic flywheel); null without",
             lambda s: {name: limit.as_dict() for name, limit in s.limits.items()} or None),
     Finding("flywheel.binding", "", "the limit that decides `exact`; null where none does", "binding"),
     Finding("simulation", "", "the confirmation; see below", _block_of("simulation"),
@@ -195,7 +195,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("simulation.speed_time_mean", "rad/s", "mean over time"),
     Finding("simulation.period", "s", "of a cycle"),
     Finding("simulation.closure", "", "speed at the end of the cycle over that at its beginning, less 1"),
-    Finding("simulation.route", "", 'how it was found: "time" (stepping), "collocation", "quadrature", or "areas"'),
+    Finding("simulation.route", "", 'route: "time" (stepping), "collocation", "quadrature", or "areas"'),
     Finding("error", "", "estimated errors; see below", _errors),
     Finding("closure", "", "net work left in a cycle, as a share of the work exchanged (of areas: of the swing)"),
     Finding("energy", "", "power and energy of the drive; see below; null without a drive", _block_of("energy")),
@@ -232,11 +232,11 @@ FINDINGS: tuple[Finding, ...] = (
             "they take nothing"),
     Finding("engine.brake_power", "W", "brake work times the mean of the extreme speeds, over cycle"),
     Finding("engine.mechanical_efficiency", "", "brake work over indicated work"),
-    Finding("multiplier", "", "where torques depend on speed: what a cycle leaves of a small change of speed, below 1 where "
-            "the motion is stable", lambda s: s.cyclic and s.cyclic.multiplier, symbol="lamda"),
+    Finding("multiplier", "", "where torques depend on speed: fraction of a small change of speed left after a cycle, below "
+            "1 where the motion is stable", lambda s: s.cyclic and s.cyclic.multiplier, symbol="lamda"),
     Finding("constant_speed", "rad/s", "the one that areas and approximate figures then take them at, of the crank; else "
             "null",            symbol="omega_c"),
-    Finding("friction", "", "of joints that rub, else null: what one at a constant crank speed would give; see below",
+    Finding("friction", "", "of joints with friction, else null: the result at a constant crank speed; see below",
             _friction),
     Finding("duty", "", "what the machine does in turn, and its motor's load over that (topic duty); null without "
             "`[[duty]]`", _dict("duty")),
@@ -268,12 +268,12 @@ FINDINGS: tuple[Finding, ...] = (
             lambda s: s.flywheel.torque_bracket and list(s.flywheel.torque_bracket)),
     Finding("rtol", "", "the relative error that was asked"),
     Finding("reached", "", "whether every estimate is within rtol"),
-    Finding("messages", "", "sentences on what a user should know", lambda s: list(s.messages)),
+    Finding("messages", "", "remarks for the user", lambda s: list(s.messages)),
     Finding("accuracy", "", "the level of accuracy: normal, confirm or audit (topic accuracy)"),
-    Finding("left_out", "", "what was not done at that level, as it turned out: a list of sentences",
+    Finding("left_out", "", "what was left out at that level: a list of sentences",
             lambda s: list(s.left_out)),
     Finding("bounds", "", "null: no level leaves the exact figure out", lambda s: None),
-    Finding("cost", "", "what all this took; see below", _dict("cost")),
+    Finding("cost", "", "cost of the calculation; see below", _dict("cost")),
 )
 # fmt: on
 

@@ -624,7 +624,9 @@ def _unreached(search: Search, name: str, spans: Sequence[Span], square: float, 
     if duty:
         found = f"{asked}, which no flywheel reaches over the duty: at best, {where}, it is {best}"
     if unknown := _unknown(spans, square):
-        found = f"{found}; of flywheels of {unknown} it is unknown, as no steady motion was found nor shown not to exist"
+        found = (
+            f"{found}; for flywheels of {unknown} it is unknown: no steady motion was found, and its absence was not shown"
+        )
     return Fault(f"flywheel.limits.{name}", found, "a limit above that", "give a larger motor, or allow it more")
 
 
@@ -657,4 +659,4 @@ def gaps(spans: Mapping[str, Sequence[Span]], inertia: float, square: float) -> 
             if span.state in (State.BROKEN, State.NONE) and span.first >= inertia:
                 yield f"{name} is not kept by heavier flywheels of {_range(span, square)}"
     if unknown := _unknown(together(spans.values()), square):
-        yield f"whether flywheels of {unknown} keep it is unknown: no steady motion was found, nor shown not to exist"
+        yield f"whether flywheels of {unknown} keep it is unknown: no steady motion was found, and its absence was not shown"

@@ -72,12 +72,15 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     if motion.vanishing:
         least = turning_moment.combined(figures.cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]
         where = machine.where(float(least))
-        messages = (*messages, f"without a flywheel nothing weighs at {where}: the motion is the limit of ever lighter ones")
+        messages = (
+            *messages,
+            f"without a flywheel the inertia is zero at {where}: the motion is the limit for ever lighter flywheels",
+        )
     growth = f"what a cycle changes grows {solved.multiplier:.6g} fold"
     if solved.damping < -_LEAST_DAMPING:
         if scene.unknown is None:
             unstable = f"an unstable regime at {motion.speed:.6g} rad/s: {growth}"
-            expected, advice = "a regime that the machine comes back to", "let the drive's torque fall with speed"
+            expected, advice = "a regime to which the machine returns", "let the drive's torque fall with speed"
             raise SceneError([Fault("drive", unstable, expected, advice)])
         messages = (*messages, f"held at its balance this regime is unstable: {growth}; it needs a governor")
     if scene.unknown is None and scene.speed is not None:
@@ -340,25 +343,25 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
         return Fault("drive" if scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
     if isinstance(error, UnresolvedError):
         expected = "an irregularity that the flywheel changes by more than rounding"
-        advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
+        advice = "the torques hold the speed whatever the flywheel: ask for less, or give flywheel.inertia"
         return Fault("flywheel.irregularity", str(error), expected, advice)
     if isinstance(error, LostError):
-        advice = "less of what resists and drives alike, or a larger irregularity"
+        advice = "smaller driving and resisting torques, or a larger irregularity"
         return Fault(path, str(error), "a motion that varies by more than rounding", advice)
     inertia = guess if given is None else given
     wheel = f" with {'about ' if given is None else ''}{inertia:.6g} kg m² on the crank"
-    expected = "a motion that comes back to its speed each cycle"
+    expected = "a motion that returns to its speed each cycle"
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if (stop := finding.stop) is not None:
-        where = f"stalls at {machine.where(stop.phi)} for want of {stop.shortfall:.6g} N m on the crank"
-        found = f"a {what} that {where}, let go at {stop.speed:.6g} rad/s{wheel}"
+        where = f"stalls at {machine.where(stop.phi)} for lack of {stop.shortfall:.6g} N m on the crank"
+        found = f"a {what} that {where}, released at {stop.speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     if ending.outcome is Outcome.STALLS:
-        found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
+        found = f"a {what} that stalls {ending.where}, released at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     if ending.outcome is Outcome.RUNS_AWAY:
-        found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
+        found = f"a machine that runs away, released at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
     none = f"no periodic motion near {speed:.6g} rad/s{wheel}"
     if ending.fault is not None:
@@ -379,7 +382,7 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     total = inertia + moments.inertia
     if float(total.min()) <= _NO_INERTIA * float(total.max()):
         where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
-        found = f"{fault.found}: next to nothing weighs near {where}, and there the speed follows the torques at once"
+        found = f"{fault.found}: there is almost no inertia near {where}, where the speed follows the torques at once"
         return fault._replace(found=found, advice="add inertia to the crank")
     if moments.circuit is None:
         slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed

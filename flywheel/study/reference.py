@@ -298,7 +298,7 @@ def verified(machine: Machine) -> tuple[Question, Reference]:
     tight = size(machine, _TIGHTEST, accuracy="normal")
     question = Question.of(tight)
     if not question.sized and answer(tight) <= _EVEN:
-        found = "a motion that nothing but rounding varies"
+        found = "a motion that varies by rounding alone"
         raise SceneError([Fault("flywheel.inertia", found, "an irregularity to compare methods by", "use flywheel size")])
     promised = max((tight.error.exact if question.sized else tight.error.simulation) or 0.0, _LEAST)
     reference = (_in_time if machine.sets_its_speed else _extended)(question, answer(tight), promised)

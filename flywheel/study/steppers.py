@@ -199,7 +199,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     options: Any = {"xtol": max(tolerance, 1e-14), "eps": _DIFFERENCE**2, "maxfev": _MOST_RUNS}
     solution: Any = optimize.root(lacking, np.ones(len(scales) + len(sizes)), method="hybr", options=options)
     if not np.isfinite(solution.fun).all() or np.abs(solution.fun).max() > _OFF:
-        raise NoAnswerError("its cycles come to no steady motion")
+        raise NoAnswerError("its cycles reach no steady motion")
     last = trial(solution.x)
     if question.sized:
         return max(last.inertia, 0.0) / question.crank
@@ -364,7 +364,7 @@ _LONGER = (1.02, 1.3, 3.0, 10.0)  # than the period expected: how long the whole
 _SLACK = (1.1, 1.5, 3.0, 10.0)  # the same of bodies with multipliers
 _ANGLES = 13  # at which the inertia beside the bodies' own is compared
 _EVEN_STEP = 1e-9
-_STUCK = "the machine does not get through its cycle"
+_STUCK = "the machine stops within its cycle"
 
 
 def by_bond_graph(machine: Machine, rtol: float) -> Revolve:

@@ -103,8 +103,8 @@ class Tradeoff:
     def sentence(self) -> str:
         """What follows for the user, in plain words."""
         if self.cheapest is None and any(row.value is not None and row.meets is None for row in self.rows):
-            doubt = f"the reference itself is in doubt by {self.reference.doubt:.1e}"
-            return f"Which method keeps the relative error of {self.rtol:g} cannot be told on this scene: {doubt}."
+            doubt = f"the error of the reference itself is {self.reference.doubt:.1e}"
+            return f"Which method keeps the relative error of {self.rtol:g} cannot be determined on this scene: {doubt}."
         if self.cheapest is None:
             return f"No method that was run keeps the relative error of {self.rtol:g} on this scene."
         best = self.row(self.cheapest)
@@ -115,9 +115,9 @@ class Tradeoff:
         if best.promised is not None and best.promised <= self.rtol:
             return told
         if self.cheapest_promised is None:
-            return told + " It does not know its own error; none that does was run to its end."
+            return told + " It does not know its own error; none that does was run to completion."
         sure = self._priced(self.row(self.cheapest_promised))
-        return told + f" It does not know that it does: the cheapest that promises it is {sure}."
+        return told + f" It does not know that it does: the cheapest whose own estimate promises it is {sure}."
 
     def _priced(self, row: MethodRow) -> str:
         known = row.error is not None and row.error > self.reference.doubt
@@ -472,7 +472,7 @@ def tradeoff(
     faults = rtol_faults(kept)
     if scene.areas is not None:
         advice = "use flywheel size"
-        faults.append(Fault("areas", "areas of a diagram, which one closed form answers", "a scene with a machine", advice))
+        faults.append(Fault("areas", "areas of a diagram, which a closed form solves", "a scene with a machine", advice))
     if of_motor := [name for name in scene.limits if name != "irregularity"]:
         expected, advice = "an irregularity, or an inertia", "use flywheel size"
         faults.append(Fault(f"flywheel.limits.{of_motor[0]}", "a limit of the motor", expected, advice))

@@ -46,7 +46,7 @@ def notes(found: Sweep) -> list[str]:
     }  # numbers make none of their own
     refused = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in found.reasons.values())
     if refused:
-        said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused, with nan in their place:")
+        said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused and shown as nan:")
         said += [
             f"{count} x{'' if count == 1 else ', such as'} {kinds[kind]}" for kind, count in refused.most_common(_REASONS)
         ]
@@ -327,7 +327,7 @@ def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
     blocks = [[*head, *_cut(columns(rows))]]
     if found.intervals:
         blocks.append(["Least and greatest values within the intervals", *_extremes(found, kept)])
-    blocks.append([f"Statistics of {count} samples, to the digits that sampling leaves", *_statistics(found, kept)])
+    blocks.append([f"Statistics of {count} samples, to the digits that sampling allows", *_statistics(found, kept)])
     blocks += [_shares(found, name) for name in kept if found.spreads[name].shares]
     said = [_sentence(message) for message in found.messages]
     if found.refused:
@@ -382,7 +382,7 @@ def _plain(value: float, error: float) -> str:
 def _shares(found: Tolerance, name: str) -> list[str]:
     shares = sorted(found.spreads[name].shares.items(), key=lambda item: -item[1].total)
     rows = [(path, *_percent(share)) for path, share in shares]
-    title = f"Who causes the variance of {name}, in per cent"
+    title = f"Contributions to the variance of {name}, in per cent"
     return [title, *_cut(columns(rows, ("", "by itself", "", "with others", "")))]
 
 
@@ -428,8 +428,8 @@ def optimum_text(found: Optimum) -> str:
         for name in names
     ]
     confirmed = (
-        f"Confirmed: sized by itself it is the same, none of {found.around} designs around it is better, and slopes around "
-        "it, with bounds and limits, leave no way on."
+        f"Confirmed: sizing it alone gives the same, none of {found.around} designs around it is better, and slopes around "
+        "it, with bounds and limits, allow no improvement."
     )
     motor = found.sizing.scene.motor
     said = [_sentence(message) for message in found.messages]
@@ -490,9 +490,9 @@ _WIDE = 20  # characters of a motor's name
 def motors_text(found: SuitableMotors, rows: int = 20) -> str:
     """The motors that do, by what is paid in all, in at most so many rows; then the others with their reasons."""
     count = len(found.suitable) + len(found.refused)
-    title = f"Motors that do: {len(found.suitable)} of {count}"
+    title = f"Suitable motors: {len(found.suitable)} of {count}"
     if found.missing:
-        title += f"; INTERRUPTED, {found.missing} more were not looked at"
+        title += f"; INTERRUPTED, {found.missing} more were not examined"
     lines = [title]
     if found.suitable:
         paid = _currency(found)
@@ -504,9 +504,9 @@ def motors_text(found: SuitableMotors, rows: int = 20) -> str:
         if len(found.suitable) > rows:
             lines.append(f"  and {len(found.suitable) - rows} more (--rows)")
         lines += wrap(f"The flywheel is on {found.on}; {_bound(found)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
-    refused = _reasons("Motors that do not", [choice for choice in found.refused if choice.suits is False])
+    refused = _reasons("Unsuitable motors", [choice for choice in found.refused if choice.suits is False])
     left = _reasons(
-        "Left open: no steady motion, or start, was found to its end",
+        "Undecided: no steady motion was found, or no start that ends",
         [choice for choice in found.refused if choice.suits is None],
     )
     notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
@@ -522,7 +522,7 @@ def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
 
 def _bound(found: SuitableMotors) -> str:
     bound = {choice.binding for choice in found.suitable if choice.binding not in (None, "irregularity")}
-    told = "heat and torque are shares of the rated point, I²t of a start that of what the locked-rotor time bears."
+    told = "heat and torque are fractions of the rated point, I²t of a start that of its limit by the locked-rotor time."
     if not bound:
         return told
     names = ", ".join(f"{_short(c.motor.name)} by {c.binding}" for c in found.suitable if c.binding in bound)
@@ -618,11 +618,11 @@ def tradeoff_text(found: Tradeoff) -> str:
     value = figure(reference.value, reference.doubt * max(abs(reference.value), found.scale), 17)
     question = wrapped(found.title, "") if found.title else []
     question.append(f"Accuracy against time: the {found.figure}, to a relative error of {found.rtol:g}")
-    question.append(f"  reference  {value}{unit}, itself in doubt by {reference.doubt:.1e} (relative)")
+    question.append(f"  reference  {value}{unit}, with an error of {reference.doubt:.1e} (relative)")
     question += sentences([f"It comes from {reference.route}.", f"Second route: {reference.verified}."])
     if found.scale > abs(reference.value):
         scale = f"{figure(found.scale, most=6)}{unit}"
-        question += sentences([f"Errors are relative to {scale}, which the work exchanged makes."])
+        question += sentences([f"Errors are relative to {scale}, the scale set by the work exchanged."])
     question += sentences(found.messages)
 
     reasons: dict[str, list[MethodRow]] = {}
@@ -679,7 +679,7 @@ def _methods(found: Tradeoff) -> list[str]:
             )
     kept = [k for k in range(len(_HEADER)) if k != _RATIO or found.cheapest is not None]
     lines = columns([[line[k] for k in kept] for line in cells], [_HEADER[k] for k in kept])
-    return ["Methods: true relative error, whether it keeps what is asked, median time on this machine", *lines]
+    return ["Methods: true relative error, whether it meets the tolerance, median time on this machine", *lines]
 
 
 def error(found: Tradeoff, row: MethodRow) -> str:
@@ -722,12 +722,12 @@ def unfinished(found: Tradeoff) -> list[str]:
     >>> from flywheel.study.reference import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)
     >>> unfinished(Tradeoff(None, *nothing, True))
-    ['NOT WHOLE: interrupted; 0 of 0 methods were run to their end.']
+    ['NOT WHOLE: interrupted; 0 of 0 methods were run to completion.']
     """
     if found.complete:
         return []
     ended = sum(row.outcome in ("done", "no answer") for row in found.rows)
-    count = f"{ended} of {len(found.rows)} methods were run to their end"
+    count = f"{ended} of {len(found.rows)} methods were run to completion"
     if found.interrupted:
         return [f"NOT WHOLE: interrupted; {count}."]
     return [f"NOT WHOLE: {count} within {found.budget:g} s; --budget {2 * found.budget:g} runs more."]

@@ -552,7 +552,7 @@ def _motor_start(transient: Transient) -> list[str]:
         return []
     rows = [("switched", " and ".join(f"after {figure(time, most=5)} s" for time in found.times))] if found.times else []
     rows.append(
-        ("lasts", f"{figure(found.time, most=5)} s" + ("" if found.over else ", and is not over: below the rated speed"))
+        ("lasts", f"{figure(found.time, most=5)} s" + ("" if found.over else ", and is unfinished: below the rated speed"))
     )
     heats = (("winding of rotor or armature", found.winding), ("resistors", found.added or None), ("stator", found.stator))
     rows += [(f"heat, {where}", f"{figure(heat, most=5)} J") for where, heat in heats if heat is not None]
@@ -565,7 +565,9 @@ def _motor_start(transient: Transient) -> list[str]:
     for state, allowed, share, starts in states:
         if allowed is not None and share is not None:
             told = f"{figure(100 * share, most=4)} % of the {figure(allowed, most=5)} s that the motor bears"
-            many = "not one such start" if not starts else f"{starts} such start{'' if starts == 1 else 's'} in turn"
+            many = (
+                "not even one such start" if not starts else f"{starts} such start{'' if starts == 1 else 's'} in succession"
+            )
             rows.append((state, f"{told}: {many}"))
     width = max(len(name) for name, _ in rows)
     return [f"Start of the motor: {found.title}", *(f"  {name.ljust(width)}  {value}" for name, value in rows)]

@@ -217,7 +217,7 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
         heat = f"Copper heat of its armature, R i² on the mean over time: {_number(found.heat)} W"
         if found.share is None:
-            yield f"{heat}; what it may be is not known without a rated point."
+            yield f"{heat}; its limit is not known without a rated point."
         else:
             yield f"{heat}, {_verdict(energy, found)}"
     elif sizing.synchronism is not None:
@@ -267,8 +267,8 @@ def _verdict(energy: Energy, heat: Heat) -> str:
         steadily = f"at a constant speed it would be {_share(heat.even, heat.rated)}"
         larger = f": even {steadily}" if heat.even > heat.rated else f", or more flywheel: {steadily}"
         return f"{beside}, too hot for continuous running. Choose a larger motor{larger}."
-    long = f"; but in a cycle of {_number(energy.period)} s it grows hotter for a while than on the mean"
-    return f"{beside}, within what it is rated for{long if is_long(energy) else ''}."
+    long = f"; but in a cycle of {_number(energy.period)} s its temperature rises above the mean for a while"
+    return f"{beside}, within its rating{long if is_long(energy) else ''}."
 
 
 def is_long(energy: Energy) -> bool:
@@ -343,7 +343,7 @@ def _fluxes(found: ElectricalTransients) -> str:
 
 
 DAMPED = 0.5
-"""Damping ratio from which on no harmonic is magnified: 1/(2 zeta) at resonance is 1 or less."""
+"""Damping ratio above which no harmonic is magnified: 1/(2 zeta) at resonance is 1 or less."""
 
 
 def _resonance(found: Synchronism) -> Iterator[str]:
@@ -659,5 +659,5 @@ def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) ->
         return _("All of {power} is lost: {losses}.", power=whole, losses=", ".join(parts))
     told = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
     if not losses:
-        return _("{share} % of {power} arrive at the loads.", **told)
-    return _("{share} % of {power} arrive at the loads; lost: {losses}.", **told)
+        return _("{share} % of {power} reaches the loads.", **told)
+    return _("{share} % of {power} reaches the loads; lost: {losses}.", **told)

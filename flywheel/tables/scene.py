@@ -1,4 +1,4 @@
-"""The machine as it was read, part by part in the units of the trade; and what in it decides how a sizing was solved."""
+"""Input summary, part by part in the units of the trade; and what in it decides how a sizing was solved."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def scene_rows(scene: Scene) -> list[str]:
             more = sum(other.kind == part.kind for other in parts(scene)) - _MOST_ROWS
             rows.append(("", _("and {n} more", n=more)))
     width = max((len(name) for name, _row in rows), default=0)
-    lines = [_("The machine as it was read")] if rows else []
+    lines = [_("Input summary")] if rows else []
     for name, told in rows:
         head = f"  {name.ljust(width)}  "
         lines += wrapped(told, " " * len(head), head)
@@ -237,7 +237,7 @@ def _mass(value: float, turns: bool, units: TradeUnits) -> str:
 # -- what a sizing did, and why -------------------------------------------------------------------------------------------
 
 
-_ELSEWHERE = "What other methods and tolerances cost on this scene: flywheel tradeoff measures it."
+_ELSEWHERE = "flywheel tradeoff measures what other methods and tolerances cost on this scene."
 
 
 @dataclass(frozen=True)
@@ -276,13 +276,13 @@ class Explanation:
         rows = [(name, str(part.evaluations), figure(part.seconds, 0.0, 2)) for name, part in parts.items()]
         costs = columns(rows, ("", "evaluations", "s"))
         blocks = {
-            f"How it was worked out ({self.sizing.accuracy})": _items(
+            f"Method of solution ({self.sizing.accuracy})": _items(
                 (f"figures: {self.formulation}", f"motion: {self.motion}")
             ),
             "What the torques depend on": _items(self.because),
             "Not modelled, as this scene or this level does not need it": _items(self.not_modelled),
-            "What takes more than a smooth machine would": _items(self.forced),
-            "What it cost, loading of libraries left out": [*costs, *sentences([_ELSEWHERE])],
+            "Additional work beyond that of a smooth machine": _items(self.forced),
+            "Cost, without the loading of libraries": [*costs, *sentences([_ELSEWHERE])],
         }
         return page((title, *lines) for title, lines in blocks.items() if lines)
 
@@ -343,9 +343,11 @@ def _formulation(sizing: Sizing) -> str:
         steps = f"{_counted(sizing.cyclic.steps, 'Newton step')} on the last ones"
         return f"periodic collocation of the kinetic energy, E'(phi) = M*(phi, omega), on {cells}, {steps}"
     if machine.sets_its_speed:
-        return f"quadrature on {cells} at a constant speed: nothing varies, and no motion was left to solve for"
-    closed = "Wittenbauer's closed form" if sizing.scene.inertia is None else "the speed from the energy, its level found"
-    return f"quadrature of M* and dI*/dphi on {cells}, and {closed}: nothing is stepped"
+        return f"quadrature on {cells} at a constant speed: nothing varies, so there is no motion to solve for"
+    closed = (
+        "Wittenbauer's closed form" if sizing.scene.inertia is None else "the speed from the energy, whose level is found"
+    )
+    return f"quadrature of M* and dI*/dphi on {cells}, and {closed}, without time stepping"
 
 
 def _because(sizing: Sizing) -> Iterator[str]:
@@ -366,7 +368,7 @@ def _because(sizing: Sizing) -> Iterator[str]:
     if still:
         yield f"on position alone: {', '.join(still)}"
     if lossy:
-        yield f"on what is accelerated, losses turning round with the mesh: {', '.join(lossy)}"
+        yield f"on acceleration, as mesh losses change direction: {', '.join(lossy)}"
     if _circuit(machine):
         yield "on a current of its own: drive.motor.inductance"
     if not (moving or still or lossy):
@@ -382,7 +384,7 @@ def _motion(sizing: Sizing) -> str:
         return "the one of the figures; not found a second time" if sizing.run is not None else "none: nothing stores energy"
     if confirmed.route not in ("time", "collocation"):
         found = "that of the collocation" if sizing.cyclic is not None else "from the energy, in closed form,"
-        return f"{found} on the cells of the figures; time by quadrature; nothing is stepped"
+        return f"{found} on the cells of the figures; time by quadrature; no time stepping"
     evaluations = _counted(sizing.cost.stages["simulation"].evaluations, "evaluation")
     cycles = "one cycle"
     if sizing.flywheel.approximate is not None:
@@ -414,7 +416,7 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
     """What the scene does not need, and so nothing was done about it."""
     machine = sizing.machine
     if machine is None:
-        yield "the machine: areas tell nothing of its inertia, its speeds over time or its drive"
+        yield "the machine: areas do not give its inertia, its speeds over time or its drive"
         return
     heavy = {element.part for element in _elements(machine, "I") if element.law}
     bodies = [f"{mechanism.name}.{body}" for mechanism in machine.scene.mechanisms for body in _bodies(mechanism)]
@@ -422,15 +424,15 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
     if massless:
         yield f"bodies without mass or inertia: {', '.join(massless)}"
     if machine.omitted:
-        yield f"velocities that nothing hangs on: {', '.join(machine.omitted)}"
+        yield f"velocities on which nothing depends: {', '.join(machine.omitted)}"
     cycle, inertia = sizing.constant or sizing.cycle, sizing.reduced_inertia
     if cycle is not None and inertia is not None and inertia.greatest - inertia.least <= 4 * cycle.errors.variation:
         if inertia.greatest <= cycle.errors.inertia:
-            yield "any inertia of the machine's own: it has none"
+            yield "inertia of the machine itself: it has none"
         else:
             yield f"a varying inertia: I* is {inertia.mean:.6g} kg m² at every angle"
         if sizing.cyclic is None and not machine.sets_its_speed:
-            yield "a difference between the exact flywheel and the one by the areas: with a constant I* there is none"
+            yield "a difference between the exact flywheel and the one by the areas: it vanishes with a constant I*"
     lacking = [
         *([] if _weights(machine) else ["weights"]),
         *([] if _elements(machine, "C") else ["springs"]),
@@ -439,7 +441,7 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
         *([] if machine.friction is not None else ["friction in joints"]),
     ]
     if lacking:
-        yield f"elements that the machine has none of: {', '.join(lacking)}"
+        yield f"elements absent from the machine: {', '.join(lacking)}"
     if machine.scene.motor is not None and not _circuit(machine):
         yield "what delays the motor's torque, such as its current: it follows the speed at once"
     collocated = sizing.accuracy == CONFIRM and sizing.run is not None
@@ -471,7 +473,7 @@ def _forced(sizing: Sizing) -> Iterator[str]:
         yield f"{_counted(broken, 'breakpoint')} inside the cycle, from {sources}"
     narrow = machine.landmarks.size - machine.breakpoints.size
     if narrow:
-        yield f"{_counted(narrow, 'more edge')} closing in on narrow features of expressions"
+        yield f"{_counted(narrow, 'more edge')} around narrow features of expressions"
     edges, first = cycle.mesh.edges, machine.mesh.size - 1
     more = edges.size - 1 - first
     rest = f"{more} more where {'they' if first != 1 else 'it'} did not resolve it" if more > 0 else "which sufficed"
@@ -494,6 +496,6 @@ def _forced(sizing: Sizing) -> Iterator[str]:
         if effort.uses_speed and moving_switches(effort.load.law)  # type: ignore[arg-type]
     ]
     if switching:
-        yield f"laws that switch at a speed, where the motion itself cuts the cells: {', '.join(switching)}"
+        yield f"laws that switch at a speed, where the motion itself divides the cells: {', '.join(switching)}"
     if sizing.accuracy == CONFIRM and sizing.run is not None:
-        yield "cells of their own for the confirmation"
+        yield "separate cells for the confirmation"

@@ -201,7 +201,7 @@ def limits(sizing: Sizing) -> list[str]:
     if sizing.binding is None:
         told.append("The machine's own inertia keeps all of them: none binds.")
     if sizing.scene.irregularity is not None and not sizing.approximated:
-        told.append("Approximate flywheels know of the irregularity alone, and are left out.")
+        told.append("Approximate flywheels take only the irregularity into account, and are left out.")
     return ["Limits", *columns(rows, header), *sentences(told)]
 
 
@@ -245,7 +245,7 @@ def _verdicts(sizing: Sizing) -> Iterator[str]:
     """In words, what the figures above mean."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
-        yield "A diagram of areas tells nothing of the machine's own inertia: the figure is the total inertia needed."
+        yield "A diagram of areas does not contain the machine's own inertia: the figure is the total inertia needed."
         return
     if wheel.needed is False:
         none = "No flywheel is needed"
@@ -265,7 +265,7 @@ def _verdicts(sizing: Sizing) -> Iterator[str]:
     else:
         why = "at this speed the varying inertia of the machine itself dominates."
     if approximate == 0.0:
-        yield f"The accumulated areas ask for no flywheel at all, and are wrong: {why}"
+        yield f"The accumulated areas give no flywheel at all, and are wrong: {why}"
     elif exact > _FAR_OFF * approximate:
         yield f"The approximate flywheel is {_times(exact / approximate)} times too small: {why}"
     elif approximate > _FAR_OFF * exact:
@@ -422,7 +422,7 @@ def text(sizing: Sizing) -> str:
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
     ...                        "flywheel": {"irregularity": 0.02}})
     >>> print(*text(flywheel.size(scene)).splitlines()[:5], sep="\n")
-    The machine as it was read
+    Input summary
       areas  100, -100, times 1 J
       runs   crank at 60 rpm, flywheel on crank for irregularity 0.02
     <BLANKLINE>
@@ -485,7 +485,7 @@ def _title(sizing: Sizing) -> list[str]:
 
 
 def _scene(sizing: Sizing) -> list[str]:
-    """The machine as it was read, and what is out of proportion in it."""
+    """Input summary, and what is out of proportion in it."""
     return [*scene_rows(sizing.scene), *sentences((f"Remark: {remark}" for remark in remarks(sizing)), "")]
 
 
@@ -549,14 +549,14 @@ def _holding(sizing: Sizing) -> list[str]:
     cyclic = sizing.cyclic
     if cyclic is None:
         return []
-    change = "what a cycle leaves of a small change of speed"
+    change = "fraction of a small change of speed left after a cycle"
     rows = [Row("cycle multiplier", figure(cyclic.multiplier, 0.0, 6), change)]
     if _DAMPING_ROUNDING < abs(cyclic.damping) < _NEAR_ONE:
         rows.append(Row("1 - multiplier", short(cyclic.damping)))
     if grows(cyclic):
         rows.append(Row("settles", "no", "a change grows from cycle to cycle"))
     elif not settles(cyclic):
-        rows.append(Row("settles", "no", "no torque brings a change of speed back"))
+        rows.append(Row("settles", "no", "no torque corrects a change of speed"))
     else:
         cycles = settling_cycles(cyclic)
         lasts = cycles * (sizing.scene.cycle / sizing.speed)
@@ -564,7 +564,7 @@ def _holding(sizing: Sizing) -> list[str]:
     speed = cyclic.constant_speed
     at = f"{figure(speed, 0.0, 7)} rad/s ({figure(speed * RPM, 0.0, 7)} rpm)"
     told = [f"Areas and approximate figures take the torques at a constant {at}."]
-    return block("How the motion holds itself", rows) + sentences(told)
+    return block("Stability of the motion", rows) + sentences(told)
 
 
 def grows(cyclic: Cyclic) -> bool:
@@ -625,8 +625,8 @@ def _areas(sizing: Sizing) -> list[str]:
 
 
 _ROUTES = {
-    "time": "Confirmed by time simulation, on a route of its own",
-    "collocation": "Confirmed by periodic collocation, on cells of its own",
+    "time": "Confirmed by time simulation, an independent route",
+    "collocation": "Confirmed by periodic collocation, on separate cells",
     "quadrature": "Motion over a cycle, by quadrature (no time simulation)",
 }
 
@@ -642,7 +642,7 @@ def _simulation(sizing: Sizing) -> list[str]:
         own = sizing.error.period if sizing.error.period is not None else error
         rows.append(Row("period of a cycle", figure(motion.period, own * motion.period), "s"))
     title = _ROUTES.get(motion.route, "Motion over a cycle")
-    return block(title if relative < CONCLUSIVE else "Motion over a cycle, too uncertain to confirm anything", rows)
+    return block(title if relative < CONCLUSIVE else "Motion over a cycle, too uncertain to confirm the figures", rows)
 
 
 # -- errors, messages ------------------------------------------------------------------------------------------------
@@ -678,7 +678,7 @@ def _notes(sizing: Sizing) -> list[str]:
         loose = {*machine.omitted} - {sizing.scene.flywheel_on}
         idle = [name for name, place in machine.places.items() if place.junction in loose]
         if idle:
-            notes.append(f"left out, as nothing hangs on it: {', '.join(idle)}")
+            notes.append(f"left out, as nothing depends on it: {', '.join(idle)}")
     return sentences((f"Note: {note}" for note in notes), "")
 
 
@@ -693,7 +693,7 @@ def _left_out(sizing: Sizing) -> list[str]:
     """What the level of accuracy leaves out, and which one has it."""
     level = sizing.accuracy
     if sizing.scene.areas is not None:
-        return wrapped("A diagram of areas is worked out whole at every level of accuracy.", "")
+        return wrapped("A diagram of areas is solved completely at every level of accuracy.", "")
     if not sizing.left_out:
         return wrapped(f"Nothing was left out at this level of accuracy ({level}).", "")
     return wrapped(f"Left out at this level of accuracy ({level}): {'; '.join(sizing.left_out)}. {_FURTHER[level]}", "")

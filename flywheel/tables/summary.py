@@ -94,11 +94,11 @@ def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple
 
 
 def _title(sizing: Sizing, units: TradeUnits) -> Block:
-    return Block("title", printable(sizing.scene.title or "").strip() or _("The machine as it was read"))
+    return Block("title", printable(sizing.scene.title or "").strip() or _("Input summary"))
 
 
 def _machine(sizing: Sizing, units: TradeUnits) -> Block:
-    """The machine as it was read: parts that are alike in one row."""
+    """Input summary: parts that are alike in one row."""
     rows = []
     for alike in _alike(part for part in parts(sizing.scene, units) if part.kind != "runs"):
         first = alike[0]
@@ -112,7 +112,7 @@ def _machine(sizing: Sizing, units: TradeUnits) -> Block:
     if sizing.scene.gravity is not None and any(sizing.scene.gravity):
         x, y = sizing.scene.gravity
         size, angle = (number(figure(value, most=6)) for value in (hypot(x, y), atan2(y, x) * DEGREES))
-        rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on all that has a mass", size=size, angle=angle)))
+        rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on every body with mass", size=size, angle=angle)))
     return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(sizing.scene, units)))))
 
 
@@ -253,7 +253,7 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
     """How far the approximate flywheels are off, and on which side."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
-        yield _("A diagram tells nothing of the machine's own inertia: the figure is the total needed.")
+        yield _("A diagram does not contain the machine's own inertia: the figure is the total needed.")
         return
     if wheel.needed is False:
         if run is None:
@@ -263,7 +263,7 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
             yield _("No flywheel is needed: the machine's own inertia suffices and gives {eps}.", eps=eps)
         too_large = [one for one in found if one.key != "exact" and one.inertia > one.error]
         if too_large:
-            yield _("The approximate methods ask for one in vain.")
+            yield _("The approximate methods give a flywheel although none is needed.")
         return
     shortcuts = [one for one in found if one.key != "exact"]
     if all(abs(one.off or 0.0) <= max(_SAME_FLYWHEEL, one.off_error) for one in shortcuts):
@@ -441,7 +441,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
     if sizing.duty is not None and heat is not None:
         return  # what it bears is told of all phases together
     if heat is None:
-        unknown = _("not known: torque against speed alone does not tell what heats it")
+        unknown = _("not known: torque against speed alone does not give its losses")
         overloaded = rated is not None and energy.mean_power > rated.power * (1 + TIE)
         if overloaded:
             unknown += "; " + _("TOO MUCH: the mean power is more than the rated one")
@@ -497,7 +497,7 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
         note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
         rows.append(Row(_("rms torque over it"), *units.shown(found.rms_torque, "torque"), note))
     if found.heat is not None and motor is not None:
-        share, note = found.heat_share, _("what it may be is not known without a rated point")
+        share, note = found.heat_share, _("its limit is not known without a rated point")
         if share is not None:
             verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + TIE else _("within")
             note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
@@ -513,11 +513,11 @@ def _watts(heat: float) -> Shown:
 def _heat_beside(heat: power.Heat, energy: Energy) -> str:
     """A heat beside that at the rated point, and whether the motor stands it."""
     if heat.share is None or heat.rated is None or heat.even is None:
-        return _("what it may be is not known without a rated point")
+        return _("its limit is not known without a rated point")
     beside = _("{share} % of that at its rating", share=few_digits(100 * heat.share, 3))
     if not heat.too_hot:
         words = f"{beside}, {_('within')}"
-        return words + ("; " + _("in so long a cycle hotter for a while") if power.is_long(energy) else "")
+        return words + ("; " + _("above the mean for a while in so long a cycle") if power.is_long(energy) else "")
     mend = _("choose a larger motor") if heat.even > heat.rated else _("choose a larger motor, or more flywheel")
     return f"{beside}, {_('TOO HOT')}: {mend}"
 
@@ -539,7 +539,7 @@ def _run(sizing: Sizing, units: TradeUnits) -> Block:
         note = _("{speed} on {shaft}", speed=there, shaft=scene.flywheel_on) if other else ""
         rows.append(Row(_("mean of both"), *units.shown(sizing.speed, "speed"), note))
     if sizing.cyclic is not None and not settles(sizing.cyclic):
-        rows.append(Row(_("settles"), _("NO: a change of speed does not fade")))
+        rows.append(Row(_("settles"), _("NO: a change of speed does not decay")))
     return Block("run", rows=tuple(rows), sentences=tuple(_confirmed(sizing)))
 
 
@@ -564,7 +564,7 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
             yield _("NOT confirmed by a second route.")
     elif error >= CONCLUSIVE:
         eps = five_digits(motion.irregularity, error * motion.irregularity)
-        yield _("NOT confirmed: a second route finds {eps}, too uncertain to confirm anything.", eps=eps)
+        yield _("NOT confirmed: a second route finds {eps}, too uncertain to confirm the figures.", eps=eps)
     else:
         found = {"eps": five_digits(motion.irregularity, error * motion.irregularity), "parts": _parts_of(error)}
         if motion.route == "time":
@@ -577,7 +577,9 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
     if worst < _MILLION:
         yield _("The accuracy asked for was NOT reached, but every figure is good to 1 part in a million.")
     elif worst < 1.0:
-        yield _("The accuracy asked for was NOT reached: a figure may be off by {parts}.", parts=_parts_of(worst))
+        yield _(
+            "The accuracy asked for was NOT reached: the error of a figure may be up to {parts}.", parts=_parts_of(worst)
+        )
     else:
         yield _("The accuracy asked for was NOT reached: a figure may be off by more than its own size.")
 
@@ -613,7 +615,7 @@ BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
     _run,
     _notes,
 )
-"""The blocks of the page in their order; one that has nothing to say is left out."""
+"""The blocks of the page in their order; an empty one is left out."""
 
 
 # -- as text ---------------------------------------------------------------------------------------------------------

@@ -175,7 +175,7 @@ def test_another_level_is_refused_with_the_four_that_are(scene: Path) -> None:
 def test_explain_follows_the_report(scene: Path) -> None:
     plain, told = (run("size", scene, "--accuracy", "normal", *more).stdout for more in ([], ["--explain"]))
     assert told.startswith(plain)
-    assert "How it was worked out (normal)" in told[len(plain) :]
+    assert "Method of solution (normal)" in told[len(plain) :]
     assert "bodies without mass or inertia: scotch-yoke.crank" in told
     assert "What it cost" in told
 
@@ -427,7 +427,7 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for name, found in (
         ("pipe.toml", "a pipe"),
-        ("link.toml", "a link that leads nowhere"),
+        ("link.toml", "a broken link"),
         ("", "a folder"),
         ("no/s.toml", 'no such file, for there is no folder "no"'),
         ("file/s.toml", 'no such file, for "file" is no folder'),

@@ -224,7 +224,7 @@ def test_a_sweep_goes_on_from_its_file_and_no_other_does(sweep_scene, tmp_path):
     assert other.exit_code == 1
     assert other.stderr == (
         f"{file}: found a sweep of another rtol 1e-10, expected one of this rtol 1e-08; "
-        "give another file, or take this one away\n"
+        "give another file, or remove this one\n"
     )
 
 
@@ -392,7 +392,7 @@ def test_the_options_are_handed_on(tradeoff_scene, asked):
 def test_json_stands_alone_on_standard_output(tradeoff_scene, asked):
     result = run_tradeoff(tradeoff_scene, "--json")
     assert json.loads(result.stdout)["cheapest"] == "exact, closed form, rtol 1e-06"
-    assert result.stderr == "NOT WHOLE: 9 of 10 methods were run to their end within 60 s; --budget 120 runs more.\n"
+    assert result.stderr == "NOT WHOLE: 9 of 10 methods were run to completion within 60 s; --budget 120 runs more.\n"
 
 
 @pytest.mark.slow
@@ -419,7 +419,7 @@ def test_an_interrupted_comparison_is_told_and_drawn(tradeoff_scene, monkeypatch
     picture = tmp_path / "errors.svg"
     result = run_tradeoff(tradeoff_scene, "--plot", picture)
     assert (result.exit_code, drawn) == (130, [picture])
-    assert result.stdout.endswith("NOT WHOLE: interrupted; 1 of 2 methods were run to their end.\n")
+    assert result.stdout.endswith("NOT WHOLE: interrupted; 1 of 2 methods were run to completion.\n")
 
 
 def test_an_interruption_before_anything_is_finished_is_one_line(tradeoff_scene, monkeypatch):
@@ -444,7 +444,7 @@ def test_a_comparison_that_a_signal_interrupts_tells_what_it_has(tradeoff_scene,
     finally:
         signal.signal(signal.SIGINT, before)
     assert (done.exit_code, done.stderr) == (130, "")
-    assert done.stdout.endswith("NOT WHOLE: interrupted; 1 of 3 methods were run to their end.\n")
+    assert done.stdout.endswith("NOT WHOLE: interrupted; 1 of 3 methods were run to completion.\n")
 
 
 def test_a_long_comparison_tells_what_is_run(tradeoff_scene, monkeypatch):

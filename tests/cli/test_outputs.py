@@ -641,7 +641,7 @@ def test_what_it_refuses(tmp_path):
     areas.write_text("areas = {values = [5, -5], scale = 1}\nregime.speed = 9\nflywheel.inertia = 1\n", encoding="utf-8")
     found = run_power(str(areas))
     assert found.exit_code == 1
-    assert "found a diagram of areas, expected a machine; areas do not tell where power goes" in found.stderr
+    assert "found a diagram of areas, expected a machine; areas do not show where the power goes" in found.stderr
     assert run_power(PUNCH, "--at", "300").exit_code == 2
     assert run_power(PUNCH, "--at", "3 kg").exit_code == 2
     assert run_power(PUNCH, "--json", "--language", "es").exit_code == 2

@@ -374,7 +374,7 @@ GOOD = "A,1.5,1420,4,50,2.8,0.004,210"
         ("B,1.5,1420,4,50,2.8,0.004,cheap", "line 3, price: "),
         ("B,1.5,1420,4,50,2.8,0.004,1.250.5", "line 3, price: "),
         ("B,1.5,1420,4,50,2.8,0.004,210 USD", "line 3, price: found 210 USD in EUR and USD"),
-        ("A,1.5,1420,4,50,2.8,0.004,210", 'line 3, name: found "A", expected a name of its own; line 2 has it'),
+        ("A,1.5,1420,4,50,2.8,0.004,210", 'line 3, name: found "A", expected a unique name; line 2 has it'),
     ],
 )
 def test_faults_of_rows_have_their_line_and_column(row, told):
@@ -444,7 +444,7 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
 
     text = run()
     assert text.exit_code == 0
-    assert text.stdout.startswith("Motors that do: 2 of 3\n")
+    assert text.stdout.startswith("Suitable motors: 2 of 3\n")
     assert max(map(len, text.stdout.splitlines())) <= 80
     found = json.loads(run("--json").stdout)
     assert [motor["name"] for motor in found["motors"]] == ["dear", "large", "small"]
@@ -466,7 +466,7 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     assert (large["start_route"], large["start_share"]) == ("time", None)
     table.write_text(HEAD + "\n" + ROWS.split()[0] + "\n")
     alone = run()
-    assert (alone.exit_code, alone.stderr.splitlines()[-1]) == (1, "no motor of the table does")
+    assert (alone.exit_code, alone.stderr.splitlines()[-1]) == (1, "no motor of the table is suitable")
     table.write_text(HEAD + "\nA,x,1,2,3\nB,y,1420,4,50,2.8,0.004,210\n")
     faulty = run()
     assert (faulty.exit_code, faulty.stdout) == (1, "")

@@ -377,7 +377,7 @@ REFUSED = {
     "names of columns in UTF-16": 'load[0].table.file: found "wide.csv", a text in UTF-16',
     "end_of_the_range": "load[0].force: found a value that comes to",
     "law_out_of_range": "mechanism.outputs.table.theta: found a second derivative that is not finite",
-    "many_assemblies": "mechanism: found guesses that do not tell the assemblies apart",
+    "many_assemblies": "mechanism: found guesses that fit several assemblies",
     "nearly_standing_still": "flywheel.inertia: found I* + J = 0 kg m² at crank angle ",
     "sense_of_a_dwell": "load[0]: found linkage.ram, whose velocity changes sign too often",
     "sine_of_speed_on_a_linkage": "flywheel.irregularity: found no periodic motion near",

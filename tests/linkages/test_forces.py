@@ -218,7 +218,7 @@ def test_motion_that_does_not_fit_is_refused():
 def test_names_must_differ():
     linkage = forced.geared_five_bar()
     twin = (linkage.couplings[0]._replace(name="top"),)
-    with pytest.raises(SceneError, match=r'couplings\[0\].name: found "top", expected a name of its own'):
+    with pytest.raises(SceneError, match=r'couplings\[0\].name: found "top", expected a unique name'):
         reactions(forced.Linkage(linkage.ground, linkage.links, linkage.joints, "pivot", twin), Q, 1.0)
 
 

@@ -156,21 +156,21 @@ FAULTS = [
     (replace(BASE, joints=BASE.joints[0]), "joints: found a value of type Joint, expected a tuple of Joint"),
     (replace(BASE, joints=("A",)), 'joints[0]: found "A", expected a Joint'),
     (replace(BASE, ground=None), "ground: found nothing, expected a Link"),
-    (link(name="coupler"), 'links[1].name: found "coupler", expected a name of its own; another has it already'),
-    (link(name="frame"), 'links[0].name: found "frame", expected a name of its own; another has it already'),
+    (link(name="coupler"), 'links[1].name: found "coupler", expected a unique name; another has it already'),
+    (link(name="frame"), 'links[0].name: found "frame", expected a unique name; another has it already'),
     (link(name=""), 'links[0].name: found "", expected a name'),
     (link(name=["crank"]), "links[0].name: found a value of type list, expected a name"),
     (link(points=[O]), "links[0].points: found a value of type list, expected a tuple of Point"),
     (link(points=((0.0, 1.0),)), "links[0].points[0]: found a value of type tuple, expected a Point"),
     (link(points=(Point("O", np.inf),)), "links[0].points[0].x: found inf, expected a finite number"),
-    (link(points=(O, O)), 'links[0].points[1].name: found "O", expected a name of its own; another has it already'),
+    (link(points=(O, O)), 'links[0].points[1].name: found "O", expected a unique name; another has it already'),
     (link(mass=-2.0), "links[0].mass: found -2.0, expected a finite number, 0 or above"),
     (link(mass=np.nan), "links[0].mass: found nan, expected a finite number, 0 or above"),
     (link(inertia="1"), 'links[0].inertia: found "1", expected a finite number, 0 or above'),
     (link(com=0.1), "links[0].com: found 0.1, expected two finite numbers, (x, y)"),
     (link(com=(np.nan, 0.0)), "links[0].com: found (nan, 0.0), expected two finite numbers, (x, y)"),
     (link(guess=np.nan), "links[0].guess: found nan, expected a finite number"),
-    (joint(name="O"), 'joints[1].name: found "O", expected a name of its own; another has it already'),
+    (joint(name="O"), 'joints[1].name: found "O", expected a unique name; another has it already'),
     (joint(kind="pn"), 'joints[1].kind: found "pn", expected one of pin, slide, pin-in-slot, fixed; did you mean "pin"?'),
     (
         joint(first="crnk"),
@@ -185,7 +185,7 @@ FAULTS = [
     (joint(length=None), "joints[1].length: found nothing, expected a finite number, 0 or above"),
     (joint(direction=np.inf), "joints[1].direction: found inf, expected a finite number"),
     (joint(guess="left"), 'joints[1].guess: found "left", expected a finite number'),
-    (coupling(name="A"), 'couplings[0].name: found "A", expected a name of its own; another has it already'),
+    (coupling(name="A"), 'couplings[0].name: found "A", expected a unique name; another has it already'),
     (coupling(kind="geer"), 'couplings[0].kind: found "geer", expected one of gear, rolling, cam; did you mean "gear"?'),
     (coupling(first="Z"), 'couplings[0].first: found "Z", expected one of O, A, B, D'),
     (coupling(second="O"), 'couplings[0].second: found "O", expected another joint than first'),
@@ -450,7 +450,7 @@ def test_a_guess_between_two_assemblies_is_refused() -> None:
     middle = float(np.angle(np.exp(1j * found[:, 1]).sum()))
     crank, coupler, rocker = base.links
     doubtful = replace(base, links=(crank, coupler._replace(guess=middle + 0.02), rocker))
-    with pytest.raises(SceneError, match="guesses that do not tell the assemblies apart"):
+    with pytest.raises(SceneError, match="guesses that fit several assemblies"):
         assembled(Equations(loops(doubtful)))
 
 

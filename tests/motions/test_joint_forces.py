@@ -413,7 +413,7 @@ def test_what_does_not_go_with_a_run_is_told() -> None:
     scene = flywheel.load(PUSHED)
     with pytest.raises(SceneError, match=r"t: found 0\.07 s, expected times of the motion, from 0 to 0\.06 s"):
         joint_forces(scene, transient=pushed(), t=[0.07])
-    with pytest.raises(SceneError, match="phi: found a value, expected none, as the motion tells it"):
+    with pytest.raises(SceneError, match="phi: found a value, expected none, as it follows from the motion"):
         joint_forces(scene, [0.1], transient=pushed())
     with pytest.raises(SceneError, match="transient: found a motion of another scene"):
         joint_forces(flywheel.load(press()), transient=pushed())

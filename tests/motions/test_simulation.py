@@ -273,7 +273,7 @@ def test_the_graph_holds_the_twist_as_a_spring_and_a_resistor_between_gear_and_s
 def test_a_side_of_a_compliant_shaft_without_inertia_is_named():
     light = {key: value for key, value in scene(stiffness=80.0).items() if key not in ("mechanism", "load")}
     light["inertia"] = [{"on": "motor", "value": 0.2}]
-    with pytest.raises(SceneError, match=r'inertia: found nothing that weighs on crank.*add \[\[inertia\]\] on = "crank"'):
+    with pytest.raises(SceneError, match=r'inertia: found no inertia on crank.*add \[\[inertia\]\] on = "crank"'):
         flywheel.simulate(flywheel.load(light), phi=0.0, omega=5.0, until=1.0)
 
 

@@ -394,7 +394,9 @@ def test_the_way_is_reached_however_weak_or_strong_the_torque(torque):
 
 
 def test_an_end_must_be_said_where_nothing_fixes_a_speed():
-    with pytest.raises(SceneError, match=r"until: found a regime, to which nothing holds this machine.*--until \"2 turns\""):
+    with pytest.raises(
+        SceneError, match=r"until: found a regime, although no torque fixes the speed of this machine.*--until \"2 turns\""
+    ):
         flywheel.transient(flywheel.load(YOKE))
     with pytest.raises(SceneError, match=r"neither regime\.speed nor a torque that depends on speed"):
         flywheel.transient(flywheel.load(YOKE), end="95 %")

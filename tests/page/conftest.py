@@ -29,7 +29,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """All tests that are skipped for want of a browser are told in one line, at one place."""
+    """All tests that are skipped for lack of a browser are told in one line, at one place."""
     report = yield
     if report.skipped and isinstance(report.longrepr, tuple) and report.longrepr[2].startswith(f"Skipped: {_SKIPPED}"):
         report.longrepr = ("tests/page", 0, report.longrepr[2])

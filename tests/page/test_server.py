@@ -423,7 +423,7 @@ def test_what_is_no_scene_is_not_opened(tmp_path: Path, name: str) -> None:
 
 
 def test_a_page_that_has_another_file_saves_and_watches_that_one(press_file: Path) -> None:
-    """A new scene, begun in the page of another one and saved under a name of its own."""
+    """A new scene, begun in the page of another one and saved under a unique name."""
     session = Session(press_file)
     saved = session.save("a = 1\n", "mine.toml", False, "")
     mine = str(press_file.with_name("mine.toml"))

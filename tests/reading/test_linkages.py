@@ -364,7 +364,7 @@ def test_a_driver_that_slides_needs_a_stroke_of_its_own():
         ("ports/tip/direction", "3 m", "ports.tip.direction", "angle"),
         ("ports/a.b", {"point": "rocker.E"}, 'ports."a.b"', "letters"),
         ("ports/rocker", {"point": "rocker.E"}, "ports.rocker", "a body bears this one"),
-        ("ports/crank", {"point": "rocker.E"}, "ports.crank", "a name of its own"),
+        ("ports/crank", {"point": "rocker.E"}, "ports.crank", "a unique name"),
         ("couplings", 3, "couplings", "array of tables"),
         ("couplings", None, "couplings", "array of tables"),
         ("bodies", None, "bodies", "a table"),

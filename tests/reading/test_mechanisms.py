@@ -62,7 +62,7 @@ def test_bodies_and_geometry_have_defaults(kind):
         ("slider-crank", "rod", "conrod", "did you mean rod?"),
         ("slider-crank", "rod", "link", "did you mean rod?"),
         ("slider-crank", "rod", "pitman", "did you mean rod?"),
-        ("slider-crank", "crank", "stroke", "a stroke in line is twice crank.length"),
+        ("slider-crank", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
         ("slider-crank", "crank", "throw", "did you mean crank.length?"),
         ("slider-crank", "crank", "crankshaft", "did you mean crank?"),
     ],
@@ -75,10 +75,10 @@ def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
 @pytest.mark.parametrize(
     ("line", "path", "advice"),
     [
-        ("crank.stroke = 0.2", "mechanism.crank.stroke", "a stroke in line is twice crank.length"),
+        ("crank.stroke = 0.2", "mechanism.crank.stroke", "the stroke of an in-line mechanism is twice crank.length"),
         ("crank.throw = 0.1", "mechanism.crank.throw", "did you mean length?"),
         ("crank.radius = 0.1", "mechanism.crank.radius", "did you mean length?"),
-        ("slider.stroke = 0.2", "mechanism.slider.stroke", "a stroke in line is twice crank.length"),
+        ("slider.stroke = 0.2", "mechanism.slider.stroke", "the stroke of an in-line mechanism is twice crank.length"),
         ("plunger.mass = 2", "mechanism.plunger", "did you mean slider?"),
         ("rocker.length = 2", "mechanism.rocker", "rocker belongs to type four-bar or crank-shaper"),
         ("[[inertia]]\non = 'crank'\ninertia = 2", "inertia[0].inertia", "did you mean value?"),

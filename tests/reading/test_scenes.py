@@ -427,7 +427,7 @@ def test_files_that_cannot_be_read_give_one_line(tmp_path):
         foreign.write_bytes('title = "Press"'.encode(encoding))
         assert "found a text in UTF-16, expected text in UTF-8; save" in one_fault(read_scene, foreign)
     foreign.write_bytes(b"\x7fELF\x02\0\0\0")
-    assert "found a file that is no text" in one_fault(read_scene, foreign)
+    assert "found a file that is not text" in one_fault(read_scene, foreign)
 
 
 @pytest.mark.parametrize(
@@ -727,7 +727,7 @@ def test_a_stroke_that_cannot_be_read(changes, start):
             {"load": [{"on": "slide", "force": 1, "from": 0, "to": 0.2}]},
             "load[0].to: found 0.2 m, expected a place from -0.06",
         ),
-        ({"load": [{"on": "slide", "force": 1, "from": 0.1, "to": 0}]}, "load[0].to: found 0 m, expected a place behind"),
+        ({"load": [{"on": "slide", "force": 1, "from": 0.1, "to": 0}]}, "load[0].to: found 0 m, expected a position beyond"),
         ({"load": [{"on": "slide", "force": 1, "from": 0}]}, "load[0].to: found nothing"),
         (
             {"load": [{"on": "slide", "table": {"angle": [0, 0.1], "value": [1, 2]}}]},

@@ -271,7 +271,7 @@ def syntax_faults(text: str):
         ('title = "Press"', "// Press", "line 1, column 1", "write # at the beginning"),
         ('title = "Press"', "```toml", "line 1, column 1", "leave the lines"),
         ('"Press"', "True", "line 1, column 9", "write title = true"),
-        ("rod.length = ", "rod.length\u00a0= ", "line 6, column 1", "type this line anew"),
+        ("rod.length = ", "rod.length\u00a0= ", "line 6, column 1", "retype this line"),
         ("rod.length", "Länge", "line 6, column 1", "flywheel reference"),
         ('"-40 kN"', '"-40 kN" while = "v > 0"', "line 11, column 18", "begin a new line with while"),
         ("[regime]\n", "[regime] ", "line 18, column 1", "what follows on the next line"),

@@ -215,7 +215,7 @@ def test_a_crossing_beside_those_of_other_limits_is_found():
         ({}, {}, "flywheel.limits: found no limit"),
         ({"motor_heat": 110}, {}, 'write "110 %"'),
         ({"motor_hat": 1}, {}, 'did you mean "motor_heat"?'),
-        ({"motor_heat": 1}, {"type": "engine"}, "which does not tell what heats it"),
+        ({"motor_heat": 1}, {"type": "engine"}, "whose losses are not known"),
         ({"current_pulsation": 0.4}, {"type": "engine"}, "whose current is not known"),
         ({"motor_rms": 1}, {"type": "constant"}, "without a rated point"),
         ({"motor_rms": 1}, None, "motor_rms without a motor"),

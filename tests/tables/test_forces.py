@@ -501,7 +501,7 @@ def test_the_question_and_its_reference_come_first():
     assert told[:3] == [
         "Rotor",
         "Accuracy against time: the exact flywheel, to a relative error of 1e-06",
-        "  reference  2 kg m², itself in doubt by 1.0e-14 (relative)",
+        "  reference  2 kg m², with an error of 1.0e-14 (relative)",
     ]
     assert "Second route: the closed form is 1e-15 apart" in tradeoff_text(whole())
     assert "Errors are relative to 2.5 kg m²" in tradeoff_text(whole())
@@ -582,8 +582,8 @@ def test_what_methods_leave_out_is_told_once():
 def test_a_table_that_is_not_whole_says_so_in_its_last_line(changes):
     found = compared(tradeoff_row("plain grid", "36 angles"), tradeoff_row("collocation", "", None), budget=30.0, **changes)
     wanted = {
-        False: "NOT WHOLE: 1 of 2 methods were run to their end within 30 s; --budget 60 runs more.",
-        True: "NOT WHOLE: interrupted; 1 of 2 methods were run to their end.",
+        False: "NOT WHOLE: 1 of 2 methods were run to completion within 30 s; --budget 60 runs more.",
+        True: "NOT WHOLE: interrupted; 1 of 2 methods were run to completion.",
     }[found.interrupted]
     assert lines_of(found)[-1] == wanted
     assert unfinished(found) == [wanted]

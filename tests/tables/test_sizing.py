@@ -313,7 +313,7 @@ def test_what_never_settles_is_said_to() -> None:
         drive={"on": "m", "torque": "balance"},
     )
     text = report.text(sized_regime(lossy))
-    assert "no torque brings a change of speed back" in text
+    assert "no torque corrects a change of speed" in text
     assert "1 - multiplier" not in text
     driven = [{"on": "crank", "torque": "3*omega - 90 + 50*sin(phi)"}]
     grows = report.text(sized_regime(rotor(load=driven, drive={"torque": "balance"})))
@@ -339,7 +339,7 @@ def test_areas_are_those_of_a_constant_speed() -> None:
     assert "Areas of the turning moment at constant speed" in text
     plain = report.text(sized_regime(yoke()))
     assert "constant speed, and" not in plain
-    assert "How the motion holds itself" not in plain
+    assert "Stability of the motion" not in plain
 
 
 def test_a_candidate_s_irregularity_is_that_of_its_own_motion() -> None:

@@ -79,7 +79,7 @@ def test_what_is_not_confirmed_or_not_reached_is_said():
     message = "rtol 1e-09 not reached: the exact inertia is good to 0.003 (estimated, relative)"
     off = replace(sized(), error=sized().error._replace(exact=3e-3), messages=(message,))
     text = " ".join(summary.text(off).split())
-    assert "The accuracy asked for was NOT reached: a figure may be off by 0.3 %." in text
+    assert "The accuracy asked for was NOT reached: the error of a figure may be up to 0.3 %." in text
     assert f"Note: {message}" in text
     assert "353.5 ± 1.1" in text or "354 ± 1" in text
 
@@ -123,7 +123,9 @@ def test_spanish_has_its_words_and_its_decimal_mark():
 
 
 def test_weight_is_told_where_it_acts():
-    assert ("gravity", "9.80665 m/s² at -90 deg, on all that has a mass", "", "") in block(sized(gravity={}), "machine").rows
+    assert ("gravity", "9.80665 m/s² at -90 deg, on every body with mass", "", "") in block(
+        sized(gravity={}), "machine"
+    ).rows
     assert not any(row.label == "gravity" for row in block(sized(), "machine").rows)
 
 
@@ -346,11 +348,11 @@ def test_the_blocks_of_an_explanation():
     told = explain(scenes.yoke()).text()
     titles = [line for line in told.splitlines() if line and not line.startswith(" ")]
     assert titles == [
-        "How it was worked out (normal)",
+        "Method of solution (normal)",
         "What the torques depend on",
         "Not modelled, as this scene or this level does not need it",
-        "What takes more than a smooth machine would",
-        "What it cost, loading of libraries left out",
+        "Additional work beyond that of a smooth machine",
+        "Cost, without the loading of libraries",
     ]
     assert told.endswith("\n")
 
@@ -386,7 +388,7 @@ def test_a_diagram_of_areas_is_whole_at_every_level():
 
 
 def test_the_collocation_is_named():
-    assert "Confirmed by periodic collocation, on cells of its own" in report(scenes.rotor(), "confirm")
+    assert "Confirmed by periodic collocation, on separate cells" in report(scenes.rotor(), "confirm")
 
 
 # What a sizing means: the irregularity that each flywheel gives.
@@ -408,7 +410,7 @@ def test_a_machine_without_inertia_has_the_irregularity_that_its_torques_leave()
     assert areas.gives[0] < exact.gives[0]
 
 
-# The machine as it was read, and remarks on what in it is out of proportion.
+# Input summary, and remarks on what in it is out of proportion.
 
 
 PRESS = """
@@ -443,7 +445,7 @@ def remarks(**given) -> dict[str, str]:
 
 def test_the_machine_as_it_was_read():
     assert scene_rows(press(crank="0.08", speed="60")) == [
-        "The machine as it was read",
+        "Input summary",
         "  mechanism  slider-crank: crank 80 mm; rod 480 mm, 12 kg, 0.3 kg m²",
         "  load       on slider-crank.slider: -40 kN from 340 deg to 360 deg",
         "  drive      on crank: balance, a constant torque",
@@ -540,7 +542,7 @@ def test_remarks_stand_on_the_page_and_beside_data_on_standard_error(tmp_path):
     )
     remark = 'load[0].force (the 1st [[load]], line 8): "-40.000 N" is -40 N'
     assert remark in page.stdout
-    assert page.stdout.startswith("The machine as it was read")
+    assert page.stdout.startswith("Input summary")
     assert page.stderr == ""
     for result in (data, points):
         assert f"{file}: remark: {remark}" in result.stderr

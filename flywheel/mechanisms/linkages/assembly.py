@@ -738,7 +738,7 @@ def _chosen(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     if len(near) > 1 and len(few):
         near = _nearest(loops, few, guesses)
     if len(near) > 1 and guesses:
-        what = "guesses that do not tell the assemblies apart"
+        what = "guesses that fit several assemblies"
         raise SceneError([_fault(loops, "", what, near, "guesses nearer to one of them")])
     if len(near) > 1:
         raise SceneError([_fault(loops, "", f"{len(near)} assemblies that fit", near, "a guess or side for one")])

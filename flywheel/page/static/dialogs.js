@@ -177,7 +177,7 @@ export function help(median) {
     text("The form and the text are one scene: what is changed in one stands in the other, with comments and layout kept. A number may be typed with another unit, such as 3.5 in."),
     text("While a slider moves, every figure follows; when it rests, the answer is confirmed by a run in time."),
     text("Drag the crank, or point at a curve: one crank angle is marked in all figures."),
-    text("Nothing leaves this machine, and no file is written unasked."),
+    text("Nothing leaves this machine, and no file is written without your asking."),
   ].map((words) => element("p", {}, words));
   const speed = median === null ? null : element("p", { class: "muted" }, text("Figures redrawn within {n} ms at the median.", { n: number(Math.round(median)) }));
   return ask(text("Help"), [table, told, speed], [{ value: "", words: text("Close"), main: true }]);

@@ -74,7 +74,7 @@ async function write_to(path, over, seen) {
 /** There is another text where this one was to be written: show what differs, and let the reader choose. */
 async function conflict(path, data) {
   const other = path !== null && path !== scene.path;
-  const title = other ? text("{name} is there already", { name: path }) : text("{name} was changed by somebody else", { name: scene.name });
+  const title = other ? text("{name} is there already", { name: path }) : text("{name} was changed outside this page", { name: scene.name });
   const parts = [differences(data.text ?? "", scene.text, { theirs: text("in the file"), mine: text("in this page") })];
   const chosen = await ask(title, parts, [
     { value: "mine", words: other ? text("Replace it") : text("Keep mine: replace the file") },

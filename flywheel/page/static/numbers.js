@@ -29,7 +29,7 @@ function blockOf(block) {
   if (block.name !== "machine") {
     return element("section", { class: `block ${block.name}` }, block.title ? element("h3", {}, block.title) : null, parts);
   }
-  const made = element("details", { class: "block machine", ontoggle: () => (open = made.open) }, element("summary", {}, block.title || text("The machine as it was read")), parts);
+  const made = element("details", { class: "block machine", ontoggle: () => (open = made.open) }, element("summary", {}, block.title || text("Input summary")), parts);
   made.open = open;
   return made;
 }
