@@ -100,7 +100,7 @@ def test_a_result_that_its_numbers_do_not_give_is_told():
     wrong = Step("Fluctuation", STEP.formula, STEP.numbers, Quantity("DeltaW", 551.103, "J"))
     assert unreproduced(document(TABLE, STEP)) == []
     assert unreproduced(document(TABLE, wrong)) == ["Fluctuation"]
-    assert "do not suffice" in html(document(TABLE, wrong))
+    assert "does not have enough digits" in html(document(TABLE, wrong))
 
 
 def test_differences_have_the_digits_that_they_need():

@@ -307,7 +307,7 @@ def test_more_flywheel_cures_what_it_is_said_to_cure() -> None:
     assert told is not None
     assert heavy.energy is not None
     assert float(told[1]) == pytest.approx(100 * (heavy.energy.rotor_heat_share or 0.0), rel=5e-3)
-    assert "within what it is rated for" in " ".join(lines(heavy).split())
+    assert "within its rating" in " ".join(lines(heavy).split())
 
 
 def test_an_induction_motor_past_its_breakdown_is_told_of() -> None:
@@ -510,7 +510,7 @@ def test_the_question_and_its_reference_come_first():
 def test_an_analysis_has_no_unit_and_no_scale():
     told = tradeoff_text(compared(figure="irregularity", unit="", scale=0.0, title=None))
     assert told.startswith("Accuracy against time: the irregularity")
-    assert "  reference  2, itself" in told
+    assert "  reference  2, with an error" in told
     assert "Errors are relative" not in told
 
 

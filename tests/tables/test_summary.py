@@ -164,7 +164,7 @@ def scene(tmp_path):
         (("--units", "us"), "377.68"),
         (("--language", "es"), "15,915"),
         (("--full",), "exact (Wittenbauer)     15.91549431"),
-        (("--explain",), "How it was worked out"),
+        (("--explain",), "Method of solution"),
     ],
 )
 def test_the_command_prints_the_page_and_what_else_is_asked(scene, options, says):
@@ -263,7 +263,7 @@ def test_bodies_without_mass_are_named_and_are_not_in_the_graph():
 def test_a_constant_inertia_makes_the_areas_exact_and_that_is_said():
     found = explain(scenes.rotor(inertia=[{"on": "crank", "value": 2}]))
     assert said(found, "a varying inertia: I* is 2 kg m²")
-    assert said(found, "with a constant I* there is none")
+    assert said(found, "it vanishes with a constant I*")
     wheel = found.sizing.flywheel
     assert wheel.exact == pytest.approx(wheel.approximate, rel=1e-12)
     assert not said(explain(scenes.press()), "a varying inertia")
@@ -328,7 +328,7 @@ def test_the_cost_is_told_as_measured():
     found = explain(scenes.yoke(), "confirm", 1e-4)
     cost, text = found.sizing.cost, found.text()
     assert found.as_dict()["cost"] == cost.as_dict()
-    told = [line.split() for line in text[text.index("What it cost") :].splitlines()]
+    told = [line.split() for line in text[text.index("Cost, without") :].splitlines()]
     assert ["the", "whole", str(cost.evaluations)] in [row[:3] for row in told]
     assert [row[:2] for row in told[3:5]] == [[name, str(stage.evaluations)] for name, stage in cost.stages.items()]
     assert "flywheel tradeoff measures it" in text
@@ -384,7 +384,7 @@ def test_a_diagram_of_areas_is_whole_at_every_level():
     areas = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}}
     told = {report(areas | {"flywheel": {"irregularity": 0.02}}, level) for level in ("normal", "audit")}
     assert len(told) == 1
-    assert told.pop().endswith("worked out whole at every level of accuracy.")
+    assert told.pop().endswith("solved completely at every level of accuracy.")
 
 
 def test_the_collocation_is_named():
