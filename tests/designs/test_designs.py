@@ -141,7 +141,7 @@ def test_the_allowable_stress_of_a_wheel_is_kept_without_being_asked_for():
     assert found.confirmed
     assert found.limits[0][:4] == ("wheel.stress", None, 11.5e6, "Pa")
     assert found.limits[0].binds == "high"
-    assert found.messages[0].startswith("the wheel's allowable stress is kept without being asked for")
+    assert found.messages[0].startswith("the wheel's allowable stress is kept although it was not asked for")
     warned = flywheel.size(found.best).messages
     assert "grey cast iron usually stays below 30 m/s" in warned[0]
     assert set(warned) <= set(found.messages)

@@ -478,5 +478,5 @@ def test_the_sentence_tells_the_share_that_arrives_and_what_is_lost():
     shafts = {"motor": {"ratio": 8, "efficiency": 0.9}}
     load, drive = [{"on": "crank", "torque": "-200 N m"}], {"on": "motor", "torque": "balance"}
     flow = flow_of(scenes.rotor(shafts=shafts, load=load, drive=drive, regime={"speed": 10.0}, flywheel={"inertia": 3.0}))
-    assert sentence(flow) == "90 % of 2.22 kW arrive at the loads; lost: mesh motor–crank 222 W."
-    assert sentence(flow, losses=False) == "90 % of 2.22 kW arrive at the loads."
+    assert sentence(flow) == "90 % of 2.22 kW reaches the loads; lost: mesh motor–crank 222 W."
+    assert sentence(flow, losses=False) == "90 % of 2.22 kW reaches the loads."

@@ -433,7 +433,7 @@ def test_the_cheapest_does_not_know_it(best):
 
 def test_none_that_promises_it_was_run():
     found = compared(GRID, RESULT_LEFT, cheapest=GRID.name)
-    assert found.sentence.endswith("none that does was run to its end.")
+    assert found.sentence.endswith("none that does was run to completion.")
 
 
 def test_those_that_are_level_are_named():

@@ -265,7 +265,7 @@ def test_motors_without_a_rating_or_a_fall_are_told_of() -> None:
     text = lines(sized(constant))
     assert "greatest torque 50 N m" in text
     assert "rated" not in text.replace("without a rated point", "")
-    assert "does not tell what heats it" in text
+    assert "does not give its losses" in text
 
 
 def test_a_motor_that_brakes_is_said_to() -> None:
@@ -375,7 +375,7 @@ def test_a_long_cycle_is_no_mean() -> None:
     load = [{"on": "crank", "torque": "-30 kN m", "from": 0, "to": "180 deg"}]
     scene = {"shafts": {"motor": {"ratio": 2000}}, "load": load, "drive": drive}
     text = lines(sized(scene | {"flywheel": {"on": "motor", "inertia": 0.1}}))
-    assert "hotter for a while than on the mean" in " ".join(text.split())
+    assert "above the mean for a while" in " ".join(text.split())
 
 
 def test_a_motor_with_a_relief_valve_gives_no_less_where_the_valve_is_open() -> None:

@@ -116,7 +116,7 @@ def test_approximate_of_zero_is_said_in_words() -> None:
     sizing = sized(scene)
     assert sizing.flywheel.approximate is not None
     text = report.text(sizing)
-    assert "ask for no flywheel at all" in text or "times too small" in text
+    assert "give no flywheel at all" in text or "times too small" in text
 
 
 def test_own_inertia_suffices() -> None:

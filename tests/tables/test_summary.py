@@ -341,7 +341,7 @@ def test_a_diagram_of_areas_has_little_to_explain():
     assert found.because == ("the scene gives the areas themselves: areas.values",)
     assert found.forced == ()
     assert found.sizing.cost.evaluations == 0
-    assert "What takes more" not in found.text()
+    assert "Additional work" not in found.text()
 
 
 def test_the_blocks_of_an_explanation():
