@@ -642,7 +642,7 @@ def _share_of_input(value: float, whole: float) -> str:
 
 
 def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) -> str | None:
-    """The share that arrives, and the greatest losses: "92.4 % of 7.31 kW reaches the loads; lost: belt motor–wheel 290 W."."""
+    """The share that arrives, and the main losses: "92.4 % of 7.31 kW reaches the loads; lost: belt motor–wheel 290 W."."""
     if not flow.losses > _TINY * flow.input:
         return None
     lost = sorted((entry for entry in entries(flow) if entry.stream.lost), key=lambda entry: -entry.power)

@@ -456,7 +456,7 @@ class Motor(ABC):
 
     def heat_facts(self, energy: Energy) -> Iterator[Fact]:
         """Facts for a report on its heat over a cycle."""
-        yield Fact(_("Torque against speed alone does not tell what heats this motor."))
+        yield Fact(_("Torque against speed alone does not give the losses of this motor."))
 
     @property
     def starting_torque(self) -> float:
