@@ -428,7 +428,7 @@ def test_the_cheapest_promises_it():
 @pytest.mark.parametrize("best", [GRID, LOOSE])
 def test_the_cheapest_does_not_know_it(best):
     found = compared(best, EXACT, cheapest=best.name, cheapest_promised=EXACT.name)
-    assert "the cheapest that promises it is exact, closed form, rtol 1e-06" in found.sentence
+    assert "the cheapest whose own estimate promises it is exact, closed form, rtol 1e-06" in found.sentence
 
 
 def test_none_that_promises_it_was_run():
