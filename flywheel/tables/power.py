@@ -223,7 +223,7 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     elif sizing.synchronism is not None:
         yield from _in_step(sizing.synchronism)
     elif not motor.governed:
-        yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
+        yield "Torque against speed alone does not give its losses: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + TIE):
             yield "The mean power is more than the rated one."
 
