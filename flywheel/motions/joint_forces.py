@@ -549,7 +549,7 @@ def _parts(found: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:
     parts |= {name: (units[name], values, True) for name, values in found.components[joint].items()}
     for name, values in zip(("x", "y"), found.forces[joint], strict=True):
         parts.setdefault(name, ("N", values, False))
-    return parts | {RESULTANT: ("N", found.resultant(joint), True)}
+    return parts | {RESULTANT: ("N", found.resultant(joint), "N" in units.values())}
 
 
 def joints_named(forces: JointForces, of: Sequence[str] = ()) -> list[tuple[str, str]]:

@@ -47,6 +47,8 @@ def figures_of(found: Reactions, shown: Array, joints: Iterable[str] | None = No
             parts = {part: _ended(values, shown.size) for part, values in found.components[name].items()}
             one |= {part: parts[part] for part in (*_SIDES, "moment") if part in parts}
             at, force = parted(shown, np.stack([parts[part] for part in _SIDES if part in parts]))
+        if kind == "coupling" and "moment" in found.components[name]:  # a belt's couple, without a force
+            one["moment"] = _ended(found.components[name]["moment"], shown.size)
         one["largest"] = peak(at, np.abs(force).max(axis=0) if kind == SLIDE else np.hypot(*force), 1.0)
         forces.append(one)
     driving = []
@@ -62,9 +64,13 @@ def rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cyclic: 
     """The rows of those figures; `cyclic`: the positions are those of a whole cycle, whose ends may differ by a jump."""
     for k, joint in enumerate(figures["joints"]):
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
-        if largest is None:
+        is_belt = joint["kind"] == "coupling" and "moment" in joint
+        if largest is None or (is_belt and not np.isfinite(np.diff(joint["moment"])).any()):
             about = _("Not known: redundant constraints leave it open, or friction locks.")
             yield Row(key, title, _("force"), "N", about, ())
+            continue
+        if is_belt:
+            yield _moment(key, title, joint["moment"], shown)
             continue
         factor, unit = scaled("N", largest["value"])
         about = _(
@@ -88,13 +94,18 @@ def rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cyclic: 
         yield row._replace(breaks=breaks(shown, values))
         moment = joint.get("moment")
         if moment is not None and float(np.nanmax(np.abs(moment), initial=0.0)) > _NEGLIGIBLE * largest["value"]:
-            least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
-            about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
-            curve = Curve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
-            row = Row(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
-            yield row._replace(breaks=breaks(shown, moment))
+            yield _moment(key, title, moment, shown)
     for k, drive in enumerate(figures["driving"]):
         yield _driving(k, drive, shown)
+
+
+def _moment(key: str, title: str, moment: Array, shown: Array) -> Row:
+    """The row of a moment in a slide, or of a belt's couple."""
+    least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
+    about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
+    curve = Curve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
+    row = Row(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
+    return row._replace(breaks=breaks(shown, moment))
 
 
 def _driving(k: int, drive: Mapping[str, Any], shown: Array) -> Row:

@@ -200,6 +200,7 @@ EVERY = {
     "six-bar": six_bar(0.1, 0.01),
     "rubbing whitworth": whitworth(0.1),
     "geared five-bar with inclined teeth": geared_five_bar(0.35),
+    "five-bar with a belt": geared_five_bar(ratio=1.0),
     "planetary": planetary(),
     "internal gear": internal(),
     "rolling wheel": rolling_wheel(),

@@ -264,6 +264,35 @@ def test_reactions_of_a_press_by_newton_and_euler() -> None:
     np.testing.assert_allclose(joints.components["guide"]["normal"], normal, rtol=1e-10, atol=1e-6)
 
 
+def test_a_belt_beside_a_parallelogram_leaves_its_share_open_and_the_rest_known() -> None:
+    bars = {"crank": (0.1, 2.0), "coupler": (0.4, 3.0), "rocker": (0.1, 2.0)}
+    bodies = {name: {"points": {"E": [long, 0]}, "mass": kg, "com": [long / 2, 0]} for name, (long, kg) in bars.items()}
+    bodies["coupler"]["guess"] = 0
+    ends = {"O": ("frame.origin", "crank.origin"), "A": ("crank.E", "coupler.origin")}
+    ends |= {"B": ("coupler.E", "rocker.E"), "D": ("frame.D", "rocker.origin")}
+    joints = [{"name": name, "type": "pin", "between": list(pair)} for name, pair in ends.items()]
+    belt = {"name": "belt", "type": "gear", "between": ["O", "D"], "ratio": 1}
+    mechanism = {"type": "linkage", "driver": "O", "joints": joints, "couplings": [belt]}
+    scene = flywheel.load({
+        "mechanism": mechanism | {"bodies": bodies | {"frame": {"points": {"D": [0.4, 0]}}}},
+        "load": [{"on": "rocker", "torque": "-20*sin(phi)**2"}],
+        "gravity": {},
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"inertia": 1},
+    })  # fmt: skip
+    phi = np.array([0.3, 1.2, 2.5, 4.0])
+    forces = joint_forces(scene, phi, speed=10.0)
+    found = forces.mechanisms["linkage"]
+    assert set(found.undetermined) == {"O.x", "A.x", "B.x", "D.x", "belt.moment"}
+    weight = 9.80665 * (2.0 * 0.05 + 3.0 * 0.1 + 2.0 * 0.05)
+    np.testing.assert_allclose(found.action, weight * np.cos(phi) + 20.0 * np.sin(phi) ** 2, rtol=1e-10)
+    coupler = 3.0 * (9.80665 - 0.1 * 10.0**2 * np.sin(phi))  # on two pins alike
+    np.testing.assert_allclose(found.components["A"]["y"], coupler / 2, rtol=1e-9)
+    np.testing.assert_allclose(found.components["B"]["y"], -coupler / 2, rtol=1e-9)
+    assert {curve.component for curve in force_curves(forces, ["belt"])} == {"moment"}
+
+
 def test_a_constant_speed_may_be_given() -> None:
     found = joint_forces(flywheel.load(press()), PHI, speed=5.0, acceleration=2.0)
     assert (found.motion.omega == 5.0).all()

@@ -156,9 +156,10 @@ class Resistances:
             for k, coupling in enumerate(linkage.couplings):
                 touch = contact(poses, coupling)
                 ends = (touch.first, touch.second)
+                still = np.zeros(len(state.x))
                 sides = [
-                    Pair(*ends, way, touch.at, np.zeros(len(state.x))).on_bodies(middle)[1:].reshape(-1, len(state.x)).T
-                    for way in (touch.push, touch.aside)
+                    Pair(*ends, way, touch.at, couple).on_bodies(middle)[1:].reshape(-1, len(state.x)).T
+                    for way, couple in ((touch.push, still if touch.couple is None else touch.couple), (touch.aside, still))
                 ]
                 reactions[:, :, self.model.kept + k] = sides[0]
                 if coupling.friction or coupling.pressure_angle:

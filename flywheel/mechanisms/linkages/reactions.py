@@ -137,7 +137,8 @@ class Reactions(NamedTuple):
         """The largest force of every joint whose force is known somewhere, and of both ends of a shoe, at the positions."""
         sizes: dict[str, Array] = {}
         for name, parts in self.components.items():
-            sizes[name] = self.resultant(name)
+            if FORCE in self.units[name].values():
+                sizes[name] = self.resultant(name)
             sizes |= {f"{name}.{end}": np.abs(parts[end]) for end in ("front", "rear") if end in parts}
         found = []
         for name, size in sizes.items():
@@ -337,7 +338,7 @@ def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balanc
         own = components.setdefault(part.joint, {})
         own[part.name] = own.get(part.name, 0.0) + amount
         units.setdefault(part.joint, {})[part.name] = part.unit
-        if part.unit == FORCE:
+        if part.unit == FORCE or part.joint not in forces:  # a belt's couple has no force
             forces[part.joint] = forces.get(part.joint, 0.0) + part.pair.force * amount
     for joint in poses.linkage.joints:
         own = components[joint.name]
@@ -432,12 +433,17 @@ def constraints(poses: Poses, drivers: Iterable[str]) -> dict[tuple[str, str], A
             found[body, 2] += sign * (perp(place - poses.value[body, :2]) * axis).sum(axis=0)
         return found
 
+    def turned(first: int, second: int) -> Array:
+        """Rate at which a body turns against another."""
+        found = np.zeros_like(poses.value)
+        found[first, 2], found[second, 2] = -1.0, 1.0
+        return found
+
     def parts(joint: Joint) -> dict[str, Array]:
         """All that a joint may keep or drive, its coordinate's rate as `drive`."""
         first, second = index(poses, joint.first), index(poses, joint.second)
         start, end = poses.point(joint.first, joint.first_at).value, poses.point(joint.second, joint.second_at).value
-        turn = np.zeros_like(poses.value)
-        turn[first, 2], turn[second, 2] = -1.0, 1.0
+        turn = turned(first, second)
         found = {"moment": turn, DRIVE: turn}
         if joint.kind in (PIN, FIXED):
             axes = {"x": np.stack((unit, still)), "y": np.stack((still, unit))}
@@ -453,6 +459,9 @@ def constraints(poses: Poses, drivers: Iterable[str]) -> dict[tuple[str, str], A
         found |= {(joint.name, name): rows[name] for name in kept[joint.kind]}
     for coupling in linkage.couplings:
         touch = contact(poses, coupling)
+        if touch.couple is not None:
+            found[coupling.name, "moment"] = turned(touch.first, touch.second)
+            continue
         name = "normal" if coupling.kind == CAM else "tangential"
         found[coupling.name, name] = apart(touch.first, touch.at, touch.second, touch.at, touch.push)
     return found | {(name, DRIVE): parts(linkage.joint(name))[DRIVE] for name in drivers}

@@ -249,6 +249,7 @@ class Contact(NamedTuple):
 
     aside: unit vectors (2, n). Of teeth: the way in which the pressure angle inclines second's force. Of a cam: along its
         surface, as second slides on first when the cam's coordinate grows; 0 where it does not slide.
+    couple: of a belt, which turns second by a couple alone, 1 (n,).
     """
 
     first: int
@@ -256,6 +257,7 @@ class Contact(NamedTuple):
     at: Array
     push: Array
     aside: Array
+    couple: Array | None = None
 
 
 def contact(poses: Poses, coupling: Coupling) -> Contact:
@@ -268,6 +270,9 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
     Gear: teeth meet at the pitch point P = (c1 - rho c2)/(1 - rho), where the wheels' relative velocity vanishes, rho being
     the second wheel's speed over the first's. The force is positive along the common tangent, a quarter turn from c1 -> c2.
     Teeth press the wheels apart: second along c1 -> c2 outside (rho < 0), against it inside.
+
+    Belt: at rho = 1 there is no such point. A belt or chain between equal wheels turns the second one by a couple, whose
+    reaction turns the first one back; the pull of both strands on the pins is left out.
 
     Rolling: the wheel touches at |ratio| from its centre, across the guide, on the side where both have the same velocity.
     The force is positive along the guide. With a pressure angle (a rack) it also presses the rack away from the wheel.
@@ -291,7 +296,12 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
     if coupling.kind == GEAR:
         ratio = coupling.ratio * senses[0] * senses[1]
         if ratio == 1.0:
-            raise SceneError([Fault(f"{path}.ratio", "1", "a ratio with a pitch point", "equal speeds need no gear")])
+            if coupling.pressure_angle:
+                raise SceneError(
+                    [Fault(f"{path}.pressure_angle", "one at a ratio of 1", "none", "a belt has no teeth's flanks")]
+                )
+            still = np.zeros_like(pivot)
+            return Contact(first, second, 0.5 * (pivot + other), still, still, np.ones(still.shape[1]))
         line = other - pivot
         line = line / np.hypot(*line)
         return Contact(first, second, (pivot - ratio * other) / (1.0 - ratio), perp(line), -np.sign(ratio) * line)
@@ -445,13 +455,15 @@ def _of_coupling(poses: Poses, coupling: Coupling, sliding: Array | None) -> tup
     """The force between the two bodies of a coupling, and what its friction (if it slides) or its pressure angle adds."""
     touch = contact(poses, coupling)
     still = np.zeros(poses.q.shape)
-    push = Pair(touch.first, touch.second, touch.push, touch.at, still)
+    push = Pair(touch.first, touch.second, touch.push, touch.at, still if touch.couple is None else touch.couple)
     side = Pair(touch.first, touch.second, touch.aside, touch.at, still)
     if coupling.kind == CAM:
         normal = Component(coupling.name, "normal", FORCE, push)
         if sliding is None:
             return normal, []
         return normal, [Passive(coupling.name, FRICTION, FORCE, side, -coupling.friction * sliding, ({"normal": 1.0},))]
+    if touch.couple is not None:
+        return Component(coupling.name, "moment", COUPLE, push), []
     if coupling.friction:
         path = f"{poses.linkage.path}.couplings.{coupling.name}.friction"
         raise SceneError([Fault(path, f"{coupling.friction:.9g}", "none", "at the pitch point nothing slides")])
