@@ -39,8 +39,9 @@ if TYPE_CHECKING:
     )
     from bondgraph.graph import Bond, BondGraph, Builder, Part
     from bondgraph.laws import Function, GraphError, function
+    from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
-    from bondgraph.motion.simulation import Audit, Run, simulate
+    from bondgraph.motion.simulation import Run, simulate
     from bondgraph.reduction import Reduced, Reduction, reduce
     from bondgraph.rules import (
         Action,
@@ -70,7 +71,8 @@ _NAMES = {
         "drop_zero_velocity merge_double_differences merge_equal_junctions procedure simplify"
     ),
     "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
-    "motion.simulation": "Audit Run simulate",
+    "motion.audit": "Audit",
+    "motion.simulation": "Run simulate",
     "motion.dynamics": "Dynamics",
     "storage": "as_data from_data load save",
     "drawing": "draw svg",

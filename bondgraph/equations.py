@@ -13,15 +13,18 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from bondgraph.elements import C, Displacement, Element, I, Law, R, Se
-from bondgraph.graph import BondGraph, Builder, Scale, Solve, Sum, as_graph
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, full_digits, law_of, refuse
+from bondgraph.elements import SOURCES, C, Displacement, Element, I, Law, R, Se
+from bondgraph.graph import BondGraph, Builder, as_graph
+from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, exact, full_digits, law_of, refuse
 from bondgraph.motion.dynamics import Dynamics, Tables, Walk
-from bondgraph.motion.formulation import Formulation, Port
-from bondgraph.twin import Twin, exact, twin
+from bondgraph.motion.formulation import Formulation, Group, Port
+from bondgraph.twin import Twin, twin
 
 if TYPE_CHECKING:
     from bondgraph.strokes import Causality
+
+
+_MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are looked for
 
 
 class SymbolicWalk(Walk):
@@ -47,179 +50,137 @@ class Reading:
 
     Attributes:
         twin: the symbolic graph. form, tables: what `Dynamics` finds out about it.
-        keepers: independent flow -> the inertia whose momentum is the state.
-        scales: the factors from independent flows to states.
         state: the states' symbols.
-        massless: place of a flow that no inertia weighs -> its symbol.
         walk: the walk at the state.
 
     """
 
-    def __init__(self, graph: BondGraph, opaque: bool, causality: Causality | None, momenta: bool = True) -> None:
+    def __init__(self, graph: BondGraph, opaque: bool, form: Callable[[BondGraph], Formulation]) -> None:
+        self.twin = twin(graph, opaque=opaque)
+        self.form = form(self.twin.graph)
+        dynamics = Dynamics(self.twin.graph, self.twin.signals(), self.form)
+        for group in dynamics.tables.iterated:
+            self._check_closed(graph, group)
+        self.tables = dynamics.tables._replace(iterated=())
+        self.state = [self.twin.names.take(self.form.state_name(p), "state") for p in self.form.stores]
+        self.state += [self.twin.places[d.name] for d in self.form.displacements]
+        self.walk = SymbolicWalk(self.twin, self.tables, self.state)
+
+    def rates(self) -> list[Any]:
+        """The rates of the states."""
+        return [readable(self.twin.finish(rate)) for rate in self.walk.rates()]
+
+    def algebraic(self) -> Iterator[Equation]:
+        """The flows of 1-junctions that resistors settle, each variable once."""
+        form, done = self.form, set[int]()
+        resistors = {form.column[p.output] for p in form.acting if p.element.kind == "R"}
+        for junction in self.twin.graph.of_kind("1"):
+            variable = form.variable(junction.name)
+            if variable not in done and resistors.intersection(form.support[variable]):
+                done.add(variable)
+                symbol = self.twin.names.take(f"f_{junction.name}", "state")
+                yield self.twin.finish(symbol), readable(self.twin.finish(self.walk.whole(variable)))
+
+    def _check_closed(self, graph: BondGraph, group: Group) -> None:
+        """Refuse a resistor whose law would have to be solved for its own flow or effort."""
         import sympy  # type: ignore[import-untyped]
 
-        self.twin, dynamics = _like(graph, opaque)
-        self.form: Formulation = dynamics.form
-        self.tables = dynamics.tables._replace(iterated=False)
-        own = sympy.Symbol(OWN_FLOW, real=True)
-        for port in self.form.ports:  # a flow that no inertia weighs meets a resistor whose law is no straight line
-            law = port.element.law
-            if port.element.kind != "R" or not isinstance(law, Function) or OWN_FLOW not in law.of:
+        for port in (self.form.acting[k] for k in group.members):
+            law, own = port.element.law, graph.own(port.element.name)
+            if own is None or not isinstance(law, Function):
                 continue
-            weightless = [k for k in self.form.massless if k in self.form.support[port.variable]]
-            if weightless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
-                flow = self.form.name_of(self.form.coordinates.all[weightless[0]])
+            symbol = sympy.Symbol(own, real=True)
+            if law.symbolic({own: symbol}).diff(symbol).has(symbol):
+                wanted, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
                 raise GraphError(
-                    f"{self.twin.graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, "
-                    "which no inertia weighs, follows from it by no formula; put an inertia there, or use Dynamics"
+                    f"{graph.where(port.element.name)}: its law is no straight line, and its {wanted} follows from it by no "
+                    f"formula; give the law as {other}, or use Dynamics"
                 )
-        take, moving = self.twin.names.take, self.form.coordinates.moving
-        self.keepers: dict[int, Port] = {}
-        for port in self.form.ports if momenta else ():
-            element, chosen = port.element, causality is None or port.element.name in causality.integral
-            if element.kind == "I" and element.law != 0.0 and port.variable in moving and chosen:
-                self.keepers.setdefault(port.variable, port)
-        keepers = [self.keepers.get(v) for v in moving]
-        self.scales: list[Any] = [int(k.sign) * self.twin.graph.constant(k.element.name) if k else 1 for k in keepers]
-        kept = [f"p_{self.keepers[v].element.name}" if v in self.keepers else self._flow(v) for v in moving]
-        self.state = [take(name, "state") for name in kept]
-        flows = [state / scale for state, scale in zip(self.state, self.scales, strict=True)]
-        self.state += [self.twin.places[d.name] for d in self.form.displacements]
-        self.state += [take(f"q_{p.element.name}", "state") for p in self.tables.springs]
-        order = self.form.massless
-        self.massless = {k: take(self._flow(self.form.coordinates.all[k]), "state") for k in order}
-        self.walk = SymbolicWalk(self.twin, self.tables, flows + self.state[len(flows) :])
-
-    def accelerations(self) -> list[Any]:
-        """The rates of the flows or momenta among the states."""
-        matrix, force, _ = self.walk.mass_and_force()
-        return [rate * scale for rate, scale in zip(_solved(matrix, force), self.scales, strict=True)]
-
-    def displaced(self) -> list[Any]:
-        """The rates of the displacements and springs among the states."""
-        flow = self.walk.flow
-        rates = [flow[self.tables.owner_of[d.name]] for d in self.form.displacements]
-        return rates + [p.sign * flow[p.variable] for p in self.tables.springs]
-
-    def acts(self, port: Port) -> bool:
-        """True where a port moves, or is moved by, a flow that is not imposed."""
-        free = len(self.form.coordinates.moving) + len(self.form.coordinates.massless)
-        return any(k < free and self.twin.finish(g) != 0 for k, g in self.walk.gain[port.variable].items())
-
-    def _flow(self, variable: int) -> str:
-        return f"f_{self.form.name_of(variable)}"
 
 
-def _like(graph: BondGraph, opaque: bool) -> tuple[Twin, Dynamics]:
-    """A graph's twin, with the same independent flows as the graph has with its numbers."""
-    settled = None not in graph.parameters.values()
-    expected = Formulation(graph).coordinates if settled else None
-    for ratios in (True, False):
-        try:
-            symbolic = twin(graph, opaque=opaque, ratios=ratios)
-            dynamics = Dynamics(symbolic.graph, symbolic.signals())
-            if not settled or dynamics.form.coordinates == expected:
-                return symbolic, dynamics
-        except GraphError:
-            if not settled or not ratios:
-                raise
-    raise GraphError(
-        "the numbers of the transformers' parameters decide which flows are independent: put them in the ratios"
-    )
+def readable(expression: Any) -> Any:
+    """An expression in the shortest of its forms: as it is, as one fraction, with common factors out.
 
-
-def _solved(matrix: Sequence[Sequence[Any]], force: Sequence[Any]) -> list[Any]:
-    """The u' of M u' = Q, with M given by its lower triangle: one fraction for each, over the determinant of its block."""
+    >>> import sympy
+    >>> a, b, c = sympy.symbols("a b c")
+    >>> readable(a / b - a * c / (b * (b + c)))
+    a/(b + c)
+    """
     import sympy
 
-    lower = [[exact(sympy.sympify(entry, strict=True)) for entry in row] for row in matrix]
-    right = [exact(sympy.sympify(entry, strict=True)) for entry in force]
-    rates: dict[int, Any] = {}
-    blocks: list[list[int]] = []  # the places of the rows that hang together through entries off the diagonal
-    for i, row in enumerate(lower):
-        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
-        blocks = [block for block in blocks if block not in tied]
-        blocks.append(sorted([i, *(j for block in tied for j in block)]))
-    for block in blocks:
-        whole = sympy.Matrix([[lower[max(i, j)][min(i, j)] for j in block] for i in block])
-        adjugate, determinant = _adjugate(whole)
-        if determinant == 0:
-            raise GraphError("the inertia that the motion sees vanishes: independent flows have no inertia of their own")
-        for i, loads in zip(block, adjugate.tolist(), strict=True):
-            rates[i] = sum(load * right[j] for load, j in zip(loads, block, strict=True)) / determinant
-    return [rates[i] for i in range(len(force))]
-
-
-def _adjugate(matrix: Any) -> tuple[Any, Any]:
-    """The adjugate and the determinant, by Cayley and Hamilton's theorem: no step divides."""
-    import sympy
-    from sympy.polys.matrices import DomainMatrix  # type: ignore[import-untyped]
-
-    size = matrix.rows
-    if size == 1:
-        return sympy.eye(1), matrix[0, 0]
-    given = DomainMatrix.from_Matrix(matrix)
-    unit = DomainMatrix.eye(size, given.domain)
-    *inner, last = given.charpoly()[1:]
-    product = unit
-    for coefficient in inner:
-        product = given * product + coefficient * unit
-    sign = 1 if size % 2 else -1
-    return sign * product.to_Matrix(), -sign * given.domain.to_sympy(last)
+    least = sympy.count_ops(expression)
+    if least > _MOST_TIDIED:
+        return expression
+    forms = [expression, sympy.factor_terms(sympy.together(expression))]
+    if least <= _MOST_CANCELLED and expression.is_rational_function():
+        forms.append(sympy.factor_terms(sympy.cancel(expression)))
+    return min(forms, key=sympy.count_ops)
 
 
 def inert(read: Reading) -> Iterator[str]:
     """A line for each source, resistor or store that acts on nothing."""
-    form = read.form
+    form, graph = read.form, read.twin.graph
+    columns = {p.element.name: form.column[p.output] for p in form.ports}
+    felt: dict[int, set[int]] = {}  # column -> the columns of the stores and displacements that feel it
     for port in form.ports:
-        at = read.twin.graph.where(port.element.name)
-        if port.element.kind == "Sf":  # it may move a displacement or a spring, or an element that also feels other flows
-            place = form.coordinates.all.index(port.variable)
-            felt = [p for p in form.ports if p.element.name != port.element.name and p.element.kind != "Se"]
-            moved = [p.variable for p in felt if p.element.kind in ("C", "GY") or read.acts(p)]
-            moved += [read.tables.owner_of[d.name] for d in form.displacements]
-            if not any(read.twin.finish(read.walk.gain[v].get(place, 0)) != 0 for v in moved):
-                yield f"{at} acts on nothing: no element feels the flow that it imposes"
-        elif port.element.law == 0.0:
+        for k in form.support[port.input]:
+            felt.setdefault(k, set()).add(columns[port.element.name])
+    displaced = {k for d in form.displacements for k in form.support[form.variable(d.of)]}
+    for port in form.ports:
+        name, at = port.element.name, graph.where(port.element.name)
+        if name in form.massless:
+            continue
+        if port.element.law == 0.0:
             yield f"{at} acts on nothing: its value is 0"
-        elif port.element.kind != "GY" and not read.acts(port):
-            free = any(form.coordinates.all[k] not in form.coordinates.imposed for k in form.support[port.variable])
-            reason = "its gain is zero" if free else "sources of flow alone settle its flow"
-            yield f"{at} acts on nothing: {reason}"
+        elif columns[name] not in displaced and not _acts(read, port, columns[name]):
+            by_flow = [(columns[p.element.name],) for p in form.acting if p.element.kind == "Sf"]
+            settled = form.support[form.flow[port.bond]] in by_flow
+            if port.element.kind == "Sf":
+                yield f"{at} acts on nothing: no element feels the flow that it imposes"
+            elif settled:
+                yield f"{at} acts on nothing: sources of flow alone settle its flow"
+            else:
+                yield f"{at} acts on nothing: its gain is zero"
+
+
+def _acts(read: Reading, port: Port, column: int) -> bool:
+    """True where a store or a resistor other than sources feels what a port gives, through gains that are not 0."""
+    form, walk = read.form, read.walk
+    if port in form.stores:
+        return True
+    todo, seen = [column], set[int]()
+    by_column = {form.column[p.output]: p for p in form.ports}
+    while todo:
+        k = todo.pop()
+        seen.add(k)
+        for other in form.ports:
+            gain = walk.gain[other.input].get(k, 0)
+            if (other is by_column[k] and other.element.kind != "R") or read.twin.finish(gain) == 0:
+                continue
+            if other in form.stores:
+                return True
+            place = form.column[other.output]
+            if other.element.kind == "R" and place not in seen:
+                todo.append(place)
+            elif other in form.followers and any(c < len(form.stores) for c in form.support[other.input]):
+                return True
+    return False
 
 
 def followers(read: Reading) -> Iterator[str]:
-    """A line for each inertia or spring that follows others, with the transformers between."""
+    """A line for each inertia or spring that follows others, with the two-ports between."""
     form, graph = read.form, read.twin.graph
-    for port in form.ports:
-        name, kind = port.element.name, port.element.kind
-        on = form.support[port.variable]
-        if kind == "I" and port.element.law != 0.0 and read.keepers.get(port.variable) is not port:
-            leaders = " and ".join(f"1:{form.name_of(form.coordinates.all[k])}" for k in on)
-            between = ", ".join(graph.title(t) for t in through(form, port.variable))
-            yield f"{graph.where(name)} follows {leaders}" + (f" through {between}" if between else "")
-        elif kind == "C" and any(k in read.tables.static for k in on):
-            yield f"{graph.where(name)} shares its effort with other springs or sources: they move together"
-
-
-def through(form: Formulation, variable: int) -> list[str]:
-    """The transformers by which a flow follows from the independent ones."""
-    graph, names = form.graph, dict[str, None]()
-    todo, seen = [variable], set[int]()
-    while todo:
-        target = todo.pop()
-        for step in form.steps if target not in seen else ():
-            if isinstance(step, Scale) and step.target == target:
-                pair = {step.source, target}
-                todo.append(step.source)
-                between = [e.name for e in graph.of_kind("TF") if {form.flow[b.number] for b in graph.ends(e.name)} == pair]
-                names |= dict.fromkeys(between)
-            elif isinstance(step, Sum) and step.target == target:
-                todo += [source for source, _ in step.terms]
-            elif isinstance(step, Solve) and target in step.unknown:
-                names |= dict.fromkeys(r.name for r in step.relations if graph.elements[r.name].kind == "TF")
-        seen.add(target)
-    return list(names)
+    for port in form.followers:
+        leaders = [p for p in (*form.stores, *form.acting) if form.column[p.output] in form.support[port.input]]
+        leads, name = [], port.element.name
+        for leader in (p for p in leaders if p.element.kind != "R"):
+            junction = form.name_of(leader.output)
+            named = junction in graph.elements and leader.element.kind not in SOURCES
+            leads.append(f"{graph.elements[junction].kind}:{junction}" if named else graph.title(leader.element.name))
+        between = ", ".join(graph.title(t) for t in form.through(port.input))
+        at = " and ".join(dict.fromkeys(leads)) or "nothing that moves"
+        together = ": they move together" if port.element.kind == "C" and not between else ""
+        yield f"{graph.where(name)} follows {at}" + (f" through {between}" if between else together)
 
 
 Equation = tuple[Any, Any]  # a symbol, and the expression that it equals
@@ -422,10 +383,12 @@ def state_equations(
     I:m (bond 3) follows 1:crank through MTF:T
 
     """
-    read = Reading(as_graph(graph), opaque, causality)
+    graph = as_graph(graph)
+    settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
+    read = Reading(graph, opaque, settled.of if settled is not None else lambda twin: Formulation(twin, causality))
     twin, finish = read.twin, read.twin.finish
-    derivatives = tuple(finish(rate) for rate in (*read.accelerations(), *read.displaced()))
-    algebraic = tuple((finish(s), finish(read.walk.coordinates[k])) for k, s in read.massless.items())
+    derivatives = tuple(read.rates())
+    algebraic = tuple(read.algebraic())
     used = set().union(*(d.free_symbols for d in derivatives), *(e.free_symbols for _, e in algebraic))
     rates = [finish(rate) for rate in twin.rates.values()]
     signals = [finish(twin.places[name]) for name in twin.rates]
@@ -475,38 +438,63 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
 
     """
     graph, name = _measured(as_graph(graph), coordinate)
-    read = Reading(graph, opaque, None, momenta=False)
-    form, moving = read.form, read.form.coordinates.moving
-    if len(moving) != 1:
-        names = ", ".join(form.name_of(v) for v in moving) or "none"
-        raise GraphError(
-            f"expected one independent flow that an inertia weighs, found {len(moving)} ({names}): use state_equations"
-        )
-    owned = [d.name for d in form.displacements if form.variable(d.of) == moving[0]]
-    if name is not None and name not in owned:
-        raise GraphError(
-            f"the coordinate {name!r} does not determine the motion (a modulus may vanish): use {form.name_of(moving[0])!r}"
-        )
+    form, junction = _of_one_freedom(graph, name)
+    read = Reading(graph, opaque, form.of)
+    finish, unfold, walk, form = read.twin.finish, read.twin.unfold, read.walk, read.form
+    place = next(k for k, p in enumerate(form.stores) if p.element.name in form.massless)
+    owned = [d.name for d in form.displacements if form.variable(d.of) == form.variable(junction)]
     chosen = name or next(iter(owned), None)
-    phi = read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{form.name_of(moving[0])}", "x")
-    rate = read.state[0]
+    phi = read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{junction}", "x")
+    rate = read.state[place]
     read.twin.rename(rate, f"{phi.name}dot")
     _same_form(read)
-    finish, unfold, walk = read.twin.finish, read.twin.unfold, read.walk
     inertia = unfold(walk.mass_and_force()[0][0][0])
-    gains = {d.name: walk.gain[read.tables.owner_of[d.name]].get(0, 0) for d in reversed(read.form.displacements)}
+    gains = {d.name: walk.gain[read.tables.owner_of[d.name]].get(place, 0) for d in reversed(form.displacements)}
     slope = sum(inertia.diff(read.twin.places[name]) * unfold(gain) for name, gain in gains.items())
-    weightless = SymbolicWalk(read.twin, read.tables._replace(inertias=()), read.state)  # its force is M*
+    port, others = form.stores[place], {k for k in range(len(read.state)) if k != place and read.state[k] != phi}
+    springs = [(k, walk.own_rate(p)) for k, p in enumerate(form.stores) if k != place]
+    flows = [walk.whole(read.tables.owner_of[d.name]) for d in form.displacements]
+    moved = [*((k + len(form.stores), flow) for k, flow in enumerate(flows)), *springs]
     return MotionEquation(
         coordinate=finish(phi),
         rate=finish(rate),
         inertia=finish(inertia),
         slope=finish(slope),
-        moment=finish(weightless.mass_and_force()[1][0]),
-        others=tuple((finish(s), finish(f)) for s, f in zip(read.state[1:], read.displaced(), strict=True) if s != phi),
+        moment=finish(port.sign * walk.value(port.input)),
+        others=tuple((finish(read.state[k]), finish(moves)) for k, moves in moved if k in others),
         values=read.twin.values,
         opaque=read.twin.opaque,
     )
+
+
+def _of_one_freedom(graph: BondGraph, name: str | None) -> tuple[Formulation, str]:
+    """The formulation in the flow that a coordinate measures, which alone settles the motion, and its 1-junction."""
+    form = Formulation(graph)
+    inertias = [k for k, p in enumerate(form.stores) if p.element.kind == "I"]
+    if len(inertias) != 1:
+        names = ", ".join(form.name_of(form.stores[k].output) for k in inertias) or "none"
+        raise GraphError(
+            f"expected one independent flow that an inertia weighs, found {len(inertias)} ({names}): use state_equations"
+        )
+    settles = [d for d in form.displacements if form.flow_state(d.of) == inertias[0]]
+    owner = form.stores[inertias[0]].output
+    junction = next((d.of for d in settles if d.name == name or name is None), form.name_of(owner))
+    along = Formulation.along(graph, junction) if graph.elements.get(junction) else form
+    found = [k for k, p in enumerate(along.stores) if p.element.name in along.massless]
+    weighed = {p.element.kind for p in along.stores} - {"C"}
+    measured = name is None or along.flow_state(graph.displacements[name].of) in found
+    if (
+        len(found) != 1
+        or not weighed
+        or along.divided()
+        or not measured
+        or any(p.element.kind == "C" for p in along.followers)
+    ):
+        if name is None:
+            raise GraphError("no one coordinate determines the motion: use state_equations")
+        use = form.name_of(owner)
+        raise GraphError(f"the coordinate {name!r} does not determine the motion (a modulus may vanish): use {use!r}")
+    return along, junction
 
 
 def _filled(given: StateEquations) -> StateEquations:
@@ -562,12 +550,11 @@ def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str 
 def _same_form(read: Reading) -> None:
     """Raise where inertia varies with more than displacements, so that the equation has other terms."""
     graph, form = read.twin.graph, read.form
-    imposed = range(len(form.coordinates.all) - len(form.coordinates.imposed), len(form.coordinates.all))
-    driven = [p for p in form.ports if p.element.kind == "I" and any(k in imposed for k in form.support[p.variable])]
-    for port in driven if any(source.law != 0.0 for source in graph.of_kind("Sf")) else ():
-        raise GraphError(f"{graph.where(port.element.name)} moves with a source of flow too: use state_equations")
-    weighed = {name for p in form.ports if p.element.kind == "I" for name in through(form, p.variable)}
-    for name in weighed:
+    imposed = {form.column[p.output] for p in form.acting if p.element.kind == "Sf" and p.element.law != 0.0}
+    for port in form.followers:
+        if imposed.intersection(form.support[port.input]):
+            raise GraphError(f"{graph.where(port.element.name)} moves with a source of flow too: use state_equations")
+    for name in dict.fromkeys(name for p in form.followers for name in form.through(p.input)):
         varying = [n for n in graph.depends_on(name) if n not in graph.displacements]
         if varying:
             what = " and ".join("the time" if n == TIME else f"signal {n!r}" for n in varying)

@@ -31,7 +31,7 @@ from bondgraph.elements import (
     One,
     Zero,
 )
-from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, refuse
+from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, own_name, refuse
 
 T = TypeVar("T", bound=Hashable)
 
@@ -175,8 +175,12 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             elif element.kind == "C" and law == 0.0:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
         elif isinstance(law, Function):
-            own = {OWN[element.kind]} if element.kind in OWN else set()
-            hint = {"R": "; its own flow is f", "C": "; its own displacement is q"}.get(element.kind, "")
+            own = {own_name(element.kind, law.of, known)} - {None}
+            hint = {
+                "R": "; its own flow is f, its own effort e",
+                "C": "; its own displacement is q",
+                "I": "; its own momentum is p",
+            }.get(element.kind, "")
             for missing in [n for n in law.of if n not in known | own]:
                 expected = "no declared displacement, signal or parameter, nor t" + hint
                 yield f"{where}: depends on {missing!r}, which is {expected}"
@@ -232,6 +236,7 @@ def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
                 yield f"{both} both set the {what} of {kind}:{junction}; keep one of them"
 
 
+OTHER = {"e": "f", "f": "e"}
 CONVENTION = "f_out = T f_in, e_in = T e_out"
 
 
@@ -313,21 +318,33 @@ class BondGraph:
         law = self.elements[name].law
         if isinstance(law, Modulus | Law):
             return (next((d.name for d in self.displacements.values() if d.of == law.motion.of), law.motion.of),)
-        own = OWN.get(self.elements[name].kind)
+        own = self.own(name)
         names = law.of if isinstance(law, Function) else ()
         return tuple(n for n in names if n not in self.parameters and n != own)
+
+    def own(self, name: str) -> str | None:
+        """What a law calls the element's own quantity: f or e of a resistor, q of a compliance, p of an inertia."""
+        element, law = self.elements[name], self.elements[name].law
+        return own_name(element.kind, law.of, self._declared) if isinstance(law, Function) else None
+
+    @cached_property
+    def _declared(self) -> frozenset[str]:
+        return frozenset({*self.displacements, *self.signals, *self.parameters})
 
     def is_linear(self, name: str) -> bool:
         """True where an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
         law = self.elements[name].law
         if isinstance(law, Function):
-            return all(n in self.parameters for n in law.of)
+            return all(n in self.parameters for n in law.of) and not self.is_curve(name)
         return isinstance(law, (float, Real))
 
     def is_curve(self, name: str) -> bool:
-        """True where a law is a function of the element's own flow (a resistor's) or displacement (a compliance's)."""
-        element = self.elements[name]
-        return isinstance(element.law, Function) and OWN.get(element.kind) in element.law.of
+        """True where a law is a function of the element's own: a resistor's flow or effort, a store's state."""
+        return self.own(name) is not None
+
+    def is_native(self, name: str, gives: str) -> bool:
+        """True where the curve of a resistor gives what is asked of it, "e" of its flow or "f" of its effort."""
+        return self.own(name) == OTHER[gives]
 
     def symbol(self, name: str) -> str:
         """The kind as it is drawn: MSe, MTF, MR... where the law varies with displacements, time or signals."""

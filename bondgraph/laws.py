@@ -253,8 +253,24 @@ def untraced(value: Any) -> Any:
 
 TIME = "t"
 OWN_FLOW = "f"
+OWN_EFFORT = "e"
 OWN_DISPLACEMENT = "q"
-OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}  # what a law of this kind calls its own, whatever the graph declares
+OWN_MOMENTUM = "p"
+OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT, "I": OWN_MOMENTUM}  # what a law of this kind calls its own
+_ALWAYS_OWN = (OWN_FLOW, OWN_DISPLACEMENT)
+
+
+def own_name(kind: str, names: Iterable[str], declared: Iterable[str]) -> str | None:
+    """What a law of these names calls its element's own quantity; a resistor's is its flow f, or its effort e.
+
+    f and q are the element's own whatever the graph declares, e and p where it declares nothing of that name.
+
+    >>> own_name("R", ("f", "theta"), ()), own_name("R", ("e",), ()), own_name("R", ("e",), ("e",))
+    ('f', 'e', None)
+    """
+    names, declared = set(names), set(declared)
+    may = (OWN_FLOW, OWN_EFFORT) if kind == "R" else (OWN[kind],) if kind in OWN else ()
+    return next((n for n in may if n in names and (n in _ALWAYS_OWN or n not in declared)), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,6 +376,30 @@ def full_digits(expression: Any) -> Any:
     import sympy
 
     return expression.xreplace({x: sympy.Float(repr(float(x)), 17) for x in expression.atoms(sympy.Float)})
+
+
+def exact(expression: Any) -> Any:
+    """The expression with integers for floats that are whole, and fractions for halves.
+
+    >>> import sympy
+    >>> exact(1.0 * sympy.Symbol("x") ** 0.5 + 2.0)
+    sqrt(x) + 2
+    """
+    import sympy
+
+    done: dict[Any, Any] = {}  # what an expression shares with itself is visited once: it may be shared a million times
+
+    def made_exact(part: Any) -> Any:
+        if part not in done:
+            if isinstance(part, sympy.Float):
+                done[part] = sympy.Rational(int(2 * part), 2) if float(2 * part).is_integer() else part
+            else:
+                inner = [made_exact(argument) for argument in part.args]
+                same = all(new is old for new, old in zip(inner, part.args, strict=True))
+                done[part] = part if same else part.func(*inner)
+        return done[part]
+
+    return made_exact(expression)
 
 
 def is_symbolic(given: Any) -> bool:

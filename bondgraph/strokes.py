@@ -20,19 +20,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Law
-from bondgraph.graph import CONVENTION, Bond, BondGraph, as_graph
+from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, as_graph, flow_variables, reached_from
 from bondgraph.laws import TIME, GraphError, refuse
-from bondgraph.motion.formulation import Formulation
 
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
-OTHER = {"e": "f", "f": "e"}
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
 _MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
@@ -243,6 +240,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
         bond = graph.bond_of(source.name)
         end = source.name if source.kind == "Sf" else bond.other(source.name)
         fixed.append((bond, _Mark(end, "source", source.name)))
+    fixed += [(bond, _Mark(end, "chosen", "")) for bond, end in _cancelling(graph)]
     draft = _extended(_Assignment(graph, {}, {}, frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
         trial = _store(draft, wanted, name)
@@ -268,6 +266,22 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     )
 
 
+def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:
+    """Pairs of bonds that join a 1-junction and a 0-junction both ways, each with the 1-junction as its stroke's end.
+
+    What comes by one goes by the other: such a pair decides neither the flow of the one nor the effort of the other.
+    """
+    waiting: dict[tuple[str, str], list[Bond]] = {}
+    for bond in graph.bonds:
+        if {graph.elements[bond.tail].kind, graph.elements[bond.head].kind} == JUNCTIONS:
+            back = waiting.get((bond.head, bond.tail))
+            if back:
+                end = bond.tail if graph.elements[bond.tail].kind == "1" else bond.head
+                yield from ((one, end) for one in (back.pop(), bond))
+            else:
+                waiting.setdefault((bond.tail, bond.head), []).append(bond)
+
+
 def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:
     stores = graph.of_kind(*STORES)
     preferred = dict.fromkeys([e.name for e in stores if e.law != 0.0], prefer) if isinstance(prefer, str) else dict(prefer)
@@ -282,19 +296,32 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
     refuse(faults)
     wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | preferred
 
-    def behind(name: str) -> bool:
-        """True for an inertia on a flow that others settle: the last to be a state, the first not to be one.
+    behind = _behind(graph)
+    return {name: wanted[name] for name in sorted(wanted, key=lambda name: (name in behind) == (wanted[name] == _INTEGRAL))}
 
-        Otherwise transformers would be turned round, whose ratios may vanish.
-        """
-        if form is None or graph.elements[name].kind != "I":
-            return False
-        return form.flow[graph.bond_of(name).number] not in form.coordinates.moving
 
-    form = None
-    with suppress(GraphError):  # of what has no motion, the strokes may still be wanted
-        form = Formulation(graph)
-    return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
+def _behind(graph: BondGraph) -> set[str]:
+    """Inertias behind transformers whose ratios may vanish, and before which is weighed or measured too.
+
+    They are the last to be states, the first not to be: otherwise these transformers would be turned round.
+    """
+    flow = flow_variables(graph)
+    before: dict[int, set[int]] = {variable: set() for variable in flow.values()}
+    for element in graph.of_kind("TF", "0"):
+        bonds = graph.at(element.name)
+        into, out = ([flow[b.number] for b in bonds if (b.head == element.name) is inward] for inward in (True, False))
+        for variable in out:
+            before[variable].update(into)
+    weighed = {flow[graph.bond_of(e.name).number] for e in graph.of_kind("I") if e.law != 0.0}
+    weighed |= {flow[graph.at(junction)[0].number] for junction in graph.measured}
+    varying = [[flow[b.number] for b in graph.ends(e.name)] for e in graph.of_kind("TF") if not graph.is_linear(e.name)]
+    found = set()
+    for element in graph.of_kind("I") if varying else ():
+        near = reached_from(flow[graph.bond_of(element.name).number], before)
+        ahead = {v for into, out in varying if out in near for v in reached_from(into, before)}
+        if ahead & weighed:
+            found.add(element.name)
+    return found
 
 
 class _Mark(NamedTuple):
@@ -426,6 +453,16 @@ def _solvable(graph: BondGraph, name: str) -> bool:
 
 def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int, str], name: str) -> str:
     kind, bonds = graph.elements[name].kind, graph.at(name)
+    known = [b for b in bonds if b.number in strokes]
+    rivals = known if kind in TWO_PORTS else deciding(graph, strokes, name) or known
+    led = dict.fromkeys(number for b in rivals for number in _roots(graph, marks, b))
+    leading = {number: graph.elements[marks[number].by] for number in led}
+    if len(led) > 1 and all(element.kind in SOURCES for element in leading.values()):
+        both = " and ".join(f"{graph.title(element.name)} (bond {number})" for number, element in leading.items())
+        sets = _WORDS["f"] if all(element.kind == "Sf" for element in leading.values()) else _WORDS["e"]
+        numbers = ", ".join(str(b.number) for b in bonds)
+        every = "both" if len(led) == 2 else "all"
+        return f"{both} {every} set the {sets} of {graph.title(name)} (bonds {numbers}): take one out, or put an R between"
     if kind in TWO_PORTS:
         given = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
         rule = "one effort and one flow" if kind == "TF" else "two efforts or two flows"
@@ -438,14 +475,19 @@ def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int
     return f"{kind}:{name}: none of {', '.join(_from(graph, marks, b) for b in bonds)} sets its {word}; hang {what} on it"
 
 
-def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
-    """A bond and the elements whose decisions it has its stroke from: `bond 3 (from Se:a on bond 1)`."""
+def _roots(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> list[int]:
+    """The bonds at which elements decided what a bond has its stroke from."""
     queue, seen = [bond.number], {bond.number}
     for number in queue:
         fresh = [n for n in marks[number].causes if n not in seen]
         seen.update(fresh)
         queue += fresh
-    roots = [n for n in sorted(queue) if not marks[n].causes and marks[n].by in graph.elements]
+    return [n for n in sorted(queue) if not marks[n].causes and marks[n].by in graph.elements]
+
+
+def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
+    """A bond and the elements whose decisions it has its stroke from: `bond 3 (from Se:a on bond 1)`."""
+    roots = _roots(graph, marks, bond)
     places = {n: graph.title(marks[n].by) + (f" on bond {n}" if n != bond.number else "") for n in roots}
     return f"bond {bond.number}" + (f" (from {', '.join(places.values())})" if places else "")
 

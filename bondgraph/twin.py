@@ -17,7 +17,7 @@ import numpy as np
 
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME, Dual, Function, GraphError
+from bondgraph.laws import TIME, Dual, Function, GraphError, exact
 from bondgraph.motion.formulation import displacements
 
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
@@ -144,37 +144,12 @@ def clean(name: str) -> str:
     return f"x{text}" if text[0].isdigit() else text
 
 
-def exact(expression: Any) -> Any:
-    """The expression with integers for floats that are whole, and fractions for halves.
-
-    >>> import sympy
-    >>> exact(1.0 * sympy.Symbol("x") ** 0.5 + 2.0)
-    sqrt(x) + 2
-    """
-    import sympy
-
-    done: dict[Any, Any] = {}  # what an expression shares with itself is visited once: it may be shared a million times
-
-    def made_exact(part: Any) -> Any:
-        if part not in done:
-            if isinstance(part, sympy.Float):
-                done[part] = sympy.Rational(int(2 * part), 2) if float(2 * part).is_integer() else part
-            else:
-                inner = [made_exact(argument) for argument in part.args]
-                same = all(new is old for new, old in zip(inner, part.args, strict=True))
-                done[part] = part if same else part.func(*inner)
-        return done[part]
-
-    return made_exact(expression)
-
-
-def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin:
+def twin(graph: BondGraph, *, opaque: bool = False) -> Twin:
     """The symbolic twin of a graph.
 
     Args:
         graph: the graph.
         opaque: moduli that vary stay functions such as T(theta).
-        ratios: the numbers of transformers become symbols too.
 
     Raises:
         GraphError: if a law cannot be written as a formula.
@@ -185,7 +160,7 @@ def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin
     places = {name: names.take(name, "x") for name in (TIME, *displaced, *graph.signals)}
     rates = {name: names.take(f"{clean(name)}dot", "x") for name in graph.signals}
     parameters = {name: names.take(name, "x") for name in graph.parameters}
-    writer = _LawWriter(graph, opaque, ratios, names, places, dict(parameters))
+    writer = _LawWriter(graph, opaque, names, places, dict(parameters))
     elements = {name: element._replace(law=writer.law(element)) for name, element in graph.elements.items()}
     symbolic = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, writer.parameters)
     draft = Twin(symbolic, {}, {}, places, rates, {}, names, writer.held)
@@ -199,11 +174,8 @@ def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin
 class _LawWriter:
     """Laws as functions of symbols, element by element."""
 
-    def __init__(
-        self, graph: BondGraph, opaque: bool, ratios: bool, names: Names, places: Mapping[str, Any], parameters: Any
-    ) -> None:
+    def __init__(self, graph: BondGraph, opaque: bool, names: Names, places: Mapping[str, Any], parameters: Any) -> None:
         self.graph, self.opaque, self.names, self.places = graph, opaque, names, places
-        self.as_numbers = frozenset() if ratios else frozenset({"TF"})
         self.parameters: dict[str, Any] = parameters
         self.values: dict[Any, float] = {}
         self.own: dict[str, Any] = {}
@@ -216,8 +188,7 @@ class _LawWriter:
 
         law = element.law
         if isinstance(law, float | int):
-            stays = _ZERO_STAYS if law == 0 else self.as_numbers
-            if element.kind in stays:
+            if law == 0 and element.kind in _ZERO_STAYS:
                 return law
             symbol = self.names.take(element.name, element.kind)
             self.values[symbol], self.own[element.name] = float(law), symbol

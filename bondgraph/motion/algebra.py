@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph import SINGULAR
-from bondgraph.laws import GraphError, is_symbolic
+from bondgraph.laws import GraphError, exact, is_symbolic
 from bondgraph.recording import Recorded
 
 
@@ -75,6 +75,8 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
     [1.0, 2.0]
     """
     size = len(right)
+    if any(is_symbolic(entry) for row in (*lower, right) for entry in row):
+        return _symmetric_symbols(lower, right)
     factor: list[list[Any]] = [[0.0] * size for _ in range(size)]
     pivots: list[Any] = []
     x: list[Any] = []
@@ -96,6 +98,46 @@ WEIGHTLESS = (
     "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
     "the other side?): the acceleration is not determined"
 )
+
+
+def _symmetric_symbols(matrix: Rows, force: Sequence[Any]) -> list[Any]:
+    """The u' of M u' = Q, with M given by its lower triangle: one fraction for each, over the determinant of its block."""
+    import sympy  # type: ignore[import-untyped]
+
+    lower = [[exact(sympy.sympify(entry, strict=True)) for entry in row] for row in matrix]
+    right = [exact(sympy.sympify(entry, strict=True)) for entry in force]
+    rates: dict[int, Any] = {}
+    blocks: list[list[int]] = []  # the places of the rows that hang together through entries off the diagonal
+    for i, row in enumerate(lower):
+        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
+        blocks = [block for block in blocks if block not in tied]
+        blocks.append(sorted([i, *(j for block in tied for j in block)]))
+    for block in blocks:
+        whole = sympy.Matrix([[lower[max(i, j)][min(i, j)] for j in block] for i in block])
+        adjugate, determinant = _adjugate(whole)
+        if determinant == 0:
+            raise GraphError(WEIGHTLESS)
+        for i, loads in zip(block, adjugate.tolist(), strict=True):
+            rates[i] = sum(load * right[j] for load, j in zip(loads, block, strict=True)) / determinant
+    return [rates[i] for i in range(len(force))]
+
+
+def _adjugate(matrix: Any) -> tuple[Any, Any]:
+    """The adjugate and the determinant, by Cayley and Hamilton's theorem: no step divides."""
+    import sympy
+    from sympy.polys.matrices import DomainMatrix  # type: ignore[import-untyped]
+
+    size = matrix.rows
+    if size == 1:
+        return sympy.eye(1), matrix[0, 0]
+    given = DomainMatrix.from_Matrix(matrix)
+    unit = DomainMatrix.eye(size, given.domain)
+    *inner, last = given.charpoly()[1:]
+    product = unit
+    for coefficient in inner:
+        product = given * product + coefficient * unit
+    sign = 1 if size % 2 else -1
+    return sign * product.to_Matrix(), -sign * given.domain.to_sympy(last)
 
 
 def total(terms: Iterable[Any]) -> Any:
@@ -134,7 +176,7 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
 
     A pivot that is no number may vanish at a position where the system as a whole does not.
     """
-    import sympy  # type: ignore[import-untyped]
+    import sympy
 
     size = len(matrix)
     rows: list[list[Any]] = [[*row, *given] for row, given in zip(matrix, right, strict=True)]

@@ -1,6 +1,6 @@
 """The equations of motion of a graph in numbers: from a state to its rates, and to every flow and effort.
 
-`Walk` is one evaluation: gains, the flows that no inertia weighs, accelerations, efforts. It is written once against
+`Walk` is one evaluation: gains, what sources and resistors give, rates, flows and efforts. It is written once against
 arithmetic and calls of laws, so that it runs on floats, on arrays (many states at once, for the power audit), on SymPy
 expressions, and on a recording of itself as straight-line code, which is what time stepping runs. The equations are those of
 `bondgraph.motion.formulation`; `Tables` holds what a walk looks up, found once for a graph.
@@ -8,18 +8,18 @@ expressions, and on a recording of itself as straight-line code, which is what t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Element, Here, Law, Modulus, Motion
+from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
 from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph
-from bondgraph.laws import OWN, OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, function, is_symbolic, refuse
+from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
-from bondgraph.motion.formulation import Formulation, Port, ratios
+from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
 from bondgraph.recording import Recorded, Recorder
 
 
@@ -28,18 +28,13 @@ class Tables(NamedTuple):
 
     form: Formulation
     signals: Mapping[str, Function]
-    moduli: tuple[tuple[Any, str], ...]  # varying ratios and the transformers' names
-    support: tuple[tuple[int, ...], ...]  # by flow variable, the coordinates that it depends on
+    moduli: tuple[tuple[Any, str], ...]  # varying ratios and the two-ports' names
     owner_of: Mapping[str, int]  # displacement -> flow variable
     displacement_of: Mapping[str, str]  # 1-junction -> displacement
-    inertias: tuple[tuple[float, int], ...]
-    springs: tuple[Port, ...]
-    imposed: tuple[Element, ...]
-    acting: tuple[int, ...]  # places in `form.ports` whose effort a law gives
-    partner: Mapping[int, int]  # gyrator's bond -> flow variable at its other side
-    static: frozenset[int]
-    iterated: bool  # a massless flow meets a resistor whose law is no straight line
-    loose: str  # the flows that no inertia weighs, by name
+    iterated: tuple[Group, ...]  # groups of ports whose laws are no straight lines in what they give
+    bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
+    weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
+    varying: tuple[int, ...]  # places of the steps whose rates the followers need
     anchored: tuple[str, ...]
 
 
@@ -47,31 +42,63 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
     """Look everything up that does not change from state to state."""
     graph = form.graph
     elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
-    curved = [p for p in form.ports if p.element.kind == "R" and graph.is_curve(p.element.name)]
-    partner: dict[int, int] = {}
-    for gyrator in graph.of_kind("GY"):
-        into, out = graph.ends(gyrator.name)
-        partner |= {into.number: form.flow[out.number], out.number: form.flow[into.number]}
     moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
-    return Tables(
+    found = Tables(
         form=form,
         signals=signals,
         moduli=tuple((ratio, elements[key]) for key, ratio in moduli.items()),
-        support=tuple(form.support[v] for v in range(len(form.support))),
         owner_of={d.name: form.variable(d.of) for d in form.displacements},
         displacement_of={d.of: d.name for d in reversed(form.displacements)},
-        inertias=tuple(
-            (graph.constant(p.element.name), p.variable) for p in form.ports if p.element.kind == "I" and p.element.law
-        ),
-        springs=tuple(p for p in form.ports if p.element.kind == "C" and not isinstance(p.element.law, Law)),
-        imposed=tuple(p.element for p in form.ports if p.element.kind == "Sf"),
-        acting=tuple(k for k, p in enumerate(form.ports) if p.element.kind in ("Se", "C", "R", "GY")),
-        partner=partner,
-        static=form.static,
-        iterated=any(k in form.support[p.variable] for p in curved for k in form.massless),
-        loose=", ".join(form.name_of(form.coordinates.all[k]) for k in form.massless),
+        iterated=tuple(g for g in form.groups if _bends(form, g)),
+        bending=frozenset(k for k, p in enumerate(form.followers) if graph.is_curve(p.element.name)),
+        weighed=_weighed(form),
+        varying=_upstream(form, {p.input for p in form.followers}),
         anchored=graph.motions,
     )
+    _check_rates(found)
+    return found
+
+
+def _bends(form: Formulation, group: Group) -> bool:
+    """True where outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
+    ports = [form.acting[k] for k in group.members]
+    curved = [p for p in ports if form.graph.is_curve(p.element.name)]
+    moving = [p for p in ports if isinstance(p.element.law, Law)]
+    if group.loop and moving:
+        where = form.graph.title(moving[0].element.name)
+        raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
+    return bool(curved) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
+
+
+def _weighed(form: Formulation) -> tuple[int, ...]:
+    tied = {k for p in form.followers for k in form.support[p.input] if k < len(form.stores)}
+    return tuple(sorted(tied | {k for k, p in enumerate(form.stores) if p.element.name in form.massless}))
+
+
+def _upstream(form: Formulation, wanted: set[int]) -> tuple[int, ...]:
+    """The places of the steps that variables follow by."""
+    needed, found = set(wanted), list[int]()
+    for k in reversed(range(len(form.steps))):
+        step = form.steps[k]
+        if needed.intersection(targets(step)):
+            found.append(k)
+            needed.update(sources(step))
+    return tuple(reversed(found))
+
+
+def _check_rates(tables: Tables) -> None:
+    """Refuse a modulus whose rate a follower needs, and that varies with what a follower gives."""
+    form, graph = tables.form, tables.form.graph
+    last = len(form.stores) + len(form.acting)
+    needed = {id(r) for k in tables.varying for r in ratios(form.steps[k])}
+    for ratio, name in tables.moduli:
+        for displacement in graph.depends_on(name) if id(ratio) in needed else ():
+            on = form.support[tables.owner_of[displacement]] if displacement in tables.owner_of else ()
+            if any(k >= last for k in on):
+                raise GraphError(
+                    f"{graph.where(name)} varies with {displacement}, whose rate a store in derivative causality gives: "
+                    f"hang an I or R on {form.name_of(tables.owner_of[displacement])}"
+                )
 
 
 Anchors = Mapping[str, Any]
@@ -80,60 +107,99 @@ Anchors = Mapping[str, Any]
 class Instant(NamedTuple):
     """A graph at one time, or at many.
 
-    flows: of every flow variable. rates: of the state. efforts: of every port, in the order of `Formulation.ports`, an
-    inertia's with its own acceleration in it, None for a source of flow. moduli: of every transformer, by name.
+    flows, efforts: of every bond, by its number; a store's in derivative causality with the others' rates in it. rates: of
+    the state. moduli: of every two-port that varies, by name.
     """
 
-    flows: list[Any]
+    flows: dict[int, Any]
+    efforts: dict[int, Any]
     rates: list[Any]
-    efforts: list[Any]
     moduli: dict[str, Any]
 
 
 class Walk:
-    """The state, and what follows from it step by step."""
+    """The state, and what follows from it step by step.
 
-    def __init__(self, tables: Tables, t: Any, state: Sequence[Any], anchors: Anchors, massless: Any = None) -> None:
+    `given` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
+    its residual and slopes as `balance`.
+    """
+
+    def __init__(
+        self,
+        tables: Tables,
+        t: Any,
+        state: Sequence[Any],
+        anchors: Anchors,
+        given: Sequence[Sequence[Any]] = (),
+        stop: int | None = None,
+    ) -> None:
         self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
-        self.t, self.anchors = t, anchors
-        moving, displacements = len(self.form.coordinates.moving), self.form.displacements
-        self._moving = list(state[:moving])
+        self.t, self.anchors, self.state = t, anchors, list(state)
+        self._given, self._stop = given, stop
+        stores, displaced = len(self.form.stores), self.form.displacements
         self._places: dict[str, Any] = {TIME: t}
-        for displacement, value in zip(displacements, state[moving:], strict=False):
+        for displacement, value in zip(displaced, self.state[stores:], strict=True):
             self._places[displacement.name] = value
-        self._stretch = {
-            p.element.name: q for p, q in zip(tables.springs, state[moving + len(displacements) :], strict=True)
-        }
         self._motions: dict[int, tuple[Any, Any]] = {}
         self.moduli: dict[int, tuple[Any, tuple[tuple[str, Any], ...]]] = {}
         for name, signal in tables.signals.items():
             self._places[name] = self._call(signal, [t] * len(signal.of))
+        self.outputs: list[Any] = [None] * len(self.form.column)
+        for k, port in enumerate(self.form.stores):
+            self.outputs[k] = self.stored(port, self.state[k])
         self._gain()
-        imposed = [self._law(source.name) for source in tables.imposed]
-        self._settle(imposed, massless)
+        self._values: dict[int, Any] = {}
+        self._weighed: list[Any] | None = None
+        self._biased: dict[int, Any] | None = None
+        self.balance: Balance | None = None
+        self._act()
 
     def rates(self) -> list[Any]:
         """The rates of the state."""
-        accelerations, _ = self._accelerations()
-        return self._state_rates(accelerations)
+        stores = self._store_rates()
+        return stores + [self.whole(self.tables.owner_of[d.name]) for d in self.form.displacements]
 
     def instant(self) -> Instant:
-        """Flows, rates of the state, efforts."""
-        accelerations, bias = self._accelerations()
-        efforts = []
-        for number, port in enumerate(self.form.ports):
-            if port.element.kind == "I":
-                gains = self.gain[port.variable].items()
-                rate = bias[port.variable] + total(g * accelerations[k] for k, g in gains if k < len(accelerations))
-                efforts.append(self.graph.constant(port.element.name) * port.sign * rate)
-            else:
-                efforts.append(self._efforts.get(number))
-        moduli = {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli}
-        return Instant(self.flow, self._state_rates(accelerations), efforts, moduli)
+        """Flows, efforts, rates of the state."""
+        rates = self.rates()
+        flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.given.bonds}
+        efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.given.bonds}
+        return Instant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
 
-    def _state_rates(self, accelerations: list[Any]) -> list[Any]:
-        displaced = [self.flow[self.tables.owner_of[d.name]] for d in self.form.displacements]
-        return accelerations + displaced + [p.sign * self.flow[p.variable] for p in self.tables.springs]
+    def value(self, variable: int) -> Any:
+        """A flow or effort without what followers give."""
+        if variable not in self._values:
+            last = len(self.form.stores) + len(self.form.acting)
+            self._values[variable] = total(g * self.outputs[k] for k, g in self.gain[variable].items() if k < last)
+        return self._values[variable]
+
+    def whole(self, variable: int) -> Any:
+        """A flow or effort with what followers give."""
+        last = len(self.form.stores) + len(self.form.acting)
+        more = [k for k in self.gain[variable] if k >= last]
+        if more and self.outputs[last] is None:
+            self._store_rates()
+        return (
+            self.value(variable) + total(self.gain[variable][k] * self.outputs[k] for k in more)
+            if more
+            else self.value(variable)
+        )
+
+    def stored(self, port: Port, x: Any) -> Any:
+        """What a store in integral causality gives: an inertia its flow, a compliance its effort."""
+        name, inertia = port.element.name, port.element.kind == "I"
+        if name in self.form.massless:
+            return x
+        if self.graph.is_curve(name):
+            return port.sign * self._law(name, x) if inertia else self._law(name, x)
+        constant = self.graph.constant(name)
+        return port.sign * x / constant if inertia else x / constant
+
+    def _slope(self, port: Port, x: Any) -> Any:
+        """The slope of a curved store's law at its momentum or displacement."""
+        law = port.element.law
+        assert isinstance(law, Function)
+        return self._partials(law, port.element.name, x)[1][law.of.index(self.graph.own(port.element.name) or "")]
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
@@ -151,8 +217,7 @@ class Walk:
             return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
 
     def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
-        element = self.graph.elements[name]
-        own_name = OWN.get(element.kind)
+        own_name = self.graph.own(name)
         values = []
         for argument in law.of:
             if argument == own_name:
@@ -176,8 +241,8 @@ class Walk:
 
     def _moving_effort(self, name: str, law: Law) -> Any:
         """The effort of a law that depends on speed or time."""
-        speed = self.flow[self.form.variable(law.motion.of)]
-        own = self.flow[self.form.variable(name)]
+        speed = self.value(self.form.variable(law.motion.of)) if "speed" in law.sees else 0.0
+        own = self.value(self.form.variable(name)) if "flow" in law.sees else 0.0
 
         def effort(here: Here, anchor: Here, speed: Any, own: Any, t: Any) -> Any:
             return law.effort(*(place._replace(speed=speed, flow=own, time=t) for place in (here, anchor)))
@@ -250,7 +315,7 @@ class Walk:
         if name == TIME:
             return 1.0
         if name in self.tables.owner_of:
-            return self.flow[self.tables.owner_of[name]]
+            return self.value(self.tables.owner_of[name])
         signal = self.tables.signals[name]
         return self._call(lambda t: signal.partials(t)[1][0], (self.t,)) if signal.of else 0.0
 
@@ -266,11 +331,11 @@ class Walk:
         return total
 
     def _gain(self) -> None:
-        """Of every flow variable, {coordinate: gain}."""
+        """Of every variable, {column: gain}."""
         for ratio, name in self.tables.moduli:
             self.moduli[id(ratio)] = self._modulus(ratio, name)
-        self.gain: list[dict[int, Any]] = [{} for _ in self.tables.support]
-        for k, variable in enumerate(self.form.coordinates.all):
+        self.gain: list[dict[int, Any]] = [{} for _ in self.form.support]
+        for variable, k in self.form.column.items():
             self.gain[variable] = {k: 1.0}
         for step in self.form.steps:
             if isinstance(step, Scale):
@@ -279,16 +344,16 @@ class Walk:
             elif isinstance(step, Sum):
                 self.gain[step.target] = {
                     k: total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
-                    for k in self.tables.support[step.target]
+                    for k in self.form.support[step.target]
                 }
             else:
-                columns, right = self.tables.support[step.unknown[0]], []
+                columns, right = self.form.support[step.unknown[0]], []
                 for relation in step.relations:
                     known = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
                     right.append(
                         [total(factor * self.gain[v][k] for v, factor in known if k in self.gain[v]) for k in columns]
                     )
-                solution = solve(self._matrix(step), right)
+                solution = solve(self._matrix(step), right) if columns else [[] for _ in step.unknown]
                 for row, variable in enumerate(step.unknown):
                     self.gain[variable] = dict(zip(columns, solution[row], strict=True))
 
@@ -298,196 +363,292 @@ class Walk:
             for relation in step.relations
         ]
 
-    def _flows(self) -> None:
-        u = self.coordinates
-        self.flow = [total(g * u[k] for k, g in gains.items()) for gains in self.gain]
+    def _act(self) -> None:
+        """What sources and resistors give, group by group."""
+        place = 0
+        for group in self.form.groups:
+            ports = [self.form.acting[k] for k in group.members]
+            if group in self.tables.iterated:
+                if place == self._stop:
+                    self.balance = self._residual(ports, self._given[place])
+                    return
+                found = self._given[place] if place < len(self._given) else self._settled(ports)
+                place += 1
+            elif group.loop:
+                found = self._closed(ports)
+            else:
+                found = [self._given_by(port) for port in ports]
+            for k, value in zip(group.members, found, strict=True):
+                self.outputs[len(self.form.stores) + k] = value
+            if group.loop:
+                self._values.clear()
 
-    def _settle(self, imposed: list[Any], massless: list[Any] | None) -> None:
-        """All flows; the massless ones, if they are not given, from their equations."""
-        size = len(self.form.massless)
+    def _given_by(self, port: Port) -> Any:
+        """The output of an acting port that needs nothing of its own."""
+        name, kind, law = port.element.name, port.element.kind, port.element.law
+        if kind in STORES and not isinstance(law, Law):  # an inertia of 0
+            return 0.0
+        if kind != "R":
+            return self._moving_effort(name, law) if isinstance(law, Law) and law.moving else self._law(name)
+        given = self.value(port.input)
+        if self.graph.is_curve(name):
+            return self._law(name, port.sign * given) if port.gives == "e" else port.sign * self._law(name, given)
+        resistance = self._resistance(name)
+        if port.gives == "e":
+            return resistance * port.sign * given
+        if isinstance(resistance, float) and resistance == 0.0:
+            raise GraphError(f"{self.graph.where(name)}: its resistance is 0 where its flow follows from its effort")
+        return port.sign * given / resistance
 
-        def equations(flows: list[Any]) -> Balance:
-            self.coordinates = self._moving + flows + imposed
-            self._flows()
-            return self.balance()
+    def _resistance(self, name: str) -> Any:
+        return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
 
-        if massless is None and self.tables.iterated:
-            known = [self.t, *self._moving, *self._stretch.values(), *self._places.values()]
-            shape = np.broadcast_shapes(*(np.shape(value) for value in known))
-            massless = settle(equations, size, shape, self.tables.loose)
-        if massless is None and size:
-            residual, slopes = equations([0.0] * size)
-            massless = [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
-        self.coordinates = self._moving + (massless or []) + imposed
-        self._flows()
-
-    def balance(self) -> Balance:
-        """Residual of the massless equations (their rate, where springs alone hold the flow), and its slopes."""
-        order = self.form.massless
-        residual: list[Any] = [0.0] * len(order)
-        slopes: list[list[Any]] = [[0.0] * len(order) for _ in order]
-        for port in (self.form.ports[number] for number in self.tables.acting):
-            gains = self.gain[port.variable]
-            for row, k in enumerate(order):
-                static = k in self.tables.static
-                if k not in gains or (static and port.element.kind in ("R", "GY")):
-                    continue
-                effort, answering, answer = self._static_reaction(port) if static else self._reaction(port)
-                weight = port.sign * gains[k]
-                residual[row] = residual[row] + weight * effort
-                for column, j in enumerate(order):
-                    if j in self.gain[answering]:
-                        slopes[row][column] = slopes[row][column] + weight * answer * self.gain[answering][j]
+    def _residual(self, ports: Sequence[Port], outputs: Sequence[Any]) -> Balance:
+        """What is left of the equations of resistors in a loop at their outputs, and its slopes."""
+        columns = [self.form.column[p.output] for p in ports]
+        for k, value in zip(columns, outputs, strict=True):
+            self.outputs[k] = value
+        self._values.clear()
+        residual, slopes = [], []
+        for row, (port, given) in enumerate(zip(ports, outputs, strict=True)):
+            name, sign, w = port.element.name, port.sign, self.value(port.input)
+            gains = [self.gain[port.input].get(k, 0.0) for k in columns]
+            law = port.element.law
+            if self.graph.is_curve(name):
+                assert isinstance(law, Function)
+                named = self.graph.own(name) or ""
+                own, effort, native = law.of.index(named), named == OWN_EFFORT, self.graph.is_native(name, port.gives)
+                argument = (w if effort else sign * w) if native else (given if effort else sign * given)
+                value, partials = self._partials(law, name, argument)
+                a, b = (sign * value, sign * partials[own]) if effort else (value, sign * partials[own])
+                if native:  # z = law(w)
+                    residual.append(given - a)
+                    slopes.append([(1.0 if k == row else 0.0) - b * g for k, g in enumerate(gains)])
+                else:  # law(z) = w
+                    residual.append(a - w)
+                    slopes.append([(b if k == row else 0.0) - g for k, g in enumerate(gains)])
+                continue
+            factor = sign * self._resistance(name)
+            if port.gives == "e":
+                residual.append(given - factor * w)
+                slopes.append([(1.0 if k == row else 0.0) - factor * g for k, g in enumerate(gains)])
+            else:
+                residual.append(factor * given - w)
+                slopes.append([(factor if k == row else 0.0) - g for k, g in enumerate(gains)])
         return residual, slopes
 
-    def held(self, k: int) -> dict[str, Any]:
-        """What springs and sources do to the equation of a flow that springs alone hold, by kind and name."""
-        ports = [p for p in self.form.ports if p.element.kind in ("Se", "C") and k in self.gain[p.variable]]
-        return {f"{p.element.symbol}:{p.element.name}": p.sign * self.gain[p.variable][k] * self._effort(p) for p in ports}
+    def _closed(self, ports: Sequence[Port]) -> list[Any]:
+        """The outputs of linear resistors in a loop."""
+        residual, slopes = self._residual(ports, [0.0] * len(ports))
+        try:
+            return [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
+        except GraphError as error:
+            names = ", ".join(self.graph.where(p.element.name) for p in ports)
+            raise GraphError(f"the loop of {names} has no solution, or more than one: {error}") from error
 
-    def _reaction(self, port: Port) -> tuple[Any, int, Any]:
-        """The effort of a port, the flow variable that it answers to, and its slope."""
-        if port.element.kind == "R":
-            effort, slope = self._resistor(port)
-            return effort, port.variable, slope * port.sign
-        if port.element.kind == "GY":
-            modulus = self._law(port.element.name)
-            return modulus * self.flow[self.tables.partner[port.bond]], self.tables.partner[port.bond], modulus
-        law = port.element.law
-        if isinstance(law, Law) and law.moving:
-            where = self.graph.title(port.element.name)
-            raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
-        return self._effort(port), port.variable, 0.0
+    def _settled(self, ports: Sequence[Port]) -> list[Any]:
+        """The outputs of resistors of any law in a loop, by iteration."""
+        known = [self.t, *self.state, *self._places.values()]
+        shape = np.broadcast_shapes(*(np.shape(value) for value in known))
+        return settle(lambda given: self._residual(ports, given), len(ports), shape, loop_name(self.graph, ports))
 
-    def _static_reaction(self, port: Port) -> tuple[Any, int, Any]:
-        """The same for the rate of a port's effort: of springs and sources."""
-        if port.element.kind == "C" and port in self.tables.springs:
-            name, law = port.element.name, port.element.law
-            if self.graph.is_linear(name):
-                stiffness = 1.0 / self.graph.constant(name)
+    def _store_rates(self) -> list[Any]:
+        """The rates of momenta and displacements; on the way, what followers give."""
+        form, last = self.form, len(self.form.stores) + len(self.form.acting)
+        if not form.followers and not form.massless:
+            return [self.own_rate(p) for p in form.stores]
+        shares = self._shares()
+        for k, (port, (rate, weight)) in enumerate(zip(form.followers, self._followed(shares), strict=True)):
+            self.outputs[last + k] = port.sign * weight * rate
+        rates = []
+        for k, port in enumerate(form.stores):
+            if k not in shares:
+                rates.append(self.own_rate(port))
+            elif port.element.name in form.massless or not self.graph.is_curve(port.element.name):
+                own = 1.0 if port.element.name in form.massless else self.graph.constant(port.element.name)
+                rates.append((port.sign if port.element.kind == "I" else 1.0) * own * shares[k][0])
             else:
-                assert isinstance(law, Function)
-                stiffness = self._partials(law, name, self._stretch[name])[1][law.of.index(OWN_DISPLACEMENT)]
-            return stiffness * port.sign * self.flow[port.variable], port.variable, stiffness * port.sign
-        return self._rate_of_source(port.element.name), port.variable, 0.0
+                rates.append((port.sign if port.element.kind == "I" else 1.0) * shares[k][1])
+        return rates
 
-    def _resistor(self, port: Port) -> tuple[Any, Any]:
-        """E and de/df of a resistor, for the flow into it."""
-        name, own = port.element.name, port.sign * self.flow[port.variable]
-        law = port.element.law
-        if isinstance(law, Function) and OWN_FLOW in law.of:
-            value, partials = self._partials(law, name, own)
-            return value, partials[law.of.index(OWN_FLOW)]
-        resistance = self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
-        return resistance * own, resistance
+    def own_rate(self, port: Port) -> Any:
+        """The rate of a store that no other follows: an inertia's momentum by its effort, a compliance by its flow."""
+        given = self.whole(port.input)
+        return given if port.element.kind == "I" else port.sign * given
 
-    def _effort(self, port: Port) -> Any:
-        """The effort of a port that its law gives from flows and positions: all but inertias and flow sources."""
-        kind, name = port.element.kind, port.element.name
-        if kind == "R":
-            own = port.sign * self.flow[port.variable]
-            return self._law(name, own) if self.graph.is_curve(name) else self._resistor(port)[0]
-        if kind == "GY":
-            return self._law(name) * self.flow[self.tables.partner[port.bond]]
-        if kind == "C" and name in self._stretch:
-            return self.spring(name, self._stretch[name])
-        return self._law(name)
+    def _shares(self) -> dict[int, tuple[Any, Any]]:
+        """Of every store that others follow, the rates of what it gives and of its own momentum or displacement."""
+        places = self.tables.weighed
+        matrix, force = self.mass_and_force()
+        ports = [self.form.stores[k] for k in places]
+        bending = [self.graph.is_curve(p.element.name) for p in ports]
+        if not any(bending):
+            return {k: (rate, None) for k, rate in zip(places, solve_symmetric(matrix, force), strict=True)}
+        slopes = [self._slope(p, self.state[k]) if b else None for k, p, b in zip(places, ports, bending, strict=True)]
+        rows = []
+        for i in range(len(places)):
+            row = [matrix[max(i, j)][min(i, j)] * (1.0 if slope is None else slope) for j, slope in enumerate(slopes)]
+            row[i] = row[i] + (1.0 if bending[i] else 0.0)
+            rows.append(row)
+        found = [row[0] for row in solve(rows, [[value] for value in force])]
+        return {
+            k: (value if slope is None else slope * value, value)
+            for k, value, slope in zip(places, found, slopes, strict=True)
+        }
 
-    def spring(self, name: str, q: Any) -> Any:
-        """The effort of a spring at a displacement of its own."""
-        return q / self.graph.constant(name) if self.graph.is_linear(name) else self._law(name, q)
+    def mass_and_force(self) -> tuple[list[list[Any]], list[Any]]:
+        """M (lower triangle) and Q of M z' = Q for what the weighed stores give.
 
-    def _accelerations(self) -> tuple[list[Any], list[Any]]:
-        """The rates of the moving coordinates, and of every flow variable the part that these do not make."""
-        matrix, force, bias = self.mass_and_force()
-        return solve_symmetric(matrix, force), bias
+        A store of a curved law is without its own weight in M, for the slope of its law may be infinite.
+        """
+        form, places = self.form, self.tables.weighed
+        at = {k: i for i, k in enumerate(places)}
+        matrix: list[list[Any]] = [[0.0] * len(places) for _ in places]
+        force: list[Any] = []
+        for i, k in enumerate(places):
+            port = form.stores[k]
+            force.append(port.sign * self.value(port.input))
+            if port.element.name not in form.massless and not self.graph.is_curve(port.element.name):
+                matrix[i][i] = self.graph.constant(port.element.name)
+        bias, weights = self._bias(), self._weights()
+        for port, weight in zip(form.followers, weights, strict=True):
+            gains = {at[k]: g for k, g in self.gain[port.input].items() if k in at}
+            self._check_shares(port)
+            for i, gain in gains.items():
+                momentum = weight * gain
+                force[i] = force[i] - momentum * bias.get(port.input, 0.0)
+                for j, other in gains.items():
+                    if j <= i:
+                        matrix[i][j] = matrix[i][j] + momentum * other
+        return matrix, force
 
-    def mass_and_force(self) -> tuple[list[list[Any]], list[Any], list[Any]]:
-        """M (lower triangle) and Q of M u' = Q, and every flow variable's rate at u' = 0."""
-        size = len(self.form.coordinates.moving)
-        bias = self._bias([self._rate_of_source(source.name) for source in self.tables.imposed])
-        matrix: list[list[Any]] = [[0.0] * size for _ in range(size)]
-        force: list[Any] = [0.0] * size
-        for inertia, variable in self.tables.inertias:
-            gains = self.gain[variable]
-            for i in (k for k in gains if k < size):
-                momentum = inertia * gains[i]
-                force[i] = force[i] - momentum * bias[variable]
-                for j in (k for k in gains if k <= i):
-                    matrix[i][j] = matrix[i][j] + momentum * gains[j]
-        self._efforts = {number: self._effort(self.form.ports[number]) for number in self.tables.acting}
-        for number, effort in self._efforts.items():
-            port = self.form.ports[number]
-            for i, g in self.gain[port.variable].items():
-                if i < size:
-                    force[i] = force[i] - port.sign * effort * g
-        return matrix, force, bias
+    def _check_shares(self, port: Port) -> None:
+        """Refuse a follower that follows resistors, or other followers: its numbers make more of it than its strokes."""
+        shares = {k: self.gain[port.input].get(k, 0.0) for k in self.form.untold(port)}
+        most = max((abs(g) for g in self.gain[port.input].values() if isinstance(g, float)), default=0.0)
+        for k, share in shares.items():
+            if isinstance(share, float) and abs(share) > _CANCELLED * most:
+                first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
+                other = self.form.followers[k - last] if k >= last else self.form.acting[k - first]
+                where, leads = (self.graph.where(p.element.name) for p in (port, other))
+                raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: hang a C or I between")
 
-    def _bias(self, imposed: list[Any]) -> list[Any]:
-        """What varying moduli and imposed flows make of every flow's rate."""
-        bias: list[Any] = [0.0] * len(self.tables.support)
-        for variable, rate in zip(self.form.coordinates.imposed, imposed, strict=True):
-            bias[variable] = rate
-        for step in self.form.steps:
+    def _weights(self) -> list[Any]:
+        """The inertia or compliance of every follower at its own momentum or displacement."""
+        if self._weighed is None:
+            self._weighed = [
+                1.0 / self._slope(p, self.followed(k)) if k in self.tables.bending else self.graph.constant(p.element.name)
+                for k, p in enumerate(self.form.followers)
+            ]
+        return self._weighed
+
+    def followed(self, k: int) -> Any:
+        """The momentum or displacement of a follower."""
+        port = self.form.followers[k]
+        name, law = port.element.name, port.element.law
+        given = port.sign * self.value(port.input) if port.element.kind == "I" else self.value(port.input)
+        if k not in self.tables.bending:
+            return self.graph.constant(name) * given
+        assert isinstance(law, Function)
+        own = law.of.index(self.graph.own(port.element.name) or "")
+
+        def equation(values: list[Any]) -> Balance:
+            value, partials = self._partials(law, name, values[0])
+            return [value - given], [[partials[own]]]
+
+        return settle(equation, 1, np.shape(given), f"{self.graph.title(name)}")[0]
+
+    def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+        """Of every follower, the rate of what it is given, and its weight."""
+        bias = self._bias()
+        for port, weight in zip(self.form.followers, self._weights(), strict=True):
+            gains = self.gain[port.input].items()
+            yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
+
+    def _bias(self) -> dict[int, Any]:
+        """Of what followers are given, and all that this follows from, the rate that varying moduli and sources make."""
+        if self._biased is not None:
+            return self._biased
+        steps = [self.form.steps[k] for k in self.tables.varying]
+        needed = {v for step in steps for v in sources(step)} | {p.input for p in self.form.followers}
+        bias: dict[int, Any] = {}
+        for port in self.form.acting:
+            if port.output in needed and port.element.kind in SOURCES:
+                bias[port.output] = self._rate_of_source(port.element.name)
+        for step in steps:
             if isinstance(step, Scale):
                 rate = self._ratio_rate(step.ratio)
-                bias[step.target] = self._ratio(step.ratio) * bias[step.source] + rate * self.flow[step.source]
+                bias[step.target] = self._ratio(step.ratio) * bias.get(step.source, 0.0) + rate * self.value(step.source)
             elif isinstance(step, Sum):
-                bias[step.target] = total(sign * bias[source] for source, sign in step.terms)
+                bias[step.target] = total(sign * bias.get(source, 0.0) for source, sign in step.terms)
             else:
                 right = []
                 for relation in step.relations:
-                    varying = total(-sign * self._ratio_rate(ratio) * self.flow[v] for v, ratio, sign in relation.terms)
+                    varying = total(
+                        -sign * self._ratio_rate(ratio) * self.value(v)
+                        for v, ratio, sign in relation.terms
+                        if isinstance(ratio, Function | Modulus)
+                    )
                     known = [term for term in relation.terms if term[0] not in step.unknown]
-                    right.append([varying + total(-sign * self._ratio(ratio) * bias[v] for v, ratio, sign in known)])
+                    right.append(
+                        [varying + total(-sign * self._ratio(ratio) * bias.get(v, 0.0) for v, ratio, sign in known)]
+                    )
                 solution = solve(self._matrix(step), right)
                 for row, variable in enumerate(step.unknown):
                     bias[variable] = solution[row][0]
+        self._biased = bias
         return bias
+
+
+def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
+    """How a loop of resistors is called in an error."""
+    return ", ".join(graph.where(p.element.name) for p in ports)
 
 
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
     return Here(q, position(q, np, anchor), np)
 
 
+_CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
 Rates = Callable[..., tuple[Any, ...]]
-_BALANCED = 1e-9  # of the greatest effort
 
 
 class State(NamedTuple):
-    """What the state of a graph consists of: names, in order, and how many are flows, displacements and springs'."""
+    """What the state of a graph consists of: names, in order, and how many are stores' and displacements."""
 
     names: tuple[str, ...]
-    flows: int
+    stores: int
     displacements: int
 
 
 class Dynamics:
     """A graph ready to be evaluated.
 
-    The state holds, in this order: the independent flows that inertia weighs (`f_` and the 1-junction's name), the
-    displacements that are declared or that motions refer to (by name), and the springs' own (`q_` and the spring's name).
+    The state holds, in this order: of every store in integral causality its momentum (`p_` and the inertia's name) or
+    displacement (`q_` and the spring's), in the order of the elements, and the displacements that are declared or that
+    motions refer to (by name). Where inertias lie behind modulated transformers only, the flow before these is the state
+    (`f_` and the 1-junction's name).
 
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 2.0), C("spring", stiffness=8.0))
     >>> dynamics = Dynamics(b.build())
     >>> dynamics.state.names
-    ('f_mass', 'x', 'q_spring')
-    >>> dynamics.at(0.0, [0.0, 1.0, 1.0]).rates
-    [-4.0, 0.0, 0.0]
+    ('p_m', 'q_spring', 'x')
+    >>> dynamics.at(0.0, [6.0, 1.0, 1.0]).rates
+    [-8.0, 3.0, 3.0]
 
     """
 
-    def __init__(self, graph: BondGraph, signals: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self, graph: BondGraph, signals: Mapping[str, Any] | None = None, formulation: Formulation | None = None
+    ) -> None:
         self.graph = graph = as_graph(graph)
         self.signals = _checked_signals(graph, signals or {})
-        self.form = Formulation(graph)
+        self.form = Formulation(graph) if formulation is None else formulation
         self.tables = tables(self.form, self.signals)
-        moving = self.form.coordinates.moving
-        names = [f"f_{self.form.name_of(v)}" for v in moving]
+        names = [self.form.state_name(p) for p in self.form.stores]
         names += [d.name for d in self.form.displacements]
-        names += [f"q_{p.element.name}" for p in self.tables.springs]
-        self.state = State(tuple(names), len(moving), len(self.form.displacements))
+        self.state = State(tuple(names), len(self.form.stores), len(self.form.displacements))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.graph, self.signals)
@@ -499,21 +660,24 @@ class Dynamics:
         """
         return Walk(self.tables, t, state, anchors or {}).instant()
 
-    def unbalanced(self, state: Sequence[float]) -> list[str]:
-        """What keeps a state from being a start: springs alone hold a flow, and their efforts do not balance there."""
-        if not self.tables.static:
-            return []
-        walk, faults = Walk(self.tables, 0.0, state, {}), []
-        for k in sorted(self.tables.static):
-            held = walk.held(k)
-            off, most = abs(sum(held.values())), max(abs(effort) for effort in held.values())
-            if off > _BALANCED * most:
-                where, names = self.form.name_of(self.form.coordinates.all[k]), ", ".join(held)
-                faults.append(
-                    f"{names} alone hold the flow of {where}, and their efforts there are off balance by {off:.6g} at the "
-                    "start: give initial displacements that balance"
-                )
-        return faults
+    def stored(self, port: Port, given: float) -> float:
+        """The momentum (displacement) at which a store gives a flow (effort)."""
+        name, inertia = port.element.name, port.element.kind == "I"
+        if name in self.form.massless:
+            return given
+        if not self.graph.is_curve(name):
+            return self.graph.constant(name) * (port.sign * given if inertia else given)
+        wanted = port.sign * given if inertia else given
+        law = self.graph.elements[name].law
+        assert isinstance(law, Function)
+        parameters = [None if n == self.graph.own(name) else self.graph.parameter(n, name) for n in law.of]
+        own = parameters.index(None)
+
+        def equation(values: list[Any]) -> Balance:
+            value, partials = law.partials(*(values[0] if p is None else p for p in parameters))
+            return [value - wanted], [[partials[own]]]
+
+        return float(settle(equation, 1, (), self.graph.title(name))[0])
 
     @property
     def anchored(self) -> tuple[str, ...]:
@@ -523,36 +687,55 @@ class Dynamics:
     @cached_property
     def rates(self) -> Rates:
         """(t, *state, *anchors) -> rates of the state, recorded as straight-line code."""
-        if not self.tables.iterated:
+        if self.tables.bending:
+            return self._evaluated
+        groups = self.tables.iterated
+        if not groups:
             return self._recorded(Walk.rates)
-        size = len(self.form.massless)  # of flows that are iterated first, from where they were last
-
-        def flat(walk: Walk) -> list[Any]:
-            residual, slopes = walk.balance()
-            return residual + [slope for row in slopes for slope in row]
-
-        balance, rates = self._recorded(flat, size), self._recorded(Walk.rates, size)
-        last: list[float] | None = None
+        balances = [self._recorded(_flat, k + 1, k) for k in range(len(groups))]
+        rates = self._recorded(Walk.rates, len(groups))
+        last: list[list[Any] | None] = [None] * len(groups)
 
         def iterated(t: Any, *values: Any) -> tuple[Any, ...]:
-            nonlocal last
+            known: tuple[Any, ...] = ()
+            for k, group in enumerate(groups):
+                size, balance, before = len(group.members), balances[k], known
 
-            def equations(flows: list[Any]) -> Balance:
-                found = balance(t, *values, *flows)
-                return list(found[:size]), [list(found[size * k : size * (k + 1)]) for k in range(1, size + 1)]
+                def equations(given: list[Any]) -> Balance:
+                    found = balance(t, *values, *before, *given)  # noqa: B023 - called at once
+                    return list(found[:size]), [list(found[size * j : size * (j + 1)]) for j in range(1, size + 1)]  # noqa: B023
 
-            last = settle(equations, size, (), self.tables.loose, last)
-            return rates(t, *values, *last)
+                ports = [self.form.acting[k] for k in group.members]
+                found = settle(equations, size, (), loop_name(self.graph, ports), last[k])
+                last[k], known = found, (*known, *found)
+            return rates(t, *values, *known)
 
         return iterated
 
-    def _recorded(self, what: Callable[[Walk], Sequence[Any]], massless: int = 0) -> Rates:
-        """What follows from a walk as straight-line code of (t, *state, *anchors, *massless flows)."""
+    def _evaluated(self, t: Any, *values: Any) -> tuple[Any, ...]:
+        """The rates, walked anew at every state."""
+        count = len(self.state.names)
+        anchors = dict(zip(self.anchored, values[count:], strict=True))
+        return tuple(Walk(self.tables, t, values[:count], anchors).rates())
+
+    def _recorded(self, what: Callable[[Walk], Sequence[Any]], groups: int = 0, stop: int | None = None) -> Rates:
+        """What follows from a walk as straight-line code of (t, *state, *anchors, *outputs of the first iterated groups)."""
         count, recorder = len(self.state.names), Recorder()
-        t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + massless))
+        sizes = [len(g.members) for g in self.tables.iterated[:groups]]
+        t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + sum(sizes)))
         anchors = dict(zip(self.anchored, values[count:], strict=False))
-        given = values[len(values) - massless :] if massless else None
-        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, given))).function("math")
+        given, first = [], count + len(self.anchored)
+        for size in sizes:
+            given.append(values[first : first + size])
+            first += size
+        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, given, stop))).function("math")
+
+
+def _flat(walk: Walk) -> list[Any]:
+    """Residual and slopes of the group that a walk stopped at."""
+    assert walk.balance is not None
+    residual, slopes = walk.balance
+    return residual + [slope for row in slopes for slope in row]
 
 
 def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, Function]:

@@ -1,32 +1,31 @@
-"""Which flows of a graph are independent, and every other flow as a sum of gains times these.
+"""A graph's equations by its causal strokes: what each element gives, and every flow and effort as a sum of these.
 
-A graph of inertias, springs, resistors, sources, transformers and gyrators is written in its independent flows u:
+Causality (`bondgraph.strokes`) says of every one-port whether it gives its flow or its effort. These outputs z are known one
+after the other, and all other flows and efforts w follow from them through junctions and two-ports,
 
-    f = G(q, t) u,   sum over the ports of G^T e = 0,   e = d(I f)/dt for an inertia,
+    w = S(q, t) z,   with the power of all ports adding up to 0.
 
-so that an inertia whose flow depends on others (derivative causality, through a modulated transformer too) is folded in
-by its gain: M u' + ... = Q with M = G^T I G. No step divides by a modulus. Gyrators tie efforts to flows and stay out of
-G: they act as a pair of ports. Flows that no inertia weighs follow from an algebraic equation, flows that a source
-imposes are given.
+Stores in integral causality give from their state (`p_NAME`, `q_NAME`), sources and resistors by their laws. A resistor that
+needs itself, through others or not, is part of a loop that is solved as one. A store in derivative causality follows the
+integral ones and sources: it is folded in by its gains, M z' = Q with M = W + S^T D S.
 
-Independent flows are taken in layers: first those that inertias alone see, then those that resistors and gyrators see,
-last those that only springs see. So a layer's flows leave the layers before it alone: the mass matrix is regular, and what
-springs alone hold is told apart from what a resistor holds too. `Layers` answers this linear question in numbers, once for a
-graph; moduli that vary count as numbers in no relation to each other: where they vanish or agree is a matter of single
-positions.
+No step divides by a modulus that may vanish, unless strokes leave nothing else: what loops leave over is a linear system in
+blocks as small as can be. Where an inertia that alone weighs a motion lies behind a modulated transformer, the flow before
+the transformer is the state, without an inertia of its own, so that dead centres are ordinary positions.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bondgraph.elements import ONE_PORTS, Displacement, Element
+from bondgraph.elements import ONE_PORTS, Displacement, Element, I, Law, Modulus
 from bondgraph.graph import (
+    Bond,
     BondGraph,
     Ratio,
     Relation,
@@ -34,271 +33,266 @@ from bondgraph.graph import (
     Solve,
     Step,
     Sum,
+    constant,
+    effort_relations,
+    effort_variables,
     entry,
     flow_relations,
     flow_variables,
     places,
     plan,
 )
-from bondgraph.laws import GraphError
+from bondgraph.laws import Function, GraphError, refuse
+from bondgraph.strokes import Causality, causality
 
-Array = NDArray[np.float64]
-
-INERTIAS, RESISTORS, SPRINGS = range(3)
-_SEEN_BY = ({"Sf", "I"}, {"Sf", "I", "R", "GY"}, {"Sf", "I", "R", "GY", "C"})
-_SAME = 1e-9
-_NOTHING = 1e-12
-
-
-class Layers:
-    """The layers of a graph's flow variables.
-
-    Attributes:
-        of: by flow variable, the first layer whose elements' flows leave it no freedom; 3 where no layer's do.
-
-    """
-
-    def __init__(self, graph: BondGraph, flow: Mapping[int, int]) -> None:
-        self.graph, self.flow = graph, flow
-        numbers: dict[int, float] = {}
-        relations = flow_relations(graph, flow)
-        matrix = np.zeros((len(relations), len(set(flow.values()))))
-        for row, relation in enumerate(relations):
-            for variable, ratio, sign in relation.terms:
-                if isinstance(ratio, float | int) and ratio:  # 0 says what a modulus says where it vanishes
-                    matrix[row, variable] += sign * float(ratio)
-                else:
-                    matrix[row, variable] += sign * numbers.setdefault(id(ratio), _arbitrary(len(numbers)))
-        self._basis = _unit(_complement(_unit(matrix)))  # of the flows that satisfy all relations, a row for each variable
-        self.of = [len(_SEEN_BY)] * len(self._basis)
-        for layer in (SPRINGS, RESISTORS, INERTIAS):
-            seen = [e for e in graph.of_kind(*_SEEN_BY[layer]) if e.kind == "Sf" or e.law != 0.0]
-            rows = _span(self._basis[[flow[b.number] for e in seen for b in graph.at(e.name)]])
-            left = np.linalg.norm(self._basis - self._basis @ rows.T @ rows, axis=1)
-            for settled in np.flatnonzero(left <= _SAME):
-                self.of[settled] = layer
-        for still in self.locked():
-            self.of[still] = len(_SEEN_BY)
-
-    def locked(self) -> list[int]:
-        """The flow variables that the relations leave nothing but zero."""
-        return [int(v) for v in np.flatnonzero(np.linalg.norm(self._basis, axis=1) <= _NOTHING)]
-
-    def unsettled(self, coordinates: Sequence[int], resisted: Sequence[int]) -> list[int] | None:
-        """Those of the resisted coordinates that resistors and gyrators do not settle: the slopes of their equations vanish.
-
-        None where the coordinates do not settle the other flows.
-        """
-        columns = [coordinates.index(v) for v in resisted]
-        chosen = self._basis[list(coordinates)]
-        if len(_span(chosen)) < self._basis.shape[1]:
-            return None
-        every = np.linalg.solve(chosen.T, self._basis.T).T
-        gains = _unit(np.where(np.abs(every) > _SAME * np.linalg.norm(every, axis=1)[:, None], every, 0.0)[:, columns])
-        slopes = np.zeros((len(columns), len(columns)))
-        for element in self.graph.of_kind("R"):
-            gain = gains[self.flow[self.graph.bond_of(element.name).number]]
-            slopes += np.outer(gain, gain) * (element.law != 0.0)
-        for k, element in enumerate(self.graph.of_kind("GY")):
-            into, out = (gains[self.flow[bond.number]] for bond in self.graph.ends(element.name))
-            slopes += _arbitrary(k) * (np.outer(into, out) - np.outer(out, into)) * (element.law != 0.0)
-        loose = np.abs(_complement(slopes)).max(axis=1, initial=0.0)
-        return [v for v, share in zip(resisted, loose, strict=True) if share > _SAME]
-
-
-def _arbitrary(k: int) -> float:
-    """Numbers in no relation to each other."""
-    return math.sqrt(2.3 + k)
-
-
-def _unit(rows: Array) -> Array:
-    """Rows divided by their lengths, so that small ratios count; what is nothing but rounding, as zero."""
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    return np.asarray(np.where(lengths > _NOTHING, rows / np.where(lengths > _NOTHING, lengths, 1.0), 0.0))
-
-
-def _span(rows: Array) -> Array:
-    """An orthonormal basis, by rows, of what rows span."""
-    _, sizes, basis = np.linalg.svd(rows)
-    return np.asarray(basis[: _rank(sizes)])
-
-
-def _complement(rows: Array) -> Array:
-    """An orthonormal basis, by columns, of what is at right angles to all rows."""
-    _, sizes, basis = np.linalg.svd(rows)
-    return np.asarray(basis[_rank(sizes) :].T)
-
-
-def _rank(sizes: Array) -> int:
-    return int(np.sum(sizes > _SAME * sizes.max(initial=0.0)))
+_SINGULAR = 1e-12
 
 
 class Port(NamedTuple):
-    """A bond through which an element takes power from the junction structure (sign +1) or gives it (-1)."""
+    """A one-port's bond: sign +1 where power flows into the element, and its variables: what it gives, what it is given.
+
+    `gives` is "f" or "e".
+    """
 
     element: Element
     bond: int
-    variable: int
     sign: float
+    gives: str
+    output: int
+    input: int
 
 
-class Coordinates(NamedTuple):
-    """Independent flow variables: weighed by inertia, without any, and imposed by the flow sources of the same order."""
+class Group(NamedTuple):
+    """Places in `Formulation.acting` whose outputs follow at once: one by one, or, in a loop, together."""
 
-    moving: tuple[int, ...]
-    massless: tuple[int, ...]
-    imposed: tuple[int, ...]
-
-    @property
-    def all(self) -> tuple[int, ...]:
-        """All of them, in this order."""
-        return self.moving + self.massless + self.imposed
+    members: tuple[int, ...]
+    loop: bool
 
 
 class Formulation:
-    """A graph in its independent flows.
+    """A graph's variables, who gives them, and in which order.
 
     Attributes:
-        graph: the graph.
-        flow: bond number -> flow variable.
-        coordinates: the independent flow variables.
-        steps: how the other flow variables follow, in order.
-        support: flow variable -> positions in `coordinates.all` that it depends on.
-        ports: every one-port's bond, and both bonds of every gyrator.
+        graph: the graph; with an inertia of 0 more at a junction whose flow is a state of its own (`massless`).
+        strokes: its causality.
+        flow, effort: bond number -> variable; flows come before efforts.
+        ports: every one-port, in the order of the elements.
+        stores: those whose state is one of the graph's.
+        acting: sources and resistors, and stores that a motion or a value of 0 settles.
+        followers: stores in derivative causality.
+        groups: the order in which `acting` ports give.
+        column: variable -> its place among the outputs: of stores, acting ports, followers.
+        steps: how the other variables follow, in order; support: variable -> the columns that it depends on.
         displacements: the declared ones, and one for each further 1-junction that a motion refers to.
 
     """
 
-    def __init__(self, graph: BondGraph) -> None:
-        self.graph = graph
-        self.flow = flow_variables(graph)
+    def __init__(self, graph: BondGraph, strokes: Causality | None = None) -> None:
+        self.given = graph
+        self.massless: tuple[str, ...] = ()
+        self._written(graph, strokes or causality(graph))
+        for junction in self.divided() if strokes is None else ():
+            self._move_state(junction)
         self.displacements = tuple(displacements(graph))
-        self._layers = Layers(graph, self.flow)
-        self._check_free()
-        chosen, self.steps = self._chosen()
-        self.coordinates = self._sorted(chosen)
-        self._check_held()
-        self.support = self._supports(self.coordinates.all)
-        bonds = [(e, graph.bond_of(e.name)) for e in graph.of_kind(*ONE_PORTS)]
-        bonds += [(e, bond) for e in graph.of_kind("GY") for bond in graph.ends(e.name)]
-        self.ports = tuple(Port(e, b.number, self.flow[b.number], b.sign(e.name)) for e, b in bonds)
 
-    @property
-    def massless(self) -> range:
-        """The places in `coordinates.all` of the flows that no inertia weighs."""
-        first = len(self.coordinates.moving)
-        return range(first, first + len(self.coordinates.massless))
+    @classmethod
+    def along(cls, graph: BondGraph, junction: str) -> Formulation:
+        """The formulation with the flow of a 1-junction as a state of its own, if it can be one."""
+        form = cls(graph)
+        if all(bond.tail != junction for bond in form.graph.bonds if bond.head in form.massless):
+            form._move_state(junction)
+        return form
 
-    @property
-    def static(self) -> frozenset[int]:
-        """The places in `coordinates.all` of the flows that springs alone hold."""
-        return frozenset(k for k in self.massless if self._layers.of[self.coordinates.all[k]] == SPRINGS)
+    def of(self, graph: BondGraph) -> Formulation:
+        """The same formulation of a graph with the same structure."""
+        form = object.__new__(Formulation)
+        form.given, form.massless, form.displacements = graph, self.massless, self.displacements
+        elements = {**graph.elements, **{name: self.graph.elements[name] for name in self.massless}}
+        form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
+        return form
 
     def variable(self, name: str) -> int:
         """The flow variable of an element: of a two-port, that of the bond that enters it."""
         return self.flow[entry(self.graph, name).number]
 
     def name_of(self, variable: int) -> str:
-        """How a flow variable is called: by its 1-junction, else by its bond."""
-        bond = next(b for b in self.graph.bonds if self.flow[b.number] == variable)
-        junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == "1"]
+        """How a flow or effort variable is called: by its junction, else by its bond."""
+        kind, by = ("1", self.flow) if variable in self.flow.values() else ("0", self.effort)
+        bond = next(b for b in self.graph.bonds if by[b.number] == variable)
+        junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == kind]
         return junctions[0] if junctions else f"bond {bond.number}"
 
-    def _chosen(self) -> tuple[tuple[int, ...], list[Step]]:
+    def state_name(self, port: Port) -> str:
+        """How the state of a store is called."""
+        if port.element.name in self.massless:
+            return f"f_{self.name_of(port.output)}"
+        return f"{'p' if port.element.kind == 'I' else 'q'}_{port.element.name}"
+
+    def flow_state(self, junction: str) -> int | None:
+        """The place of the store that alone settles the flow of a 1-junction, through fixed ratios if any."""
+        on = self.support[self.variable(junction)]
+        alone = len(on) == 1 and on[0] < len(self.stores) and self.stores[on[0]].element.kind == "I"
+        return on[0] if alone else None
+
+    def through(self, variable: int) -> list[str]:
+        """The two-ports by which a variable follows from outputs."""
+        names, todo, seen = dict[str, None](), [variable], set[int]()
+        while todo:
+            target = todo.pop()
+            for origin, step in zip(self.origins, self.steps, strict=True) if target not in seen else ():
+                if target not in targets(step):
+                    continue
+                todo += [v for v in sources(step) if v not in self.column]
+                names |= {n: None for n in origin if self.graph.elements[n].kind in ("TF", "GY")}
+            seen.add(target)
+        return list(names)
+
+    def _written(self, graph: BondGraph, strokes: Causality) -> None:
+        """All attributes from the strokes."""
+        refuse(strokes.conflicts)
+        self.graph, self.strokes = graph, strokes
+        self.flow = flow_variables(graph)
+        first = len(set(self.flow.values()))
+        self.effort = {bond: first + v for bond, v in effort_variables(graph).items()}
+        self.ports = tuple(self._port(e) for e in graph.of_kind(*ONE_PORTS))
+        integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
+        derivative = [p for p in self.ports if p.element.name in strokes.derivative]
+        self.stores = tuple(p for p in integral if p.element.law != 0.0 or p.element.name in self.massless)
+        self.followers = tuple(p for p in derivative if p.element.law != 0.0 and not isinstance(p.element.law, Law))
+        settled = {p.element.name for p in (*self.stores, *self.followers)}
+        self.acting = tuple(p for p in self.ports if p.element.name not in settled)
+        outputs = [p.output for p in (*self.stores, *self.acting, *self.followers)]
+        self.column = {variable: k for k, variable in enumerate(outputs)}
+        self._plan()
+        self.groups = tuple(self._ordered())
+
+    def _port(self, element: Element) -> Port:
+        bond = self.graph.bond_of(element.name)
+        flow, effort = self.flow[bond.number], self.effort[bond.number]
+        gives_flow = self.strokes.strokes[bond.number] == element.name
+        pair = (flow, effort) if gives_flow else (effort, flow)
+        return Port(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair)
+
+    def _plan(self) -> None:
+        """Steps from the outputs to all other variables."""
         graph = self.graph
-        waiting = flow_relations(graph, self.flow)
-        chosen = [self.flow[graph.bond_of(source.name).number] for source in graph.of_kind("Sf")]
-        known = set(chosen)
-        steps = plan(waiting, known)
-        while unknown := set(self.flow.values()) - known:
-            step = None
-            for group, relations in _groups(unknown, waiting):
-                if len(relations) > len(group):
-                    raise GraphError(_contradiction(graph, relations))
-                if len(relations) == len(group):
-                    step = Solve(tuple(sorted(group)), tuple(relations))
-                    break
-            if step is not None:
-                steps.append(step)
-                known.update(step.unknown)
-                for relation in step.relations:
-                    waiting.remove(relation)
-            else:
-                chosen.append(min(unknown, key=lambda v: self._rank(v, unknown)))
-                known.add(chosen[-1])
-            steps += plan(waiting, known)
-        if waiting:
-            raise GraphError(_contradiction(graph, waiting))
-        return tuple(chosen), steps
-
-    def _rank(self, variable: int, unknown: set[int]) -> tuple[int, bool, int, bool, int]:
-        """Lowest is chosen: by layer, none behind a modulus (it may vanish), then owners of displacements, then inertias."""
-        graph, behind, owner, weighed = self.graph, False, len(self.displacements), False
-        for element in graph.of_kind("TF"):
-            into, out = graph.ends(element.name)
-            varies = not graph.is_linear(element.name)
-            behind |= varies and self.flow[out.number] == variable and self.flow[into.number] in unknown
-        for k, displacement in enumerate(self.displacements):
-            if self.variable(displacement.of) == variable:
-                owner = min(owner, k)
-        for element in graph.of_kind("I"):
-            weighed |= self.flow[graph.bond_of(element.name).number] == variable and element.law != 0.0
-        return self._layers.of[variable], behind, owner, not weighed, variable
-
-    def _supports(self, chosen: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
-        support: dict[int, tuple[int, ...]] = {variable: (k,) for k, variable in enumerate(chosen)}
+        waiting = flow_relations(graph, self.flow) + effort_relations(graph, self.effort)
+        for gyrator in graph.of_kind("GY"):
+            ratio: Any = graph.constant(gyrator.name) if graph.is_linear(gyrator.name) else gyrator.law
+            into, out = (b.number for b in graph.ends(gyrator.name))
+            for answer, cause in ((self.effort[out], self.flow[into]), (self.effort[into], self.flow[out])):
+                waiting.append(Relation(gyrator.name, ((answer, 1.0, 1.0), (cause, ratio, -1.0))))
+        waiting = [r._replace(terms=tuple(term for term in r.terms if term[1] != 0.0)) for r in waiting]
+        known = set(self.column)
+        every = {*self.flow.values(), *self.effort.values()}
+        self.steps: list[Step] = []
+        self.origins: list[tuple[str, ...]] = []
+        self._extend(waiting, known)
+        for block in _blocks(graph, waiting, every - known):
+            if block.unknown[0] in known:
+                continue
+            _check_rank(graph, block)
+            if not sources(block) and any(isinstance(ratio, Function | Modulus) for ratio in ratios(block)):
+                names = ", ".join(dict.fromkeys(self.name_of(v) for v in block.unknown))
+                at = ", ".join(dict.fromkeys(places(graph, block.relations)))
+                raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: take one of them out")
+            self.steps.append(block)
+            self.origins.append(tuple(r.name for r in block.relations))
+            known.update(block.unknown)
+            waiting = [r for r in waiting if r not in block.relations]
+            self._extend(waiting, known)
+        self.support: dict[int, tuple[int, ...]] = {variable: (k,) for variable, k in self.column.items()}
         for step in self.steps:
-            if isinstance(step, Scale):
-                support[step.target] = support[step.source]
-            elif isinstance(step, Sum):
-                support[step.target] = tuple(sorted({k for source, _ in step.terms for k in support[source]}))
-            else:
-                sources = [v for relation in step.relations for v, _, _ in relation.terms if v in support]
-                support |= dict.fromkeys(step.unknown, tuple(sorted({k for v in sources for k in support[v]})))
-        return support
+            on = {k for v in sources(step) for k in self.support[v]}
+            self.support |= dict.fromkeys(targets(step), tuple(sorted(on)))
 
-    def _sorted(self, chosen: tuple[int, ...]) -> Coordinates:
-        count = len(self.graph.of_kind("Sf"))
-        imposed, free = chosen[:count], chosen[count:]
-        for variable in free:
-            if self._layers.of[variable] > SPRINGS:
-                where = self.name_of(variable)
-                sources = ", ".join(self.graph.where(e.name) for e in self.graph.of_kind("Se")) or "no source"
-                raise GraphError(
-                    f"nothing holds the flow of {where}: it meets no inertia, resistor, spring or gyrator, only {sources}"
-                )
-        moving = tuple(v for v in free if self._layers.of[v] == INERTIAS)
-        massless = sorted((v for v in free if v not in moving), key=lambda v: self._layers.of[v])
-        return Coordinates(moving, tuple(massless), imposed)
+    def _extend(self, waiting: list[Relation], known: set[int]) -> None:
+        before = list(waiting)
+        steps = plan(waiting, known)
+        left = [r for r in before if r not in waiting]
+        for step in steps:
+            (target,), from_ = targets(step), set(sources(step))
+            relation = next(r for r in left if {v for v, _, _ in r.terms} == {target, *from_})
+            left.remove(relation)
+            self.steps.append(step)
+            self.origins.append((relation.name,))
 
-    def _check_free(self) -> None:
-        """Whether any flow can only be zero."""
-        locked = self._layers.locked()
-        meant = [self.variable(d.of) for d in self.displacements]  # no current in a ground node's lead is no contradiction
-        meant += [self.flow[self.graph.bond_of(e.name).number] for e in self.graph.of_kind("I") if e.law != 0.0]
-        if any(variable in locked for variable in meant):
-            relations = [r for r in flow_relations(self.graph, self.flow) if all(v in locked for v, _, _ in r.terms)]
-            at = ", ".join(places(self.graph, relations))
-            raise GraphError(
-                f"over-constrained: {at} contradict each other and lock {', '.join(map(self.name_of, locked))}, whose flow "
-                "can only be zero: take one of them out, or change a ratio"
-            )
+    def untold(self, port: Port) -> list[int]:
+        """Columns that what a follower is given cannot depend on: of resistors and followers, whose shares cancel.
 
-    def _check_held(self) -> None:
-        """Whether resistors and gyrators settle the flows that no inertia weighs."""
-        resisted = [self.coordinates.all[k] for k in self.massless if k not in self.static]
-        loose = self._layers.unsettled(self.coordinates.all, resisted)
-        if loose is None:
-            raise GraphError(
-                _contradiction(self.graph, [r for s in self.steps if isinstance(s, Solve) for r in s.relations])
-            )
-        if loose:
-            where = ", ".join(self.name_of(v) for v in loose)
-            gyrators = " and ".join(self.graph.where(e.name) for e in self.graph.of_kind("GY"))
-            raise GraphError(
-                f"the flow of {where} is tied through {gyrators} to a store or source on the other side, without an inertia "
-                f"or a resistor of its own: hang an I or R, a small one will do, where {where} is"
-            )
+        The structure alone does not tell: power is kept, so that what one side gives the other takes back.
+        """
+        first, last = len(self.stores), len(self.stores) + len(self.acting)
+        of_resistors = {first + k for k, p in enumerate(self.acting) if p.element.kind == "R"}
+        return [k for k in self.support[port.input] if k >= last or k in of_resistors]
+
+    def reads(self, port: Port) -> tuple[int, ...]:
+        """The variables that the law of an acting port depends on at the same instant."""
+        law, kind = port.element.law, port.element.kind
+        if isinstance(law, Law):
+            speed, own = self.variable(law.motion.of), self.flow[port.bond]
+            seen = {"speed": speed, "flow": own}
+            return tuple(v for name, v in seen.items() if law.moving and name in law.sees)
+        return (port.input,) if kind == "R" else ()
+
+    def _ordered(self) -> Iterator[Group]:
+        """Acting ports in an order in which each finds what it needs, loops as one."""
+        first, last = len(self.stores), len(self.stores) + len(self.acting)
+        needs: dict[int, set[int]] = {}
+        for k, port in enumerate(self.acting):
+            on = {c for v in self.reads(port) for c in self.support[v] if c < last}
+            needs[k] = {c - first for c in on if c >= first}
+        for members in components(needs):
+            loop = len(members) > 1 or members[0] in needs[members[0]]
+            yield Group(tuple(sorted(members)), loop)
+
+    def divided(self) -> list[str]:
+        """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
+        found = []
+        for step in self.steps:
+            if not isinstance(step, Solve) or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
+                continue
+            (target,), relation = step.unknown, step.relations[0]
+            ratio = next(r for v, r, _ in relation.terms if v == target)
+            if constant(ratio) or self.graph.elements[relation.name].kind != "TF" or target not in self.flow.values():
+                continue
+            bond = self.graph.ends(relation.name)[0]
+            junction = bond.tail
+            if self.graph.elements[junction].kind == "1" and self.flow[bond.number] == target:
+                found.append(junction)
+        return list(dict.fromkeys(found))
+
+    def _move_state(self, junction: str) -> None:
+        """Make the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
+        name = f"{junction}*"
+        while name in self.graph.elements:
+            name += "*"
+        number = max(b.number for b in self.graph.bonds) + 1
+        elements = {**self.graph.elements, name: I(name, 0.0)}
+        more = replace(self.graph, elements=elements, bonds=(*self.graph.bonds, Bond(number, junction, name)))
+        wanted = dict.fromkeys((*self.massless, name), "integral")
+        found = causality(more, wanted)
+        moved = set(self.strokes.integral) - set(found.integral)
+        if found.conflicts or name not in found.integral or len(found.integral) != len(self.strokes.integral):
+            return
+        if any(more.elements[n].kind != "I" for n in moved):
+            return
+        self.massless = (*self.massless, name)
+        self._written(more, found)
+
+
+def targets(step: Step) -> tuple[int, ...]:
+    """The variables that a step gives."""
+    return step.unknown if isinstance(step, Solve) else (step.target,)
+
+
+def sources(step: Step) -> tuple[int, ...]:
+    """The variables that a step needs."""
+    if isinstance(step, Scale):
+        return (step.source,)
+    if isinstance(step, Sum):
+        return tuple(v for v, _ in step.terms)
+    return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
 
 
 def ratios(step: Step) -> Iterator[Ratio]:
@@ -318,26 +312,92 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
             yield Displacement(junction, junction)
 
 
-def _groups(unknown: set[int], waiting: list[Relation]) -> Iterator[tuple[set[int], list[Relation]]]:
-    """Unknown variables that hang together through relations, with these relations."""
-    left = set(unknown)
-    while left:
-        group, relations = {left.pop()}, []
-        pending = [r for r in waiting if any(v in unknown for v, _, _ in r.terms)]
-        grown = True
-        while grown:
-            touching = [r for r in pending if any(v in group for v, _, _ in r.terms)]
-            pending = [r for r in pending if r not in touching]
-            relations += touching
-            grown = bool(touching)
-            group |= {v for r in touching for v, _, _ in r.terms if v in unknown}
-        left -= group
-        yield group, relations
+def components(needs: Mapping[int, Collection[int]]) -> list[list[int]]:
+    """Groups of things that need each other, each after those that it needs (Tarjan's algorithm).
+
+    >>> components({0: [1], 1: [2], 2: [1], 3: []})
+    [[2, 1], [0], [3]]
+    """
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    found: list[list[int]] = []
+    done: set[int] = set()
+    for start in needs:
+        work = [(start, iter(sorted(needs[start])))] if start not in index else []
+        if work:
+            index[start] = low[start] = len(index)
+            stack.append(start)
+        while work:
+            node, others = work[-1]
+            fresh = None
+            for other in others:
+                if other not in index:
+                    fresh = other
+                    break
+                if other not in done:
+                    low[node] = min(low[node], index[other])
+            if fresh is not None:
+                index[fresh] = low[fresh] = len(index)
+                stack.append(fresh)
+                work.append((fresh, iter(sorted(needs[fresh]))))
+                continue
+            work.pop()
+            if work:
+                low[work[-1][0]] = min(low[work[-1][0]], low[node])
+            if low[node] == index[node]:
+                group: list[int] = []
+                while not group or group[-1] != node:
+                    group.append(stack.pop())
+                done.update(group)
+                found.append(group)
+    return found
 
 
-def _contradiction(graph: BondGraph, relations: list[Relation]) -> str:
-    sources = "".join(f", {graph.where(e.name)}" for e in graph.of_kind("Sf"))
+def _check_rank(graph: BondGraph, block: Solve) -> None:
+    """Refuse a system that its numbers make singular; moduli count as numbers in no relation to each other."""
+    numbers: dict[int, float] = {}
+    matrix = np.zeros((len(block.unknown),) * 2)
+    for row, relation in enumerate(block.relations):
+        for variable, ratio, sign in relation.terms:
+            if variable in block.unknown:
+                given = isinstance(ratio, float | int)
+                value = float(ratio) if given else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
+                matrix[row, block.unknown.index(variable)] += sign * value
+    matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    if not sizes[-1] > _SINGULAR * sizes[0]:
+        raise GraphError(_contradiction(graph, block.relations))
+
+
+def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
+    named = ", ".join(dict.fromkeys(places(graph, relations)))
     return (
-        f"over-constrained: {', '.join(places(graph, relations))} ask of the same flows what other transformers, junctions "
-        f"or flow sources{sources} already settle; they contradict or repeat each other: take one of them out"
+        f"over-constrained: {named} contradict or repeat what the others ask of the same flows and efforts: take one of "
+        "them out, or change a ratio"
     )
+
+
+def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Solve]:
+    """What local steps leave over, as linear systems that are as small as can be, in the order in which they are solved."""
+    can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
+    owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
+
+    def augment(k: int, seen: set[int]) -> bool:
+        for variable in can[k]:
+            if variable not in seen:
+                seen.add(variable)
+                if variable not in owner or augment(owner[variable], seen):
+                    owner[variable] = k
+                    return True
+        return False
+
+    left = [r for k, r in enumerate(waiting) if not augment(k, set())]
+    if left or len(owner) < len(unknown):
+        raise GraphError(_contradiction(graph, left or waiting))
+    gives = {k: variable for variable, k in owner.items()}
+    needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
+    return [
+        Solve(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in sorted(group)))
+        for group in components(needs)
+    ]

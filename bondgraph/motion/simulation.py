@@ -10,20 +10,21 @@ stored - stored at the start + dissipated - supplied.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import ONE_PORTS
-from bondgraph.graph import BondGraph, Ratio, Scale, Sum, effort_relations, effort_variables, plan
+from bondgraph.graph import BondGraph, entry
 from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
+from bondgraph.motion.audit import Audit, audit, energy_scales
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.numerics import count, counting
@@ -55,25 +56,8 @@ _NO_INERTIA = 1e-6  # of the greatest in the run
 _PILOT_EVALUATIONS = 50_000
 _BESIDE = 0.01  # of a displacement and of 1: how far beside a position the inertia is looked at
 
-_NO_POWER = 1e-60  # W: less than this is the remains of an iteration towards zero
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
-
-
-class Audit(NamedTuple):
-    """What the audit found.
-
-    power: the greatest power that a junction or two-port does not pass on, over the greatest power of any bond in the run.
-    power_at: the element where that happens. energy: the greatest |stored - stored at the start + dissipated - supplied|,
-    over the greatest of the energies in the run. stored, dissipated, supplied (J) at the times of the steps, the last two
-    since the start.
-    """
-
-    power: float
-    power_at: str
-    energy: float
-    stored: Array
-    dissipated: Array
-    supplied: Array
+_AUDITED, _AUDITED_ROUGHLY = 1e-6, 100.0  # what an audit may find unless told, and that as a multiple of rtol
+_BALANCED = 1e-9  # of the larger of both: a value given to a store that follows others
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,17 +109,13 @@ class Run:
     @cached_property
     def audit(self) -> Audit:
         """The power audit of the run."""
-        return audit(self.dynamics, self._bonds, self.stretches, self._instants)
+        return audit(self.dynamics, self.stretches, self._looked_at)
 
     @cached_property
     def _plain(self) -> bool:
         """Whether all steps are explicit ones of one method, which are told all at once."""
         steps = [stretch.dense for stretch in self.stretches]
         return all(isinstance(one, runge_kutta.Step) for one in steps)
-
-    @cached_property
-    def _bonds(self) -> Bonds:
-        return Bonds(self.dynamics)
 
     def states(self, t: Any = None) -> dict[str, Array]:
         """Every state by name at times t (those of the steps if None)."""
@@ -146,12 +126,18 @@ class Run:
         """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
         self._check_name(name)
         times = self._times(t)
-        return self._shaped(self._instants(times, self._owners(times)).flows[self.dynamics.form.variable(name)], times)
+        flows = self._instants(times, self._owners(times)).flows
+        return self._shaped(flows[entry(self.dynamics.graph, name).number], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
-        """A declared displacement, or a spring's own."""
+        """A declared displacement, or a spring's own, which a spring has too that follows others."""
         states = self.states(t)
         found = states.get(name, states.get(f"q_{name}"))
+        for k, port in enumerate(self.dynamics.form.followers if found is None else ()):
+            if port.element.kind == "C" and name in (port.element.name, f"q_{port.element.name}"):
+                times = self._times(t)
+                _, state, anchors = self._looked_at(times, self._owners(times))
+                return self._shaped(Walk(self.dynamics.tables, times, list(state), anchors).followed(k), times)
         if found is None:
             raise GraphError(f"no displacement {name!r}: the states are {', '.join(states)}")
         return found
@@ -159,7 +145,7 @@ class Run:
     def effort(self, bond: int, t: Any = None) -> Array:
         """The effort of a bond by its number."""
         times = self._times(t)
-        efforts = self._bonds.efforts(self._instants(times, self._owners(times)), times.shape)
+        efforts = self._instants(times, self._owners(times)).efforts
         if bond not in efforts:
             raise GraphError(f"no bond {bond}: the graph has bonds 1 to {len(efforts)}")
         return self._shaped(efforts[bond], times)
@@ -171,8 +157,8 @@ class Run:
             raise GraphError(f"{self.dynamics.graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
         bond = self.dynamics.graph.bond_of(name)
         times = self._times(t)
-        flow = self._instants(times, self._owners(times)).flows[self.dynamics.form.flow[bond.number]]
-        return self._shaped(bond.sign(name) * self.effort(bond.number, times) * flow, times)
+        here = self._instants(times, self._owners(times))
+        return self._shaped(bond.sign(name) * here.efforts[bond.number] * here.flows[bond.number], times)
 
     def _check_name(self, name: str) -> None:
         if name not in self.dynamics.graph.elements:
@@ -203,9 +189,13 @@ class Run:
         return values
 
     def _instants(self, times: Array, owners: NDArray[np.int_]) -> Instant:
+        return self._looked_at(times, owners)[0]
+
+    def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
+        """The graph at times, its states there, and the middles of the smooth pieces that they lie in."""
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
-        return self.dynamics.at(times, list(state), anchors)
+        return self.dynamics.at(times, list(state), anchors), state, anchors
 
     def _shaped(self, value: Any, times: Array) -> Array:
         return np.array(np.broadcast_to(np.asarray(value, dtype=float), times.shape))
@@ -229,8 +219,9 @@ def simulate(
     Args:
         graph: with a value for every parameter.
         until: time to simulate, s.
-        initial: displacements by name, springs' own displacements and independent flows by the name of the spring or of the
-            1-junction; 0 (a declared displacement: its own initial value) where nothing is given.
+        initial: states by name (`p_`, `q_`, displacements); also a spring's own displacement by the spring's name, and the
+            flow of a 1-junction that one store alone settles by the junction's; 0 (a declared displacement: its own initial
+            value) where nothing is given.
         signals: a number or function of t for every declared signal.
         rtol: error asked of every state, relative to its greatest absolute value in the run; `Run.reached` says whether it
             was kept.
@@ -243,7 +234,8 @@ def simulate(
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
             (values, period). Without them no step is longer than 1/400 of the time where a source or resistor varies with
             displacements or time, and what such a law does in a shorter time may be passed over: give its ends as breaks.
-        tolerance: greatest power and energy imbalance that the audit may find; more is an error. None: reported only.
+        tolerance: greatest power and energy imbalance that the audit may find; more is an error. None: the larger of 1e-6
+            and 100 rtol, with fixed steps reported only.
         evaluations: of the rates, at most, all runs together: a motion that takes more is refused, with the time it reached.
 
     Raises:
@@ -260,9 +252,10 @@ def simulate(
     method = method or ("RK45" if rtol >= _LOOSE else "DOP853")
     dynamics = Dynamics(graph, signals)
     start = _start(dynamics, initial or {})
-    refuse(dynamics.unbalanced(start.tolist()))
     stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
     run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
+    if tolerance is None and step is None:
+        tolerance = max(_AUDITED, _AUDITED_ROUGHLY * rtol)
     if tolerance is not None:
         if not run.audit.power <= tolerance:
             raise GraphError(
@@ -290,7 +283,7 @@ class _Stepper:
         self.evaluations, self.budget = 0, budget
         self.stiffness_checked = False
         self.messages: tuple[str, ...] = ()
-        self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.flows)}
+        self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.stores)}
         self.anchors: list[Mapping[str, float]] = []
         self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
@@ -414,7 +407,7 @@ class _Stepper:
 
     def _beside(self, state: Array, distances: Array) -> list[Array]:
         """A state moved by its displacements' distances, to either side."""
-        first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
+        first, last = self.dynamics.state.stores, len(self.dynamics.state.names)
         moved = np.zeros(state.size)
         moved[first:last] = distances[first:last]
         return [state - moved, state + moved]
@@ -514,7 +507,7 @@ class _Stepper:
 
         A displacement that goes on growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
-        first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
+        first, last = self.dynamics.state.stores, len(self.dynamics.state.names)
         self.scale = self._scales(run)
         self.scale[first:last] = np.minimum(self.scale[first:last], 1.0)
         self.relative = 0.0
@@ -582,6 +575,8 @@ class _Stepper:
         around = [(t, beside) for beside in self._beside(state, _BESIDE * (1.0 + np.abs(state)))]
         past = [(0.0, self.start), *((stretches[k].end, stretches[k].after) for k in some), *around]
         matrices = np.array([self._inertia(*at) for at in [*past, (t, state)]])
+        if not matrices.size:
+            return None
         greatest = np.nanmax(np.diagonal(matrices, axis1=1, axis2=2), axis=0)
         scale = np.sqrt(np.where(greatest > 0.0, greatest, 1.0))
         known = np.isfinite(matrices).all(axis=(1, 2))
@@ -591,23 +586,28 @@ class _Stepper:
         if not least[-1, 0] < _NO_INERTIA * least[:-1, 0].max():
             return None
         form = self.dynamics.form
-        weakest = form.coordinates.moving[int(np.argmax(np.abs(modes[-1, :, 0])))]
-        places = zip(form.displacements, state[self.dynamics.state.flows :], strict=False)
+        weakest = form.stores[self._weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
+        places = zip(form.displacements, state[self.dynamics.state.stores :], strict=True)
         return form.name_of(weakest), ", ".join(f"{d.name} = {value:.9g}" for d, value in places) or f"t = {t:.9g} s"
+
+    @property
+    def _weighed(self) -> tuple[int, ...]:
+        """The places of the stores that the mass matrix is of."""
+        return self.dynamics.tables.weighed
 
     def _inertia(self, t: float, state: Array) -> Array:
         """The mass matrix at a state; not a number where a law is not defined."""
         try:
             with np.errstate(all="ignore"):
-                lower, _, _ = Walk(self.dynamics.tables, t, state.tolist(), {}).mass_and_force()
+                lower, _ = Walk(self.dynamics.tables, t, state.tolist(), {}).mass_and_force()
         except (ValueError, ArithmeticError, TypeError):
-            return np.full((self.dynamics.state.flows,) * 2, np.nan)
+            return np.full((len(self._weighed),) * 2, np.nan)
         below = np.tril(np.array(lower, dtype=float))
         return np.asarray(below + np.tril(below, -1).T)
 
     def _rounded_away(self) -> bool:
         """Whether the least inertia at the start is what rounding makes of the displacements."""
-        if not (self.dynamics.tables.moduli and self.dynamics.state.flows):
+        if not (self.dynamics.tables.moduli and self._weighed):
             return False
         nearby = [self.start, *self._beside(self.start, 4.0 * np.finfo(float).eps * np.abs(self.start))]
         least = [float(np.linalg.det(self._inertia(0.0, state))) for state in nearby]
@@ -666,22 +666,69 @@ def _check_arguments(until: float, rtol: float, method: str, step: float | None,
 
 
 def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
-    """The initial state; names may be those of the state, or of the 1-junction or spring that a state belongs to."""
-    names = dynamics.state.names
+    """The initial state; names may be those of the state, of a spring, or of a 1-junction whose flow a store settles."""
+    names, form = dynamics.state.names, dynamics.form
     start = np.zeros(len(names))
-    for k, displacement in enumerate(dynamics.form.displacements, start=dynamics.state.flows):
+    for k, displacement in enumerate(form.displacements, start=dynamics.state.stores):
         start[k] = displacement.initial
-    faults = []
+    faults, flows, following = [], dict[str, float](), dict[int, tuple[str, float]]()
     for name, value in initial.items():
-        found = next((n for n in (name, f"f_{name}", f"q_{name}") if n in names), None)
-        if found is None:
-            faults.append(f"initial {name!r}: no such state; the independent ones are {', '.join(names)}")
-        elif not isinstance(value, Real) or not np.isfinite(value):
+        junction = name.removeprefix("f_")
+        found = next((n for n in (name, f"q_{name}") if n in names), None)
+        if not isinstance(value, Real) or not np.isfinite(value):
             faults.append(f"initial {name!r}: found {value!r}, expected a finite number")
-        else:
+        elif found is not None:
             start[names.index(found)] = value
+        elif (place := _follower(dynamics, name)) is not None:
+            following[place] = name, value
+        elif getattr(dynamics.graph.elements.get(junction), "kind", "") == "1" and form.flow_state(junction) is not None:
+            flows[junction] = value
+        else:
+            faults.append(_no_state(dynamics, name))
+    refuse(faults)
+    for junction, value in flows.items():
+        led, gain = form.flow_state(junction), Walk(dynamics.tables, 0.0, start.tolist(), {}).gain
+        assert led is not None
+        port, share = form.stores[led], gain[form.variable(junction)][led]
+        if not share:
+            raise GraphError(
+                f"initial {junction!r}: its flow is 0 at the start, whatever {names[led]} is: give {names[led]}"
+            )
+        start[led] = dynamics.stored(port, value / share)
+    walk = Walk(dynamics.tables, 0.0, start.tolist(), {}) if following else None
+    for place, (name, value) in following.items():
+        leads, due = form.strokes.follows[form.followers[place].element.name], float(walk.followed(place)) if walk else 0.0
+        if abs(value - due) > _BALANCED * max(abs(value), abs(due)):
+            faults.append(
+                f"initial {name!r}: found {value:g}, but {leads}, which makes it {due:.6g} (off by "
+                f"{abs(value - due):.6g}): give the states, {', '.join(names)}"
+            )
     refuse(faults)
     return start
+
+
+def _follower(dynamics: Dynamics, name: str) -> int | None:
+    """The place of a store in derivative causality, by its own name or that of its momentum or displacement."""
+    for place, port in enumerate(dynamics.form.followers):
+        letter = "p" if port.element.kind == "I" else "q"
+        if name == f"{letter}_{port.element.name}" or (name == port.element.name and letter == "q"):
+            return place
+    return None
+
+
+def _no_state(dynamics: Dynamics, name: str) -> str:
+    """The line of a name that is no state, with what is meant or what it follows."""
+    graph, names = dynamics.graph, dynamics.state.names
+    follower = dynamics.form.strokes.follows.get(name)
+    if follower is not None:
+        return f"initial {name!r}: it is no state, for {follower}; the states are {', '.join(names)}"
+    meant = next((n for n in (f"p_{name}", f"q_{name}") if n in names), None)
+    junction = name.removeprefix("f_")
+    if meant is None and junction in graph.elements:
+        on = dynamics.form.support[dynamics.form.variable(junction)]
+        meant = " and ".join(names[k] for k in on if k < dynamics.state.stores) or None
+    advice = f"; give {meant}" if meant else ""
+    return f"initial {name!r}: no such state{advice}; the independent ones are {', '.join(names)}"
 
 
 def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple[list[Breaks], list[float]]:
@@ -703,6 +750,10 @@ def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple
         if name == TIME:
             again = [0.0] if period is None else period * np.arange(np.ceil(until / period))
             times += [float(place + later) for later in again for place in places]
+        elif name not in dynamics.state.names and period is None and (led := _led(dynamics, name)) is not None:
+            port, share = dynamics.form.stores[led[0]], led[1]
+            at = np.array([dynamics.stored(port, value / share) for value in places])
+            breaks.append(Breaks(led[0], np.sort(at), None, name))
         elif name in dynamics.state.names:
             breaks.append(Breaks(dynamics.state.names.index(name), places, period, name))
         else:
@@ -710,141 +761,14 @@ def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple
     return breaks, times
 
 
-class Bonds:
-    """Flows and efforts of every bond from an `Instant`, with the efforts inside the structure worked out from the ports."""
-
-    def __init__(self, dynamics: Dynamics) -> None:
-        self.graph, self.form = dynamics.graph, dynamics.form
-        self._effort = effort_variables(self.graph)
-        self._ports = [(k, p) for k, p in enumerate(self.form.ports) if p.element.kind != "Sf"]
-        waiting = effort_relations(self.graph, self._effort)
-        known = {self._effort[p.bond] for _, p in self._ports}
-        self._steps = plan(waiting, known)
-        self._unknown = sorted(set(self._effort.values()) - known)
-        self._left = [r for r in waiting if any(v in self._unknown for v, _, _ in r.terms)]
-        self._names = {id(e.law): e.name for e in self.graph.elements.values() if e.law is not None}
-
-    def flows(self, instant: Instant, shape: tuple[int, ...]) -> dict[int, Array]:
-        """Bond number -> flow."""
-        return {b.number: _filled(instant.flows[self.form.flow[b.number]], shape) for b in self.graph.bonds}
-
-    def efforts(self, instant: Instant, shape: tuple[int, ...]) -> dict[int, Array]:
-        """Bond number -> effort."""
-        values: list[Any] = [None] * (max(self._effort.values()) + 1)
-        for k, port in self._ports:
-            values[self._effort[port.bond]] = _filled(instant.efforts[k], shape)
-
-        def ratio(given: Ratio) -> Any:
-            return given if isinstance(given, float | int) else instant.moduli[self._names[id(given)]]
-
-        for step in self._steps:
-            if isinstance(step, Scale):
-                values[step.target] = ratio(step.ratio) * values[step.source]
-            elif isinstance(step, Sum):
-                values[step.target] = sum(sign * values[source] for source, sign in step.terms)
-        if self._unknown:  # inside loops, by least squares: a loop of rigid parts may leave some of them undetermined
-            matrix = np.zeros((*shape, len(self._left), len(self._unknown)))
-            right = np.zeros((*shape, len(self._left)))
-            for row, relation in enumerate(self._left):
-                for variable, given, sign in relation.terms:
-                    if variable in self._unknown:
-                        matrix[..., row, self._unknown.index(variable)] += sign * ratio(given)
-                    else:
-                        right[..., row] -= sign * ratio(given) * values[variable]
-            solution = (np.linalg.pinv(matrix, rcond=1e-12) @ right[..., None])[..., 0]
-            for column, variable in enumerate(self._unknown):
-                values[variable] = solution[..., column]
-        efforts = {b.number: values[self._effort[b.number]] for b in self.graph.bonds}
-        return efforts | {p.bond: _filled(instant.efforts[k], shape) for k, p in self._ports}
-
-    def imbalances(self, flows: dict[int, Array], efforts: dict[int, Array]) -> dict[str, Array]:
-        """Net power into every junction and two-port, by name."""
-        inner = self.graph.of_kind("1", "0", "TF", "GY")
-        return {
-            e.name: sum(
-                (b.sign(e.name) * efforts[b.number] * flows[b.number] for b in self.graph.at(e.name)), start=np.zeros(1)
-            )
-            for e in inner
-        }
-
-
-def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Step], evaluate: Callable[..., Instant]) -> Audit:
-    """Audit a run, from five points in each of its steps; `evaluate(times, owner)` gives the flows and efforts there."""
-    starts = np.array([s.start for s in stretches])
-    widths = np.array([s.end - s.start for s in stretches])
-    times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
-    inside = evaluate(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
-    flows, efforts = bonds.flows(inside, times.shape), bonds.efforts(inside, times.shape)
-    power = {p.element.name: p.sign * efforts[p.bond] * flows[p.bond] for p in dynamics.form.ports if p.element.kind != "GY"}
-
-    def since_start(*kinds: str) -> Array:
-        total = sum((power[e.name] for e in dynamics.graph.of_kind(*kinds)), start=np.zeros(times.size))
-        by_step = 0.5 * widths * (total.reshape(-1, _POINTS.size) @ _WEIGHTS)
-        return np.concatenate(([0.0], np.cumsum(by_step)))
-
-    edges = np.append(starts, stretches[-1].end)
-    owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
-    graph, at_edges, stored = dynamics.graph, evaluate(edges, owners), np.zeros(edges.shape)
-    curved = any(not graph.is_linear(spring.name) for spring in graph.of_kind("C"))
-    for port, effort in zip(dynamics.form.ports, at_edges.efforts, strict=True):
-        if port.element.kind == "I":
-            stored += 0.5 * graph.constant(port.element.name) * _filled(at_edges.flows[port.variable], edges.shape) ** 2
-        elif port.element.kind == "C" and not curved:
-            stored += 0.5 * graph.constant(port.element.name) * _filled(effort, edges.shape) ** 2
-    stored = stored + (since_start("C") if curved else 0.0)
-    imbalances = {name: float(np.abs(value).max()) for name, value in bonds.imbalances(flows, efforts).items()}
-    where = max(imbalances, key=lambda name: imbalances[name])
-    greatest = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
-    usual = max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
-    usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)
-    nothing = greatest <= max(_NO_POWER, 1e-13 * usual)  # flows but the rounding of the usual power
-    worst = 0.0 if nothing else imbalances[where] / greatest
-    dissipated, supplied = since_start("R"), -since_start("Se", "Sf")
-    residual = np.abs(stored - stored[0] + dissipated - supplied).max()
-    scale = max(float(np.abs(energy).max()) for energy in (stored, dissipated, supplied, since_start("I"), since_start("C")))
-    return Audit(worst, where, float(residual / scale) if scale > _NO_POWER else 0.0, stored, dissipated, supplied)
-
-
-def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
-    """What each state would be if it held all the energy of a run, from states (a column for every time).
-
-    E = greatest energy of all stores + integral of |e f| over all other ports. A flow has sqrt(2 E/M), M its own term of the
-    mass matrix; a spring's displacement the least power of two with |e(q) q|/2 >= E, which a law of any shape has (linear:
-    about sqrt(2 E C)); a declared displacement what these flows make of it in the time of the run.
-    """
-    walk, shape = Walk(dynamics.tables, times, list(states), anchors), times.shape
-    with np.errstate(all="ignore"):
-        matrix, _, _ = walk.mass_and_force()
-        instant, passed, stored = walk.instant(), np.zeros(shape), np.zeros(shape)
-        held = {p.element.name: p for p in dynamics.tables.springs}
-        for port, effort in zip(dynamics.form.ports, instant.efforts, strict=True):
-            flow = _filled(instant.flows[port.variable], shape)
-            if port.element.kind == "I":
-                stored = stored + 0.5 * dynamics.graph.constant(port.element.name) * flow**2
-            elif port.element.name in held:
-                stretch = states[dynamics.state.names.index(f"q_{port.element.name}")]
-                stored = stored + 0.5 * np.abs(_filled(effort, shape) * stretch)
-            elif effort is not None and port.element.kind != "GY":
-                passed = passed + np.abs(_filled(effort, shape) * flow)
-        energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
-        flows = [math.sqrt(2.0 * energy / max(float(np.max(matrix[k][k])), 1e-300)) for k in range(len(matrix))]
-    greatest = [*flows, *(float(np.max(np.abs(u))) for u in walk.coordinates[len(flows) :])]
-    displaced = []
-    for displacement in dynamics.form.displacements:
-        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
-        displaced.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
-    start, stretched = Walk(dynamics.tables, 0.0, states[:, 0].tolist(), {}), []
-    for port in dynamics.tables.springs:
-        stretch, taken = 2.0**-100, 0.0
-        while taken < energy and stretch < 2.0**100:
-            stretch *= 2.0
-            try:
-                taken = 0.5 * stretch * max(abs(start.spring(port.element.name, side * stretch)) for side in (-1.0, 1.0))
-            except GraphError:  # the law ends here
-                break
-        stretched.append(stretch)
-    return np.array([*flows, *displaced, *stretched])
-
-
-def _filled(value: Any, shape: tuple[int, ...]) -> Array:
-    return np.broadcast_to(np.asarray(value, dtype=float), shape)
+def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
+    """The place of the store that settles a 1-junction's flow f_NAME by a fixed ratio, and that ratio."""
+    junction, form = name.removeprefix("f_"), dynamics.form
+    if getattr(dynamics.graph.elements.get(junction), "kind", "") != "1" or form.flow_state(junction) is None:
+        return None
+    if any(not dynamics.graph.is_linear(n) for n in form.through(form.variable(junction))):
+        return None
+    k = form.flow_state(junction)
+    assert k is not None
+    gain = Walk(dynamics.tables, 0.0, [0.0] * len(dynamics.state.names), {}).gain[form.variable(junction)][k]
+    return (k, float(gain)) if gain else None

@@ -20,7 +20,7 @@ from bondgraph.elements import Motion as Position
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME, GraphError
 from bondgraph.motion import runge_kutta
-from bondgraph.motion.dynamics import Dynamics as GraphDynamics
+from bondgraph.motion.formulation import Formulation
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
@@ -256,8 +256,11 @@ def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str,
     circuit = circuit_of(scene)
     if circuit is None:
         return {}
-    states, rows = run.states(t), zip(circuit.names, circuit.in_graph, strict=True)
-    return {one.name: place.factor * states[f"{place.kind}_drive.motor.{place.name}"] for one, place in rows}
+    found = {}
+    for one, place in zip(circuit.names, circuit.in_graph, strict=True):
+        of = run.flow if place.kind == "f" else run.displacement
+        found[one.name] = place.factor * of(f"drive.motor.{place.name}", t)
+    return found
 
 
 def graph_motion(machine: Machine, start: Start, until: float, inertia: float, balance: float, rtol: float) -> Run:
@@ -279,8 +282,8 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     graph = compliant_graph(machine, balance, inertia)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
-    states, expected = GraphDynamics(graph).state.names, "inertia on both sides of a compliant shaft"
-    light = [name for name in turning if f"f_{name}" not in states]
+    form, expected = Formulation(graph), "inertia on both sides of a compliant shaft"
+    light = [name for name in turning if form.flow_state(name) is None]
     if light:
         raise SceneError([Fault("inertia", f"no inertia on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light])
     initial = {name: ratio * start.phi for name, ratio in angles}

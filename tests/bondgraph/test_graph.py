@@ -528,12 +528,15 @@ LAWS = {
     "another's own": (
         shaft().on("a", R("r", lambda q: q), C("c", lambda f: f)),
         [
-            f"R:r, bond 3: depends on 'q', {UNDECLARED}; its own flow is f",
+            f"R:r, bond 3: depends on 'q', {UNDECLARED}; its own flow is f, its own effort e",
             f"C:c, bond 4: depends on 'f', {UNDECLARED}; its own displacement is q",
         ],
     ),
     "no own": (shaft().on("a", Se("F", lambda f: f)), [f"MSe:F, bond 3: depends on 'f', {UNDECLARED}"]),
-    "inertia": (shaft().on("a", I("m", lambda x, k: x * k)), [f"I:m, bond 3: varies with x; {STORE}"]),
+    "inertia": (
+        shaft().on("a", I("m", lambda x, k: x * k)),
+        [f"I:m, bond 3: varies with x; {STORE}; its own momentum is p"],
+    ),
     "compliance": (
         shaft().on("a", C("c", lambda q, x, t: q * x * t)),
         [f"C:c, bond 3: varies with x, t; {STORE}; its own displacement is q"],

@@ -1,0 +1,244 @@
+"""The power audit of a motion: what elements ask of it by their laws, and nothing by the equations that it was found by.
+
+Every junction and two-port must pass on exactly the power that it gets, every one-port exchange what its own law says, and
+the energy must add up over the run: stored - stored at the start + dissipated - supplied.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, Element, Here, Law, Modulus
+from bondgraph.graph import entry
+from bondgraph.laws import TIME, Function, GraphError
+from bondgraph.motion.dynamics import Dynamics, Instant, Walk
+from bondgraph.motion.formulation import Port
+from bondgraph.motion.stepping import Step
+
+Array = NDArray[np.float64]
+
+_NO_POWER = 1e-60  # W: less than this is the remains of an iteration towards zero
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+class Audit(NamedTuple):
+    """What the audit found.
+
+    power: the greatest power that a junction or two-port does not pass on, over the greatest power of any bond in the run.
+    power_at: the element where that happens. energy: the greatest |stored - stored at the start + dissipated - supplied|,
+    over the greatest of the energies in the run. stored, dissipated, supplied (J) at the times of the steps, the last two
+    since the start.
+    """
+
+    power: float
+    power_at: str
+    energy: float
+    stored: Array
+    dissipated: Array
+    supplied: Array
+
+
+class Auditor:
+    """What elements ask of flows and efforts by their laws, and nothing by the equations of the motion."""
+
+    def __init__(self, dynamics: Dynamics, times: Array, state: Array, anchors: Mapping[str, Array], at: Instant) -> None:
+        self.dynamics, self.graph, self.shape = dynamics, dynamics.graph, times.shape
+        self.times, self.at = times, at
+        self.state = dict(zip(dynamics.state.names, state, strict=True))
+        self.anchors = anchors
+        self.flows = {number: _filled(value, times.shape) for number, value in at.flows.items()}
+        self.efforts = {number: _filled(value, times.shape) for number, value in at.efforts.items()}
+        self.places: dict[str, Any] = {TIME: times, **self.state}
+        self.places |= {name: signal(*[times] * len(signal.of)) for name, signal in dynamics.signals.items()}
+        self.displacement_of = {d.of: d.name for d in reversed(dynamics.form.displacements)}
+
+    def law(self, name: str, own: Any = None) -> Array:
+        """The value of an element's law, of its own quantity where it depends on that."""
+        law, named = self.graph.elements[name].law, self.graph.own(name)
+        if not isinstance(law, Function):
+            return _filled(self._motion(name, law) if isinstance(law, Law | Modulus) else law, self.shape)
+        arguments = []
+        for of in law.of:
+            parameter = of in self.graph.parameters and of != named
+            value = own if of == named else self.graph.parameter(of, name) if parameter else self.places[of]
+            arguments.append(_filled(value, self.shape))
+        return _filled(_by_rows(law, arguments), self.shape)
+
+    def _motion(self, name: str, law: Law | Modulus) -> Array:
+        """A law or modulus of a motion, position by position."""
+        q = self.state[self.displacement_of[law.motion.of]]
+        anchors = _filled(self.anchors.get(law.motion.of, q), self.shape)
+        speed = self.flows[entry(self.graph, law.motion.of).number]
+        own = self.flows[entry(self.graph, name).number]
+
+        def at(q: Any, anchor: Any, speed: Any, flow: Any, t: Any) -> Any:
+            here, there = (Here(x, law.motion.position(x, np, anchor), np, speed, flow, t) for x in (q, anchor))
+            return law.value(here.position) if isinstance(law, Modulus) else law.effort(here, there)
+
+        return _filled(_by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
+
+    def wrong_power(self) -> dict[str, Array]:
+        """By element, the power that its law does not account for; of junctions and two-ports, what they do not pass on."""
+        found = {}
+        for element in self.graph.elements.values():
+            bonds, e, f = self.graph.at(element.name), self.efforts, self.flows
+            if element.kind in JUNCTIONS:
+                common, summed = (f, e) if element.kind == "1" else (e, f)
+                shared = common[bonds[0].number]
+                net = sum((b.sign(element.name) * summed[b.number] for b in bonds), start=np.zeros(self.shape)) * shared
+                apart = [(common[b.number] - shared) * summed[b.number] for b in bonds]
+                found[element.name] = np.max(np.abs([net, *apart]), axis=0)
+            elif element.kind in ("TF", "GY"):
+                (i, o), ratio = (b.number for b in self.graph.ends(element.name)), self.law(element.name)
+                if element.kind == "TF":
+                    amiss = [(f[o] - ratio * f[i]) * e[o], (e[i] - ratio * e[o]) * f[i]]
+                else:
+                    amiss = [(e[o] - ratio * f[i]) * f[o], (e[i] - ratio * f[o]) * f[i]]
+                found[element.name] = np.max(np.abs(amiss), axis=0)
+            else:
+                found[element.name] = self._of_one_port(element)
+        return found
+
+    def _of_one_port(self, element: Element) -> Array:
+        bond = self.graph.bond_of(element.name)
+        effort, flow, into = self.efforts[bond.number], self.flows[bond.number], bond.sign(element.name)
+        name, linear = element.name, self.graph.is_linear(element.name)
+        if element.kind in SOURCES:
+            return (self.law(name) - (effort if element.kind == "Se" else flow)) * (flow if element.kind == "Se" else effort)
+        if element.kind == "R":
+            if self.graph.own(name) == "e":
+                return (self.law(name, effort) - into * flow) * effort
+            value = self.law(name, into * flow)
+            return ((value if self.graph.is_curve(name) else value * into * flow) - effort) * flow
+        stored = self.state.get(f"{'p' if element.kind == 'I' else 'q'}_{name}")
+        if stored is None:  # a follower: the energy over the run tells
+            return np.zeros(self.shape)
+        value = stored / self.graph.constant(name) if linear else self.law(name, stored)
+        return (value - into * flow) * effort if element.kind == "I" else (value - effort) * flow
+
+    def power(self, name: str) -> Array:
+        """The power into a one-port."""
+        bond = self.graph.bond_of(name)
+        return bond.sign(name) * self.efforts[bond.number] * self.flows[bond.number]
+
+
+def _by_rows(law: Callable[..., Any], arguments: Sequence[Array]) -> Any:
+    """A law at arrays; one of plain numbers at each by itself."""
+    try:
+        return law(*arguments)
+    except (TypeError, ValueError):
+        return np.array([law(*row) for row in zip(*(a.tolist() for a in arguments), strict=True)])
+
+
+def audit(dynamics: Dynamics, stretches: Sequence[Step], looked_at: Callable[..., Any]) -> Audit:
+    """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the graph and its states there."""
+    starts = np.array([s.start for s in stretches])
+    widths = np.array([s.end - s.start for s in stretches])
+    times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
+    at, state, anchors = looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
+    inside, graph = Auditor(dynamics, times, state, anchors, at), dynamics.graph
+    power = {e.name: inside.power(e.name) for e in graph.of_kind(*ONE_PORTS)}
+
+    def since_start(names: Sequence[str]) -> Array:
+        total = sum((power[name] for name in names), start=np.zeros(times.size))
+        by_step = 0.5 * widths * (total.reshape(-1, _POINTS.size) @ _WEIGHTS)
+        return np.concatenate(([0.0], np.cumsum(by_step)))
+
+    def of(*kinds: str) -> list[str]:
+        return [e.name for e in graph.of_kind(*kinds)]
+
+    edges = np.append(starts, stretches[-1].end)
+    owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
+    ends = Auditor(dynamics, edges, *_turned(looked_at(edges, owners)))
+    kept = [name for name in of("I", "C") if graph.is_linear(name)]
+    stored = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
+    stored = stored + since_start([name for name in of("I", "C") if name not in kept])
+    imbalances = {name: float(np.abs(value).max()) for name, value in inside.wrong_power().items()}
+    where = max(imbalances, key=lambda name: imbalances[name])
+    flows, efforts = inside.flows, inside.efforts
+    greatest = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
+    usual = max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
+    usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)
+    nothing = greatest <= max(_NO_POWER, 1e-13 * usual)  # flows but the rounding of the usual power
+    worst = 0.0 if nothing else imbalances[where] / greatest
+    dissipated, supplied = since_start(of("R")), -since_start(of("Se", "Sf"))
+    residual = np.abs(stored - stored[0] + dissipated - supplied).max()
+    passed = [stored, dissipated, supplied, since_start(of("I")), since_start(of("C"))]
+    scale = max(float(np.abs(energy).max()) for energy in passed)
+    return Audit(worst, where, float(residual / scale) if scale > _NO_POWER else 0.0, stored, dissipated, supplied)
+
+
+def _turned(found: tuple[Instant, Array, dict[str, Array]]) -> tuple[Array, dict[str, Array], Instant]:
+    at, state, anchors = found
+    return state, anchors, at
+
+
+def _energy(at: Auditor, name: str) -> Array:
+    """The energy in a linear store: from its state where it has one of its own, else from what it follows."""
+    element, bond, constant = at.graph.elements[name], at.graph.bond_of(name).number, at.graph.constant(name)
+    stored = at.state.get(f"{'p' if element.kind == 'I' else 'q'}_{name}")
+    if stored is None:
+        stored = constant * (at.flows if element.kind == "I" else at.efforts)[bond]
+    return np.asarray(0.5 * stored**2 / constant) if constant else np.zeros(at.shape)
+
+
+def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
+    """What each state would be if it held all the energy of a run, from states (a column for every time).
+
+    E = greatest energy of all stores + integral of |e f| over all other ports. A linear store has sqrt(2 E W), W its own
+    inertia or compliance with those that follow it; one of a curved law the least power of two with |e(q) q|/2 >= E (an
+    inertia: |f(p) p|/2); a declared displacement what these flows make of it in the time of the run.
+    """
+    walk, form = Walk(dynamics.tables, times, list(states), anchors), dynamics.form
+    with np.errstate(all="ignore"):
+        instant, passed, stored = walk.instant(), np.zeros(times.shape), np.zeros(times.shape)
+        for port in form.ports:
+            power = _filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
+            place = next((k for k, p in enumerate(form.stores) if p == port), None)
+            if place is not None and port.element.name not in form.massless:
+                given = _filled(walk.outputs[place], times.shape)
+                stored = stored + 0.5 * np.abs(given * states[place])
+            elif port in form.followers and dynamics.graph.is_linear(port.element.name):
+                constant = dynamics.graph.constant(port.element.name)
+                stored = stored + 0.5 * constant * _filled(walk.value(port.input), times.shape) ** 2
+            elif port.element.name not in form.massless:
+                passed = passed + np.abs(power)
+        energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
+        matrix, _ = walk.mass_and_force()
+    weights = {k: float(np.max(matrix[i][i])) for i, k in enumerate(dynamics.tables.weighed)}
+    greatest, scales = [], []
+    for k, port in enumerate(form.stores):
+        curved = form.graph.is_curve(port.element.name)
+        own = 0.0 if port.element.name in form.massless or curved else dynamics.graph.constant(port.element.name)
+        weight = max(weights.get(k, own), 1e-300)
+        if curved:
+            scales.append(_stretched(dynamics, port, states[:, 0].tolist(), energy))
+        else:
+            scales.append((1.0 if port.element.name in form.massless else own) * math.sqrt(2.0 * energy / weight))
+        greatest.append(float(np.max(np.abs(walk.outputs[k]))) if curved else math.sqrt(2.0 * energy / weight))
+    greatest += [float(np.max(np.abs(z))) if z is not None else 0.0 for z in walk.outputs[len(form.stores) :]]
+    for displacement in form.displacements:
+        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
+        scales.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
+    return np.array(scales)
+
+
+def _stretched(dynamics: Dynamics, port: Port, start: list[float], energy: float) -> float:
+    """The least power of two at which a store of a curved law holds an energy."""
+    walk, stretch, taken = Walk(dynamics.tables, 0.0, start, {}), 2.0**-100, 0.0
+    while taken < energy and stretch < 2.0**100:
+        stretch *= 2.0
+        try:
+            taken = 0.5 * stretch * max(abs(walk.stored(port, side * stretch)) for side in (-1.0, 1.0))
+        except GraphError:  # the law ends here
+            break
+    return stretch
+
+
+def _filled(value: Any, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(value, dtype=float), shape)

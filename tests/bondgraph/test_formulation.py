@@ -1,0 +1,226 @@
+"""Equations along the causal strokes: leaks, stores that follow, loops, laws either way, and one story of what is wrong."""
+
+import numpy as np
+import pytest
+import sympy
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from bondgraph import (
+    Builder,
+    C,
+    Dynamics,
+    GraphError,
+    I,
+    R,
+    Se,
+    Sf,
+    causality,
+    motion_equation,
+    simulate,
+    state_equations,
+    table,
+)
+
+
+def leaky(leak):
+    """A capacitor with a leak beside it feeds a coil."""
+    b = Builder().zero("node").one("coil").bond("node", "coil").on("node", C("c", 1e-6), R("leak", leak))
+    return b.on("coil", I("L", 1e-3), R("r", 1.0)).build()
+
+
+@pytest.mark.parametrize("leak", [1.0, 1e4, 1e10, 1e12, 1e18, 1e20])
+def test_a_leak_of_any_size_beside_a_capacitor_leaves_its_rates_right(leak):
+    dynamics = Dynamics(leaky(leak))
+    assert dynamics.state.names == ("q_c", "p_L")
+    q, p = 2.7e-6, -3.1e-6
+    expected = [-q / 1e-6 / leak - p / 1e-3, q / 1e-6 - p / 1e-3]
+    assert_allclose(dynamics.rates(0.0, q, p), expected, rtol=1e-15)
+    assert_allclose(state_equations(leaky(leak)).numeric()(0.0, [q, p]), expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("leak", [1e10, 1e20])
+def test_a_capacitor_with_a_great_leak_discharges_into_its_coil(leak):
+    run = simulate(leaky(leak), 1e-3, initial={"c": 1e-6})
+    matrix = np.array([[-1e6 / leak, -1e3], [1e6, -1e3]])
+    truth = expm(1e-3 * matrix) @ [1e-6, 0.0]
+    assert_allclose(run.ends[-1], truth, rtol=1e-7)
+    assert run.reached
+    assert run.audit.power < 1e-12
+    assert run.evaluations < 10_000
+
+
+def test_two_stages_without_inertia_are_simulated_as_they_come():
+    """A microsecond beside two seconds."""
+    b = Builder().one("source").zero("first").one("line").zero("second")
+    b.bond("source", "first").bond("first", "line").bond("line", "second").on("source", Se("E", 1.0), R("R1", 1.0))
+    b.on("first", C("C1", 1e-6)).on("line", R("R2", 1e3)).on("second", C("C2", 2e-3))
+    run = simulate(b.build(), 2.0)
+    assert run.dynamics.state.names == ("q_C1", "q_C2")
+    matrix = np.array([[-1e6 - 1e3, 0.5], [1e3, -0.5]])
+    rest = np.linalg.solve(matrix, [-1.0, 0.0])
+    assert_allclose(run.ends[-1], rest - expm(2.0 * matrix) @ rest, rtol=1e-7)
+    assert run.reached
+
+
+def test_two_capacitors_on_a_node_or_across_a_transformer_are_one_state():
+    b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", 6.0), R("r", 2.0))
+    node = b.on("node", C("c1", 0.5), C("c2", 1.5)).build()
+    assert Dynamics(node).state.names == ("q_c1",)
+    assert_allclose(Dynamics(node).rates(0.0, 1.0), [0.25 * (6.0 - 2.0) / 2.0], rtol=1e-15)
+    b = Builder().zero("a").zero("b").one("line").bond("line", "a").on("line", Se("E", 6.0), R("r", 2.0))
+    across = b.on("a", C("c1", 0.5)).on("b", C("c2", 1.5)).transform("a", "b", 0.5, name="T").build()
+    assert Dynamics(across).state.names == ("q_c1",)
+    flow = 2.0  # e_a = 2, e_b = 4: it feeds c1 and, through the transformer, half as fast, c2 at twice the effort
+    assert_allclose(Dynamics(across).rates(0.0, 1.0), [0.5 * flow / (0.5 + 1.5 / 0.25 * 1.0)], rtol=1e-15)
+    q, c1, c2 = sympy.symbols("q_c1 c1 c2")
+    E, r = sympy.symbols("E r")
+    assert sympy.simplify(state_equations(node).derivatives[0] - c1 * (E - q / c1) / r / (c1 + c2)) == 0
+
+
+def across(first, ratio, second, kind="one"):
+    b = Builder()
+    for name, source in (("x", first), ("y", second)):
+        getattr(b, kind)(name).on(name, source)
+    return b.transform("x", "y", ratio, name="T").build()
+
+
+CALLS = [table, state_equations, Dynamics, motion_equation, lambda graph: simulate(graph, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("graph", "line"),
+    [
+        (
+            across(Se("u", 1.0), 2.0, Se("w", 1.0), "zero"),
+            "Se:u (bond 1) and Se:w (bond 2) both set the effort of TF:T (bonds 3, 4): take one out, or put an R between",
+        ),
+        (
+            across(Sf("u", 1.0), 2.0, Sf("w", 1.0)),
+            "Sf:u (bond 1) and Sf:w (bond 2) both set the flow of TF:T (bonds 3, 4): take one out, or put an R between",
+        ),
+        (
+            Builder().one("x").zero("y").on("x", Sf("u", 1.0)).on("y", Se("w", 1.0)).gyrate("x", "y", 2.0, name="T").build(),
+            "Sf:u (bond 1) and Se:w (bond 2) both set the effort of GY:T (bonds 3, 4): take one out, or put an R between",
+        ),
+        (
+            Builder().one("x").on("x", Se("u", 1.0), Se("w", 1.0)).build(),
+            "Se:u (bond 1) and Se:w (bond 2) both set the effort of 1:x (bonds 1, 2): take one out, or put an R between",
+        ),
+    ],
+)
+def test_sources_that_contradict_each_other_are_told_in_one_line_by_every_call(graph, line):
+    assert causality(graph).conflicts == (line,)
+    for call in CALLS:
+        with pytest.raises(GraphError) as caught:
+            call(graph)
+        assert str(caught.value) == line
+
+
+def tanks(law):
+    """Two tanks of area 2 and 3 m2 joined by an orifice, the first one fed."""
+    b = Builder().zero("left", "hydraulic").one("pipe", "hydraulic").zero("right", "hydraulic")
+    b.bond("left", "pipe").bond("pipe", "right").on("left", Sf("pump", 0.1), C("A", 2e-4)).on("right", C("B", 3e-4))
+    return b.on("pipe", R("orifice", law)).build()
+
+
+def test_a_resistor_is_given_either_way_round():
+    """Q = k sqrt(dp), or dp = (Q/k)^2, of which the orifice between two tanks asks for the first."""
+    explicit = tanks(lambda e: 1e-3 * np.sign(e) * np.sqrt(np.abs(e)))
+    implicit = tanks(lambda f: 1e6 * f * np.abs(f))
+    q = [1.5, 0.6]
+    flow = 1e-3 * np.sqrt(1.5 / 2e-4 - 0.6 / 3e-4)
+    for graph in (explicit, implicit):
+        assert_allclose(Dynamics(graph).rates(0.0, *q), [0.1 - flow, flow], rtol=1e-12)
+    found = state_equations(explicit)
+    assert_allclose(found.numeric()(0.0, q), [0.1 - flow, flow], rtol=1e-14)
+    with pytest.raises(GraphError, match=r"R:orifice \(bond 6\): .* its flow .* by no formula; give the law as f"):
+        state_equations(implicit)
+    runs = [simulate(graph, 3.0, initial={"A": 1.5, "B": 0.6}, rtol=1e-9) for graph in (explicit, implicit)]
+    assert_allclose(runs[0].ends[-1], runs[1].ends[-1], rtol=1e-8)
+
+
+def test_a_diode_lets_a_capacitor_keep_its_charge():
+    """i = Is (exp(u/V) - 1) as f(e): a half-wave rectifier without inertia."""
+    b = Builder().one("line").zero("out").bond("line", "out").on("out", C("c", 1e-3), R("load", 100.0))
+    b.on("line", Se("u", lambda t: 5.0 * np.sin(300.0 * t)), R("diode", lambda e: 1e-9 * (np.exp(e / 0.05) - 1.0)))
+    run = simulate(b.build(), 0.03, rtol=1e-7, method="LSODA")
+
+    def by_hand(t, q):
+        return [1e-9 * (np.exp((5.0 * np.sin(300.0 * t) - q[0] / 1e-3) / 0.05) - 1.0) - q[0] / 1e-3 / 100.0]
+
+    truth = solve_ivp(by_hand, (0.0, 0.03), [0.0], "LSODA", rtol=1e-11, atol=1e-15, max_step=1e-4).y[0, -1]
+    assert_allclose(run.displacement("c", 0.03), truth, rtol=1e-6)
+
+
+def test_a_law_given_as_flow_of_effort_is_solved_where_the_stroke_asks_for_the_effort():
+    """A damper f = e^3 on a mass: e = cbrt(f)."""
+    graph = Builder().one("m").on("m", I("M", 2.0), R("d", lambda e: e**3)).build()
+    assert_allclose(Dynamics(graph).rates(0.0, 16.0), [-2.0], rtol=1e-13)
+    with pytest.raises(GraphError, match=r"R:d \(bond 2\): .* its effort follows from it by no formula; give the law as e"):
+        state_equations(graph)
+
+
+def test_an_inertia_may_have_a_curve_of_its_own():
+    """A coil that saturates: f = tanh(p)."""
+    graph = Builder().one("coil").on("coil", I("L", lambda p: np.tanh(p)), R("r", 2.0), Se("U", 1.0)).build()
+    dynamics = Dynamics(graph)
+    assert dynamics.state.names == ("p_L",)
+    assert_allclose(dynamics.rates(0.0, 0.7), [1.0 - 2.0 * np.tanh(0.7)], rtol=1e-14)
+    run = simulate(graph, 2.0, initial={"coil": 0.9}, rtol=1e-9)
+    assert_allclose(run.flow("coil", 0.0), 0.9, rtol=1e-12)
+    assert run.audit.energy < 1e-9
+
+
+def test_expressions_are_as_short_as_a_person_leaves_them():
+    b = Builder().zero("a").one("x").one("y").zero("b").bond("a", "x").bond("y", "b").gyrate("x", "y", 2.0, name="G")
+    found = state_equations(b.on("a", C("c1", 1.0), R("r1", 1.0)).on("b", C("c2", 1.0), R("r2", 1.0)).build())
+    assert [sympy.count_ops(rate) for rate in found.derivatives] == [6, 5]
+    G, c1, c2, r1, q1, q2 = sympy.symbols("G c1 c2 r1 q_c1 q_c2")
+    assert found.derivatives[0] == -q1 / (c1 * r1) - q2 / (G * c2)
+
+
+@pytest.mark.parametrize(("ratio", "leak"), [(1e6, 0.1), (1e-6, 1e20)])
+def test_gyrators_and_leaks_of_any_size_keep_their_digits(ratio, leak):
+    b = Builder().zero("a").one("x").one("y").zero("b").bond("a", "x").bond("y", "b").gyrate("x", "y", ratio, name="G")
+    graph = b.on("a", C("c1", 0.5), R("r1", leak)).on("b", C("c2", 0.25), R("r2", leak)).build()
+    expected = [-1.2 / leak - 2.8 / ratio, -2.8 / leak + 1.2 / ratio]
+    assert_allclose(Dynamics(graph).rates(0.0, 0.6, 0.7), expected, rtol=1e-14)
+    assert_allclose(state_equations(graph).numeric()(0.0, [0.6, 0.7]), expected, rtol=1e-14)
+
+
+def ladder(rungs):
+    b = Builder().one("s0").on("s0", Se("E", 1.0), R("Rs0", 1.0))
+    for k in range(1, rungs + 1):
+        b.zero(f"n{k}").bond(f"s{k - 1}", f"n{k}").on(f"n{k}", R(f"Rp{k}", 1.0))
+        b.one(f"s{k}").bond(f"n{k}", f"s{k}").on(f"s{k}", R(f"Rs{k}", 1.0))
+    return b.on(f"s{rungs}", C("c", 1.0)).build()
+
+
+@pytest.mark.parametrize(("rungs", "most"), [(1, 15), (2, 45), (3, 150)])
+def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
+    """Of equal resistors, Thevenin's source and resistance by halving step by step."""
+    found = state_equations(ladder(rungs), values=True)
+    source, resistance = sympy.Integer(1), sympy.Integer(1)
+    for _ in range(rungs):
+        source, resistance = source / (1 + resistance), resistance / (1 + resistance) + 1
+    assert sympy.simplify(found.derivatives[0] - (source - sympy.Symbol("q_c")) / resistance) == 0
+    assert sympy.count_ops(state_equations(ladder(rungs)).derivatives[0]) <= most
+
+
+def test_an_initial_value_is_told_what_is_meant():
+    b = Builder().one("m", displacement="x").on("m", I("Jm", 2.0), I("follower", 3.0))
+    with pytest.raises(GraphError, match=r"initial 'Jm': no such state; give p_Jm; the independent ones are p_Jm, x"):
+        simulate(b.build(), 1.0, initial={"Jm": 2.0})
+    follows = r"initial 'p_follower': found 5, but I:follower follows I:Jm, which makes it 6 \(off by 1\)"
+    with pytest.raises(GraphError, match=follows):
+        simulate(b.build(), 1.0, initial={"m": 2.0, "p_follower": 5.0})
+    run = simulate(b.build(), 1.0, initial={"m": 2.0, "p_follower": 6.0})
+    assert_allclose(run.displacement("x", 1.0), 2.0, rtol=1e-12)
+
+
+def test_the_flow_of_a_junction_starts_the_store_that_settles_it_through_a_gear():
+    b = Builder().one("motor").one("wheel").on("motor", Se("M", 0.0)).on("wheel", I("J", 2.0))
+    run = simulate(b.transform("motor", "wheel", 0.25).build(), 1.0, initial={"motor": 8.0})
+    assert_allclose(run.states(0.0)["p_J"], 4.0, rtol=1e-15)
