@@ -1,4 +1,4 @@
-"""What notebooks show of results, and their pictures."""
+"""Display of results and their pictures in notebooks."""
 
 from flywheel.pictures.notebooks import Curve, curves, html, picture, power_picture, save_picture, table
 

@@ -1,4 +1,4 @@
-"""What the commands share: arguments, faults as lines on standard error, files and text that are written."""
+"""Common parts of the commands: arguments, faults as lines on standard error, files and text that are written."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def loaded(path: Path) -> Scene:
 
 
 def slides(scene: Scene) -> bool:
-    """Whether a scene's driver slides, so that its coordinate is a position."""
+    """Tests whether a scene's driver slides, so that its coordinate is a position."""
     return scene.sliding
 
 
@@ -322,7 +322,7 @@ _END = (
 
 
 class CourseOptions(NamedTuple):
-    """What options say of a motion in time: its start, its end, whether the drive is off, the flywheel (kg m²)."""
+    """Options of a motion in time: its start, its end, whether the drive is off, the flywheel (kg m²)."""
 
     start: str | None
     end: str | None
@@ -331,7 +331,7 @@ class CourseOptions(NamedTuple):
 
     @property
     def wanted(self) -> bool:
-        """Whether a motion in time is asked for."""
+        """True if a motion in time is asked for."""
         return self.start is not None or self.end is not None or self.no_drive
 
     def follow(self, scene: Scene, place: str | None, watching: Watching | None, rtol: float = 1e-9) -> Transient:
@@ -381,7 +381,7 @@ def course_options(*, start: str | None) -> Callable[[Any], Any]:
 
 @contextmanager
 def watched(end: str | None) -> Iterator[_Watching]:
-    """What tells of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
+    """Progress of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
     watching = _Watching(end)
     try:
         yield watching
@@ -391,7 +391,7 @@ def watched(end: str | None) -> Iterator[_Watching]:
 
 
 class _Watching:
-    """How far a motion has come, told on standard error when it takes long."""
+    """Progress of a motion, printed on standard error when it takes long."""
 
     def __init__(self, end: str | None) -> None:
         self.end = "" if end is None else f" until {end}"

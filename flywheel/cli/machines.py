@@ -539,7 +539,7 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
 
 @contextmanager
 def _progress(budget: float) -> Iterator[_Progress]:
-    """What tells of a long comparison on standard error, in one line that is written anew where that is a terminal."""
+    """Progress of a long comparison on standard error, in one line that is rewritten on a terminal."""
     progress, over = _Progress(budget), Event()
 
     def tick() -> None:
@@ -559,7 +559,7 @@ def _progress(budget: float) -> Iterator[_Progress]:
 
 
 class _Progress:
-    """Which method is being run."""
+    """Progress of a comparison: the method that is running."""
 
     def __init__(self, budget: float) -> None:
         self.budget = budget

@@ -281,7 +281,7 @@ def _target(scene: Path, output: Path | None, ending: str) -> Path:
 
 
 def _tell(output: Path | None, target: Path) -> None:
-    """Where the file went, if its name was not the user's."""
+    """Prints the name of the file, if the user did not choose it."""
     if output is None:
         click.echo(f"wrote {target}", err=True)
 

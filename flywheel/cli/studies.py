@@ -191,7 +191,7 @@ def sweep(
 
 
 def _refuse_arguments(error: SceneError, npz: Path | None, columns: dict[str, Any]) -> None:
-    """What is wrong with paths and with a file of another sweep is told of these, not of a line of the scene."""
+    """Reports faults of paths, or of another sweep's file, as faults of the arguments, not of a line of the scene."""
     known = {*columns, str(npz), "engine", "columns", "--parquet"}
     own = [fault for fault in error.faults if fault.path in known]
     if len(own) < len(error.faults):
@@ -256,7 +256,7 @@ def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str,
 
 @contextmanager
 def _arguments(*options: dict[str, Any]) -> Iterator[None]:
-    """What is wrong with arguments is told of these, not of a line of the scene."""
+    """Reports faults of the arguments as such, not as faults of a line of the scene."""
     from flywheel.designs.variation import NAMES
     from flywheel.numerics.faults import SceneError
     from flywheel.reading.paths import dotted

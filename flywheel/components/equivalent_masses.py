@@ -39,7 +39,7 @@ _SURFACES = {
 
 
 class Residual(NamedTuple):
-    """What a set of point masses has too much of: mass (kg), place of its centre (m), moment of inertia (kg m²).
+    """Excess of a set of point masses: mass (kg), place of its centre (m), moment of inertia (kg m²).
 
     `inertia` is a number on a line and in the plane, about the body's centre; in space the tensor, shape (3, 3).
     """

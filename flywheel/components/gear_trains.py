@@ -16,7 +16,7 @@ from flywheel.numerics.faults import Fault, SceneError
 
 
 class Shaft(NamedTuple):
-    """What sits on a shaft: inertia (kg m²), a torque on it (N m), and friction (N m) against its motion."""
+    """Inertia of a shaft (kg m²), torque on it (N m), and friction (N m) against its motion."""
 
     inertia: float
     torque: float = 0.0
@@ -33,7 +33,7 @@ class Stage(NamedTuple):
 
 
 class Mesh(NamedTuple):
-    """What passes a stage: torque that it takes from its driving shaft and gives to its driven one (N m).
+    """Torques of a stage: taken from its driving shaft and given to its driven one (N m).
 
     `forward` tells whether power goes from driving to driven; `lost` times the driving shaft's speed is the power lost.
     """

@@ -82,7 +82,7 @@ def slender(length: float, mass: float) -> Bar:
 
 
 class Constants(NamedTuple):
-    """What the equations are made of: A, B, C (kg m²), G1, G2 (N m), and `least` = A C - B² (kg² m⁴)."""
+    """Constants of the equations: A, B, C (kg m²), G1, G2 (N m), and `least` = A C - B² (kg² m⁴)."""
 
     A: float
     B: float

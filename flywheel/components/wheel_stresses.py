@@ -34,7 +34,7 @@ POISSON = 0.3
 
 
 class Material(NamedTuple):
-    """What a wheel is made of.
+    """Material of a wheel.
 
     `density` in kg/m³; `allowable` stress in Pa, None where it is not to be judged; `strength` in Pa (tensile strength of a
     brittle material, yield strength of a ductile one), which the safety factor refers to where it is known; `poisson` of

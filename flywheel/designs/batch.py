@@ -49,7 +49,7 @@ Pieces = Sequence[tuple[slice, Program]]
 
 
 class DesignValues(NamedTuple):
-    """What every design asks for: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
+    """Requirements of every design: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
 
     `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
     torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
@@ -73,7 +73,7 @@ class DesignValues(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """What a cycle comes to, for every design.
+    """Sums over a cycle, for every design.
 
     `start`: I*(0) (kg m²); `balance` with `by_unknown`, the integral of dM*/du; `net` and `exchanged` work (J). `work` (J),
     `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell.

@@ -146,13 +146,13 @@ class MotorChoice(NamedTuple):
 
     @property
     def starts_anywhere(self) -> bool:
-        """Whether the motor sets the machine going from every crank angle."""
+        """True if the motor starts the machine from every crank angle."""
         known = self.starting_torque is not None and self.hardest_load is not None
         return known and self.starting_torque > self.hardest_load  # type: ignore[operator]
 
 
 class Terms(NamedTuple):
-    """What is asked of a start and of the flywheel: crank angle (rad) or "worst", longest start (s), bounds, prices."""
+    """Requirements of the start and the flywheel: crank angle (rad) or "worst", longest start (s), bounds, prices."""
 
     at: float | str
     start_time: float | None
@@ -180,7 +180,7 @@ class SuitableMotors:
     missing: int = 0
 
     def __repr__(self) -> str:
-        """How many do, and the cheapest."""
+        """Number of suitable motors, and the cheapest."""
         first = f", first {self.suitable[0].motor.name!r}" if self.suitable else ""
         return f"SuitableMotors({len(self.suitable)} of {len(self.suitable) + len(self.refused)}{first})"
 
@@ -283,7 +283,7 @@ def _crank_speed(scene: Scene) -> float | None:
 
 
 def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms) -> str:
-    """How ratios are taken; faults of a scene that no motor can be chosen for."""
+    """Treatment of ratios; SceneError for a scene for which no motor can be chosen."""
     faults = []
     if scene.drive is None:
         faults.append(Fault("drive", "nothing", 'where the motor sits, such as [drive] on = "motor", torque = "balance"'))
@@ -308,7 +308,7 @@ def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms)
 
 
 def _faults_of(terms: Terms, scene: Scene) -> Iterator[Fault]:
-    """What is wrong with bounds, prices and the place of the start."""
+    """Faults of bounds, prices and the angle of the start."""
     if isinstance(terms.at, str) and terms.at != WORST:
         yield Fault("at", f'"{terms.at}"', f'an angle or "{WORST}"')
     if terms.start_time is not None and not 0.0 < terms.start_time < inf:
@@ -324,7 +324,7 @@ def _faults_of(terms: Terms, scene: Scene) -> Iterator[Fault]:
 
 
 def _notes(scene: Scene, catalogue: Catalogue, ratio: str, crank: float | None) -> Iterator[str]:
-    """What was taken for granted."""
+    """Notes on the assumptions made."""
     assert scene.drive is not None
     if ratio == ADJUSTED and crank is not None:
         rpm = figure(crank * 30 / np.pi, most=5)
@@ -372,7 +372,7 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
 
 
 def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
-    """How a motor of the table is started: as the scene's own, its switches at the same shares of the rated speed."""
+    """Start of a motor of the table: as the scene's own, with switches at the same shares of the rated speed."""
     assert scene.document is not None
     motor = scene.document.tables["drive"].get("motor")
     start = motor.get("start") if isinstance(motor, Mapping) else None
@@ -396,7 +396,7 @@ def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
 
 
 def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, terms: Terms, rtol: float | None) -> MotorChoice:
-    """What becomes of a machine with a motor."""
+    """Result for a machine with a motor of the table."""
     try:
         machine = Machine(with_motor(scene, row, crank))
     except SceneError as error:
@@ -431,7 +431,7 @@ def starting_torque(motor: Motor) -> float:
 
 
 def _at_rest(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice:
-    """Whether a motor sets the machine going from rest, and where the machine asks for most."""
+    """Choice with the check of the breakaway from rest, and of the angle at which the machine needs most."""
     motor, edges = machine.scene.motor, machine.restarts
     assert motor is not None
     around = np.concatenate([(edges[:-1, None] + np.diff(edges)[:, None] * _PLACES).ravel(), edges[:-1]])
@@ -455,7 +455,7 @@ def _at_rest(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice
 
 
 def _breaks_away(machine: Machine, at: float) -> bool:
-    """Whether a machine with friction in its joints moves forwards from rest at a crank angle (rad)."""
+    """Tests whether a machine with friction in its joints moves forwards from rest at a crank angle (rad)."""
     dynamics = dynamics_of(machine, 0.0)
     states = () if dynamics.circuit is None else dynamics.circuit.steady(0.0)
     with np.errstate(all="ignore"):
@@ -582,7 +582,7 @@ def _confirmed(
 
 
 def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: Terms) -> Iterator[str]:
-    """Where starts begin and how they were followed, and what is not known of them or does not hold everywhere."""
+    """Notes on starts: where they begin, the method, and what is unknown of them or does not hold everywhere."""
     if any(choice.reason.startswith(_NO_START) for choice in found) and not isinstance(terms.at, str):
         yield f"starts begin at crank angle {figure(np.degrees(terms.at), most=4)} deg (--at names another)"
     timed = [choice for choice in suitable if choice.start is not None and choice.start.route == IN_TIME]

@@ -307,7 +307,7 @@ def _with_known_marks(scene: Scene) -> Machine | Scene:
 
 @contextmanager
 def progress_bar(count: int, progress: bool | None, label: str = "designs") -> Iterator[Callable[[int], object]]:
-    """What tells of finished designs: a bar on standard error where that is a terminal."""
+    """Progress of finished designs: a bar on standard error where that is a terminal."""
     visible = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
     if not visible or not count:
         yield lambda finished: None

@@ -188,13 +188,13 @@ def _is_call(operations: Any, base: int, n: int) -> bool:
 
 
 def _crosses(operations: Any, base: int, n: int, stage: list[int], needs: list[bool]) -> bool:
-    """Whether a later stage or a call needs what is worked out in one."""
+    """Tests whether a later stage or a call needs the result of one."""
     users = [base + k for k, (_, *operands) in enumerate(operations) if n in operands]
     return any(needs[m] and (stage[m] != stage[n] or _is_call(operations, base, m)) for m in users)
 
 
 def _value(n: int, inputs: int, base: int, place: dict[int, int]) -> str:
-    """What stands for a node in code, inside a loop over lanes i."""
+    """Expression of a node in code, inside a loop over lanes i."""
     return f"flat[{place[n] * _L} + i]" if n in place else f"x{n}" if inputs <= n < base else f"v{n}"
 
 
@@ -248,7 +248,7 @@ def _kept(text: str) -> Any:
 
 
 def _cache_folder() -> Path:
-    """Where this system keeps what can be made again."""
+    """Folder in which this system keeps what can be made again."""
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
     local = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
@@ -261,7 +261,7 @@ _lock = threading.Lock()
 
 
 def filler(program: Program) -> tuple[Program, int, Any]:
-    """What depends on the design alone, how many rows the rest has, and what fills the values of a piece's cells with it.
+    """Program of the design's own values, number of rows that remain, and a function that fills a piece's cells with them.
 
     That is compiled once for programs of the same operations.
     """
@@ -396,7 +396,7 @@ def cut_off(s: Any, w: Any) -> None:
 
 @_compiled
 def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
-    """What one cell adds to the sums of a cycle, and the noise of its series; see `turning_moment.assembled`."""
+    """Adds one cell to the sums of a cycle, and to the noise of its series; see `turning_moment.assembled`."""
     for row in range(2):
         own, size = row * _L, (row + 3) * _P
         for i in range(_L):  # steepness: sizes of the slope's coefficients, d[k-1] = d[k+1] + 2 k c[k]

@@ -122,7 +122,7 @@ class Optimum:
     interrupted: bool = False
 
     def __repr__(self) -> str:
-        """What was found."""
+        """Objective, its value, and the numbers."""
         which = "greatest" if self.greatest else "least"
         return f"Optimum({notebook.quoted(self.scene.title)}{which} {self.objective}={self.value!r}, {self.numbers})"
 
@@ -292,12 +292,12 @@ class _Constraint(NamedTuple):
 
     @property
     def size(self) -> float:
-        """What a breach is relative to."""
+        """Scale for a violation of the limit."""
         return max(abs(self.low or 0.0), abs(self.high or 0.0)) or 1.0
 
 
 class _Optimization:
-    """What is least, over what and under which limits; all designs that were tried."""
+    """Problem of an optimum: objective, numbers, limits, and all designs that were tried."""
 
     def __init__(self, family: Variation, aim: str, objective: str | None, bounds: Array, limits: Mapping[str, Any]) -> None:
         self.family, self.greatest = family, aim == "maximize"
@@ -338,7 +338,7 @@ class _Optimization:
         return result
 
     def minimum(self, start: Array, rows: Callable[[Array], Array] | None = None) -> Array:
-        """Where a search from a start ends."""
+        """End point of a search from a start."""
         return minimum(rows or self.rows, start, self.low, self.high, self.family.scales)
 
     def best(self) -> tuple[Array, Array]:
@@ -348,11 +348,11 @@ class _Optimization:
         return self.points[k][0], rows[:, k]
 
     def descent(self, best: Array) -> float:
-        """How steeply the objective still falls from a design on, within bounds and limits."""
+        """Steepest slope of the objective from a design, within bounds and limits."""
         return descent(self.rows, best, self.low, self.high)
 
     def gain(self, best: Array, i: int) -> float:
-        """What a step back from a bound of the i-th number costs; 0 where it changes nothing."""
+        """Increase of the objective by a step back from a bound of the i-th number; 0 where it changes nothing."""
         moved = best.copy()
         width = self.high[i] - self.low[i]
         moved[i] += _STEP_BACK * width if best[i] - self.low[i] < self.high[i] - best[i] else -_STEP_BACK * width
@@ -361,7 +361,7 @@ class _Optimization:
 
     @property
     def refused(self) -> dict[str, int]:
-        """How many designs were refused, by one reason of each kind, the most frequent first: numbers make no kind."""
+        """Numbers of designs refused for a reason of each kind, the most frequent first: numbers make no kind."""
         kinds, example = Counter[str](), dict[str, str]()
         for point, row, _ in self.points:
             if np.isnan(row).any():
@@ -625,7 +625,7 @@ def _messages(
     limits: tuple[KeptLimit, ...],
     rows: Array,
 ) -> Iterator[str]:
-    """What is to be said of an optimum: bounds and limits that hold it."""
+    """Messages on an optimum: the bounds and limits that hold it."""
     family, name = problem.family, problem.objective.title
     known = rows[0][np.isfinite(rows[0])]
     if np.ptp(known) <= _GAIN * max(np.abs(known).max(), 1e-300):
@@ -666,7 +666,7 @@ def _doubts(problem: _Optimization, reached: tuple[float, ...], better: int, *, 
 
 
 def _refusals(problem: _Optimization) -> Iterator[str]:
-    """How many designs within the bounds are refused, and why."""
+    """Message on the number of designs refused within the bounds, and the reasons."""
     count = sum(problem.refused.values())
     if count:
         kinds = [f"{many} x {reason}" for reason, many in list(problem.refused.items())[:_REASONS]]
@@ -675,7 +675,7 @@ def _refusals(problem: _Optimization) -> Iterator[str]:
 
 
 def _edges(problem: _Optimization, best: Array, at_bounds: Mapping[str, str]) -> Iterator[str]:
-    """Whether the best design is at the edge of those that are machines, so that there is no best one."""
+    """Message where the best design is at the edge of those that are machines, so that there is no best one."""
     family, width = problem.family, problem.high - problem.low
     for i, path in enumerate(family.paths):
         if path in at_bounds:

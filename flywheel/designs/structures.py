@@ -59,12 +59,12 @@ class Narrow(NamedTuple):
     program: Program
 
     def at(self, phi: Any, columns: Array, namespace: Any = "numpy") -> dict[str, Any]:
-        """What its names stand for."""
+        """Values of its names."""
         return dict(zip(self.names, self.program.function(namespace)(phi, *columns), strict=True))
 
 
 class StretchWalk(NamedTuple):
-    """What a stretch between landmarks has in common: from (phi, *columns) to parts of `Reduced`, and what decides there.
+    """Common program of a stretch between landmarks: from (phi, *columns) to parts of `Reduced`, with its decisions.
 
     `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
     `laws` are those that act there and may be narrow.
@@ -131,7 +131,7 @@ class Structure:
         )
 
     def kept(self, columns: Array) -> Mask:
-        """Which designs have this structure: they keep its guards, cells are narrow enough, and no branch changes in one."""
+        """Mask of the designs with this structure: guards kept, cells narrow enough, no branch that changes in one."""
         with np.errstate(all="ignore"):
             good = _kept(self.conditions, columns)
             good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
@@ -156,14 +156,14 @@ class Structure:
         return wider
 
     def _counts(self, columns: Array) -> Array:
-        """How many cells each stretch of each design takes, at least."""
+        """Least number of cells in each stretch of each design."""
         widths = np.diff(_at(self.landmarks, columns), axis=0)
         fastest = _at(self.numbers, columns)[-1]
         counts = np.ceil(widths * fastest / WIDEST * (1.0 - _WIDTH_ROUNDING)).clip(1.0)
         return np.where(np.isfinite(counts), counts, 1e6).astype(int)
 
     def _followed(self, columns: Array) -> Mask:
-        """Whether no branch changes and no law is too narrow, in any cell of a design."""
+        """Mask of the designs in which no branch changes within a cell and no law is too narrow."""
         good = np.ones(columns.shape[1], bool)
         for walk, low, high in self._stretches(columns) if any(walk.decided for walk in self.walks) else ():
             phi = 0.5 * (low + high) + 0.5 * (high - low) * NODES[:, None, None]
@@ -182,7 +182,7 @@ class Structure:
             yield walks[0], edges[start:end], edges[start + 1 : end + 1]
 
     def _narrow(self, columns: Array) -> Mask:
-        """Which cells (cells, designs) are narrow enough for all laws that act there."""
+        """Mask of the cells (cells, designs) that are narrow enough for all laws that act there."""
         stretches, peaks = list(self._stretches(columns)), dict[str, Array]()
         centres = [[each.at(0.5 * (low + high), columns) for each in walk.laws] for walk, low, high in stretches]
         for (walk, low, _), given in zip(stretches, centres, strict=True):
@@ -201,12 +201,12 @@ class Structure:
 
 
 def _at(program: Program, columns: Array) -> Array:
-    """What a program gives at columns, one row for each output."""
+    """Values of a program at columns, one row for each output."""
     return np.stack([np.broadcast_to(value, columns.shape[1:]) for value in program.function()(0.0, *columns)])
 
 
 def _kept(conditions: Conditions, columns: Array) -> Mask:
-    """Which designs keep all guards, a block at a time: hundreds of differences for each take much room."""
+    """Mask of the designs that keep all guards, a block at a time: hundreds of differences for each take much room."""
     blocks = [columns[:, first : first + _BLOCK_DESIGNS] for first in range(0, columns.shape[1], _BLOCK_DESIGNS)]
     masks = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
     return np.concatenate([*masks, np.zeros(0, bool)])
@@ -259,7 +259,7 @@ def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[s
 
 
 def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
-    """What designs have in common that are refused as that with these values is; None where it cannot be recorded."""
+    """Conditions shared by designs refused as that with these values is; None where they cannot be recorded."""
     recorder = Recorder()
     recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
@@ -342,13 +342,13 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
 
 
 def _may_be_narrow(law: Expression) -> bool:
-    """Whether an expression is more than polynomials of low degree."""
+    """Tests whether an expression is more than polynomials of low degree."""
     tame = ("number", "name", "pi", "sum", "product", "neg", "if", "abs", "sign", "min", "max", *expressions.BOOLEAN)
     return any(node.op not in tame or (node.op == "product" and "/" in node.signs) for node in expressions.walk(law.tree))
 
 
 def _varies(recorder: Recorder, value: Any) -> bool:
-    """Whether a value depends on more than phi, the first input."""
+    """Tests whether a value depends on more than phi, the first input."""
     if not isinstance(value, Recorded):
         return False
     program = recorder.program([value])

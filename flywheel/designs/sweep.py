@@ -281,7 +281,7 @@ def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
 
 
 def _seconds(plan: Plan) -> float:
-    """What one design takes alone, s."""
+    """Time of one design alone, s."""
     begun = process_time()
     with suppress(SceneError):
         size(plan.scene, plan.rtol, accuracy="normal")

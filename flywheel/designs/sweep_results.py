@@ -51,11 +51,11 @@ class Plan(NamedTuple):
 
     @property
     def total(self) -> int:
-        """How many designs there are."""
+        """Number of designs."""
         return math.prod(self.shape)
 
     def chunk(self, which: NDArray[np.intp]) -> tuple[tuple[str, ...], Array, float, str]:
-        """What `designs.sized` takes beside the scene, for some of the designs."""
+        """Arguments of `designs.sized` beside the scene, for some of the designs."""
         rows = np.stack([column[which] for column in self.columns.values()])
         return tuple(self.columns), rows, self.rtol, self.engine
 
@@ -162,7 +162,7 @@ class Sweep:
 
     @property
     def missing(self) -> int:
-        """How many designs are not sized yet."""
+        """Number of designs not sized yet."""
         return int((self.ways == MISSING).sum())
 
     @cached_property
@@ -172,7 +172,7 @@ class Sweep:
 
     @property
     def names_and_paths(self) -> list[str]:
-        """What `sweep[...]` knows."""
+        """Names and paths that `sweep[...]` accepts."""
         return [*self.columns, *self.names]
 
     @cached_property
@@ -192,7 +192,7 @@ class Sweep:
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """Whether every estimated relative error of a design is within rtol."""
+        """Mask of the designs whose estimated relative errors are all within rtol."""
         return np.asarray(self.worst <= self.rtol)
 
     def design(self, index: int) -> Scene:
@@ -253,7 +253,7 @@ class Sweep:
         return array
 
     def table(self, rows: int = 20) -> str:
-        """What `flywheel sweep` prints: what varies, the best designs, a table of some, what is to be said of all."""
+        """Table that `flywheel sweep` prints: varied numbers, best designs, a table of some, and notes on all."""
         import flywheel
 
         text: str = flywheel.sweeps.text(self, rows)
@@ -462,7 +462,7 @@ class Keeper:
             self.keep(empty(plan.total), last=True)
 
     def before(self) -> Batch | None:
-        """What is finished already."""
+        """Designs that were finished already."""
         batch = empty(self.plan.total)
         with np.load(self.path, allow_pickle=False) as there:
             for name in there.files:
@@ -508,7 +508,7 @@ _OTHER = "give another file, or remove this one"
 
 
 def head(plan: Plan) -> dict[str, Any]:
-    """What a file says that it is a sweep of."""
+    """Header of a file: the sweep to which it belongs."""
     try:
         own = version("flywheel-design")
     except PackageNotFoundError:
@@ -548,7 +548,7 @@ def _same_columns(path: Path, plan: Plan) -> bool:
 
 
 def digest(scene: Scene) -> str:
-    """What tells a scene from others, whatever its title, file and form of writing."""
+    """Digest of a scene, independent of its title, file and form of writing."""
     made = hashlib.sha256()
     for token in _tokens(scene):
         made.update(token)

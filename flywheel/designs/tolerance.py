@@ -1,4 +1,4 @@
-"""What a design's figures come to as its numbers lie within intervals, or scatter: extremes, statistics, and who causes it.
+"""Spread of a design's figures as its numbers lie within intervals, or scatter: extremes, statistics, shares of variance.
 
 Shares of the variance: of first order, what a number causes by itself; in total, with all that it does together with others.
 
@@ -49,7 +49,7 @@ _SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 class Sobol(NamedTuple):
-    """What of a figure's variance one number causes: alone, and with others, each with its sampling error."""
+    """Share of a figure's variance caused by one number: alone, and with others, each with its sampling error."""
 
     first: float
     first_error: float
@@ -66,7 +66,7 @@ class Bound(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """How one figure (SI) spreads: each statistic with its sampling error, extremes where intervals are given.
+    """Spread of one figure (SI): each statistic with its sampling error, extremes where intervals are given.
 
     `quantiles` are those of `QUANTILES`; `least` and `greatest` of intervals alone. `shares` is empty for a figure that does
     not vary, and where several numbers vary of which some designs are refused.
@@ -86,7 +86,7 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Tolerance:
-    """How the figures of a design spread as its numbers do.
+    """Spread of the figures of a design as its numbers vary.
 
     `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
     taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one. `messages` tell
@@ -109,12 +109,12 @@ class Tolerance:
     interrupted: bool = False
 
     def __repr__(self) -> str:
-        """What spreads, and by what."""
+        """Numbers of figures and of varied numbers."""
         by = f"{len(self.numbers)} {'intervals' if self.intervals else 'deviations'}"
         return f"Tolerance({notebook.quoted(self.scene.title)}{len(self.spreads)} figures by {by})"
 
     def __getitem__(self, figure: str) -> Spread:
-        """How a figure spreads; SceneError where there is no such figure."""
+        """Spread of a figure; SceneError where there is no such figure."""
         name = figure_name("figure", figure)
         if name not in self.spreads:
             raise SceneError([Fault(figure, "no figure of this scene", f"one of {', '.join(self.spreads)}")])
@@ -170,7 +170,7 @@ def tolerance(
     rtol: float = _RTOL,
     engine: str | None = None,
 ) -> Tolerance:
-    """How the figures of a design spread as some of its numbers lie within intervals, or are scattered normally.
+    """Finds the spread of a design's figures as some of its numbers lie within intervals, or scatter normally.
 
     Intervals: the least and the greatest value of every figure by optimisation, from quasi-random points and corners; no
     sample lies outside of these. Numbers are then evenly spread for the statistics. Deviations: mean, deviation and
@@ -432,7 +432,7 @@ def _fitted(basis: Array, values: Array) -> Array:
 
 
 def _grain(values: Array) -> float:
-    """What one sample more on the other side of the widest gap between values would change their mean by."""
+    """Change of the mean by one more sample on the other side of the widest gap between values."""
     return float(np.diff(np.sort(values)).max(initial=0.0)) / max(values.size, 1)
 
 

@@ -177,7 +177,7 @@ class Variation:
 
     @property
     def said(self) -> tuple[str, ...]:
-        """What is to be said of how designs were sized."""
+        """Remarks on how designs were sized."""
         if not self.alone or self.engine == ENGINES[-1]:
             return ()
         were = "was" if self.alone == 1 else "were"
@@ -252,7 +252,7 @@ def _without_wheel(scene: Scene) -> Scene | None:
 
 
 def _scale(number: Number, known: Mapping[str, Number]) -> float:
-    """How much a number varies to make a change: its size, or a share of that of its like, or 1; a radian of angles."""
+    """Scale of a number's changes: its size, or a share of that of its like, or 1; a radian of angles."""
     if number.dimension == "angle":
         return 1.0
     like = max(abs(other.value) for other in known.values() if other.unit == number.unit) if number.unit else 0.0
@@ -312,7 +312,7 @@ class Sensitivities:
     designs: int
 
     def __repr__(self) -> str:
-        """What was derived by what."""
+        """Numbers of figures and of varied numbers."""
         many = f"{len(self.values)} figures by {len(self.numbers)} numbers"
         return f"Sensitivities({notebook.quoted(self.scene.title)}{many})"
 
@@ -472,7 +472,7 @@ class _Reasons:
 
 
 def _angle(sizing: Sizing, which: str, row: int) -> float | None:
-    """Where (rad) a function of `wittenbauer.figures_of` is greatest or least."""
+    """Angle (rad) at which a function of `wittenbauer.figures_of` is greatest or least."""
     cycle = sizing.constant or sizing.cycle
     if cycle is None:
         return None

@@ -37,7 +37,7 @@ _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not de
 
 
 class Instant(NamedTuple):
-    """What a machine does at one instant, at its crank: acceleration (rad/s²), moment M* less losses (N m), I* + J (kg m²).
+    """State of a machine at one instant, at its crank: acceleration (rad/s²), M* less losses (N m), I* + J (kg m²).
 
     `loss` is what the meshes take of the moment (N m), `rates` those of a motor's own states (per second). The energy of the
     machine changes by moment * omega. `passed` is what the mesh of every stage passes outwards (N m), and `factors` what the

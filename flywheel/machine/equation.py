@@ -61,7 +61,7 @@ class Rate(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """What hangs on the crank through one mesh, or on the crank itself, reduced to the crank."""
+    """Part of the machine driven through one mesh, or by the crank itself, reduced to the crank."""
 
     stage: Stage
     station: Station

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class Place(NamedTuple):
-    """Where an effort acts: its 1-junction, its displacement, and the angle that its windows and `phi` see.
+    """Place at which an effort acts: its 1-junction, its displacement, and the angle for its windows and `phi`.
 
     angle = rate * phi + phase, phi being the crank's. `shaft`: it is a shaft, whose own speed loads on it see.
     """

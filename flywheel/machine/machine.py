@@ -64,7 +64,7 @@ _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; 
 
 
 class Stage(NamedTuple):
-    """What hangs on a mesh of an efficiency without further loss (1: on the crank itself), reduced to the crank.
+    """Part of the machine behind a mesh of an efficiency without further loss (1: the crank itself), reduced to the crank.
 
     `near` is the place, among the machine's stages, of the one that it meshes with, which stands before it.
     """
@@ -78,7 +78,7 @@ class Stage(NamedTuple):
 
 
 class Anchor(NamedTuple):
-    """Where branches are decided: a position (rad), a crank speed (rad/s) and a time (s) inside a smooth stretch of motion.
+    """Point at which branches are decided: a position (rad), a crank speed (rad/s) and a time (s) in a smooth stretch.
 
     Without a speed and a time those that depend on them are decided at every instant itself.
     `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are

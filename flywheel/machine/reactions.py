@@ -1,4 +1,4 @@
-"""What acts on a scene's mechanisms as linkages: loads on their ports, the reactions in their joints, and friction there.
+"""Forces on a scene's mechanisms as linkages: loads on their ports, the reactions in their joints, and friction there.
 
 Passive resistances are friction in the joints of linkages at the actual speed, with the reactions of the same instant.
 The law is that of `mechanisms.linkages.statics`: Coulomb's, mu N or r R mu/sqrt(1 + mu²), against the motion of the joint.
@@ -230,7 +230,7 @@ def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:
 
 
 class Coefficients(NamedTuple):
-    """What a mechanism's table gives at n positions.
+    """Coefficients of a mechanism's table at n positions.
 
     rows: of the forces that friction follows, by every input and every passive action, (n, forces, 2, inputs + forces);
     powers: of the inputs themselves by the crank's speed, (n, inputs); ways: rates of joints by the crank's, (n, forces).
@@ -277,7 +277,7 @@ class Pressed:
 
 
 class Resisted(NamedTuple):
-    """What passive actions give on the crank (n, forces), the forces that they follow, with their signs, and 1 - Q.
+    """Moments of passive actions on the crank (n, forces), the forces that they follow, with their signs, and 1 - Q.
 
     directions: of resultants in pins (rad), (n, forces);
     """

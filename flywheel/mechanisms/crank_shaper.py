@@ -148,7 +148,7 @@ def locks(mechanism: Mechanism) -> list[Fault]:
 
 
 def lock_angles(mechanism: Mechanism) -> list[float]:
-    """Where the pin stands on the rocker's pivot (rad), if the crank is as long as the frame."""
+    """Crank angles (rad) at which the pin is at the rocker's pivot, if the crank is as long as the frame."""
     r, d, _ = _lengths(mechanism)
     return [] if f.exceeds(r, d) or f.exceeds(d, r) else [pi]
 

@@ -1,4 +1,4 @@
-"""What a family of mechanisms tells the toolkit: its tables, its ports, its chain of local ratios, its locks and joints.
+"""Families of mechanisms: tables, ports, chains of local ratios, locks and joints of each.
 
 A family is one file with a `Kind`, and one line of `flywheel.mechanisms.KINDS` (or `flywheel.mechanisms.register(kind)`).
 Its formulas are written once against a namespace `ns` (numpy, mpmath, sympy, or the project's intervals):
@@ -276,7 +276,7 @@ class Kind(NamedTuple):
 
 
 def has_joints(mechanism: Mechanism) -> bool:
-    """Whether a mechanism's members and joints are known, so that it has reactions and a picture."""
+    """Tests whether the members and joints of a mechanism are known, so that it has reactions and a picture."""
     return mechanism.linkage is not None or KINDS[mechanism.type].skeleton is not None
 
 
@@ -493,7 +493,7 @@ GROWTH = 2.5  # each cell then reaches 1.5 times its distance from the singulari
 
 
 def exceeds(a: float, b: float) -> bool:
-    """Whether length a is truly above length b, by more than rounding."""
+    """Tests whether length a is greater than length b by more than rounding."""
     return bool(a - b > TOUCH * max(abs(a), abs(b)))
 
 

@@ -228,7 +228,7 @@ def locks(mechanism: Mechanism) -> list[Fault]:
 
 
 def lock_angles(mechanism: Mechanism) -> list[float]:
-    """Where coupler and rocker lie in one line, D = |c - L| or D = c + L (rad)."""
+    """Crank angles (rad) at which coupler and rocker are in line, D = |c - L| or D = c + L."""
     bars = _bars(mechanism)
     cosines = _cosine(bars, bars.coupler - bars.rocker), _cosine(bars, bars.coupler + bars.rocker)
     return [angle for cosine in cosines for angle in f.where_cosine(cosine)]

@@ -341,7 +341,7 @@ class Arm(NamedTuple):
         return self.length * variable.value, self.length * variable.rate
 
     def along(self, p: LinkagePosition) -> Any:
-        """Where the arm ends, along the line that its angle counts from: L cos(angle)."""
+        """Coordinate of the arm's end along the line from which its angle is measured: L cos(angle)."""
         return self._stretch(p)[0] * p.ns.cos(self.angle.value(p))
 
     def by_turning(self, p: LinkagePosition) -> Any:
@@ -486,7 +486,7 @@ def _seen(arms: list[Arm], direction: float) -> list[Arm]:
 
 
 def _place(p: LinkagePosition, arms: list[Arm]) -> Any:
-    """Where a sum of arms ends, along the line that their angles count from."""
+    """End point of a chain of arms, along the line from which their angles are measured."""
     total: Any = 0.0
     for arm in arms:
         total = total + arm.along(p)

@@ -143,7 +143,7 @@ def locks(mechanism: Mechanism) -> list[Fault]:
 
 
 def lock_angles(mechanism: Mechanism) -> list[float]:
-    """Where the rod stands across the line of travel, |r sin psi - e| = l (rad)."""
+    """Crank angles (rad) at which the rod is perpendicular to the line of travel, |r sin psi - e| = l."""
     r, rod, e = _lengths(mechanism)
     return f.where_sine((e + rod) / r) + f.where_sine((e - rod) / r)
 

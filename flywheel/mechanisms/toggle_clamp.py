@@ -71,7 +71,7 @@ def _folds(lengths: Bars) -> list[float]:
 
 
 def _crossings(lengths: Bars) -> Iterator[tuple[float, float]]:
-    """Where the rod stands across the platen's line, or most nearly so if a6 > a5: displacement (m) and d(theta2)/dpsi."""
+    """Displacements (m) where the rod is normal to the platen's line, or most nearly if a6 > a5, and d(theta2)/dpsi."""
     a1, a2, a5, alpha, a3, a6, side, _ = lengths
     steep = asin(min(1.0, a6 / a5))
     for theta5 in (steep, -steep, pi - steep, steep - pi)[: 4 if a6 < a5 else 2]:

@@ -1,4 +1,4 @@
-"""What follows in time or in the joints: simulation, transients, joint forces, kinetic energy.
+"""Motion in time, and forces in joints: simulation, transients, joint forces, kinetic energy.
 
 Uses `sizing` and what is below it.
 """

@@ -1,4 +1,4 @@
-"""How the driver of a machine moves: per unit, at constant speed, in the steady regime, along a transient, by a law of time.
+"""Motion of a machine's driver: per unit, at constant speed, in the steady regime, along a transient, by a law of time.
 
 Each gives a `Course`: position, rate and acceleration of the driver at values of its coordinate or of time, with errors.
 """
@@ -55,7 +55,7 @@ class Driver(NamedTuple):
 
 
 class Course(NamedTuple):
-    """How the driver moves: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
+    """Course of the driver: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
 
     Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative;
     `cyclic` tells whether it begins anew where it ends.
@@ -72,7 +72,7 @@ class Course(NamedTuple):
     cyclic: bool = False
 
     def passages(self, positions: Array, pieces: int = 4000) -> list[tuple[float, float]]:
-        """Where the driver passes positions: pairs of the variable and the position, in the order of the variable."""
+        """Passages of the driver through positions: pairs of the variable and the position, in the order of the variable."""
         grid = np.unique(np.concatenate((np.linspace(self.start, self.end, pieces + 1), self.edges)))
         if self.variable == DRIVER:
             return [(float(q), float(q)) for q in positions if self.start <= q <= self.end]

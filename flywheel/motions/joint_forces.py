@@ -79,7 +79,7 @@ class JointForces(NamedTuple):
         return f"JointForces({of} at {self.motion.phi.size} positions, {self.condition!r})"
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
+        """HTML for a notebook."""
         return notebook.html(self)
 
 
@@ -333,7 +333,7 @@ def _unit_of_speed(scene: Scene) -> str:
 
 
 def _errors_along(run: Transient, motion: MachineMotion, states: States) -> MotionErrors:
-    """What the error of a run makes of angle, speed and acceleration: the last found again with the others that far off."""
+    """Errors of angle, speed and acceleration by the error of a run: the last computed again with the others off."""
     trail, anchor, time = run.motion.trail, motion.anchor, motion.time
     assert trail is not None
     assert anchor is not None
@@ -465,7 +465,7 @@ def closely_along(run: Transient, *, inertia: bool = True, friction: bool = True
 def _extreme_places(
     forces: JointForces, places: Array, before: Indices, after: Indices, along: Callable[[Array, Indices], JointForces]
 ) -> tuple[Array, Indices]:
-    """Where every curve is least and greatest, with places on either side of it, and the samples that they are near.
+    """Places at which every curve is least and greatest, with those on either side, and the samples nearest.
 
     places: of the forces; before, after: the neighbours of each. along: gives forces at other places, with those samples.
     Samples as low or as high as the extreme one, but for as much as a curve changes beside them, are looked at as well.
@@ -500,7 +500,7 @@ def _highest(values: Array, which: Indices) -> Indices:
 
 
 class Axis(NamedTuple):
-    """What curves are drawn over: name and unit, values (n,), and the places between them at which something switches."""
+    """Horizontal axis of curves: name and unit, values (n,), and the places between them at which something switches."""
 
     name: str
     unit: str

@@ -39,7 +39,7 @@ POINTS = 361
 
 
 class Place(NamedTuple):
-    """What moves with the driver: an angle (rad), a point (x and y, m) or the way of a slide (m), with g and g'.
+    """Moving quantity: an angle (rad), a point (x and y, m) or the way of a slide (m), with g and g'.
 
     `unit` (m, or 1 of angles) and `per` (m, or 1 of a driver that turns) are sizes that its rounding is counted in.
     """
@@ -291,19 +291,19 @@ class Kinematics:
     course: Course
 
     def __repr__(self) -> str:
-        """What it is of, instead of every curve."""
+        """Short description, instead of every curve."""
         return f"Kinematics({len(self.curves)} curves at {self.q.size} positions over {self.over}, {self.condition!r})"
 
     _repr_html_ = notebook.html
 
     @property
     def axis(self) -> Array:
-        """What the curves are drawn over: q (rad or m) or t (s)."""
+        """Values of the horizontal axis: q (rad or m) or t (s)."""
         return self.q if self.over == DRIVER or self.t is None else self.t
 
     @property
     def sliding(self) -> bool:
-        """Whether the driver slides."""
+        """True if the driver slides."""
         return self.scene.sliding
 
     @cached_property
@@ -324,7 +324,7 @@ class Kinematics:
 
     @property
     def breakpoints(self) -> Array:
-        """Where on the axis a velocity or an acceleration jumps."""
+        """Values on the axis at which a velocity or an acceleration jumps."""
         return self._survey.breakpoints
 
     @property
@@ -349,7 +349,7 @@ class Kinematics:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be said beside the curves, and beside their extremes."""
+        """Remarks on the curves and their extremes."""
         return (*self.messages, *filter(None, [self._survey.message]))
 
     def __getitem__(self, name: str) -> Curve:
@@ -445,7 +445,7 @@ def motion(
 
 
 class Moving:
-    """What moves in a scene: at coordinates of the driver, and found again by other roundings."""
+    """Moving quantities of a scene: at coordinates of the driver, and computed again with other roundings."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -546,7 +546,7 @@ _STILL = 1e-7  # of the greatest speed: what a point has at most where it turns 
 
 
 class Survey(NamedTuple):
-    """Where curves have their extremes and dead centres over a whole motion, and where something jumps."""
+    """Extremes and dead centres of curves over a whole motion, and their jumps."""
 
     breakpoints: Array
     breakpoint_errors: Array
@@ -625,7 +625,7 @@ def _component(vector: Array, component: str) -> Array:
 
 
 def _noise(curve: Curve, row: _Row) -> float:
-    """What the values of a function are known to, at the edges of cells, where it is worst."""
+    """Accuracy of a function's values at the edges of cells, where it is worst."""
     error = _component(curve.errors[row.order], row.component)
     if row.component == "total":
         value = _amount((curve.position, curve.velocity, curve.acceleration)[row.order])
@@ -702,7 +702,7 @@ def _break_errors(course: Course, breaks: Array) -> Array:
 def _dead_centres(
     course: Course, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
 ) -> dict[str, tuple[Array, Array]]:
-    """Where velocities pass zero (values of the course's variable), with errors: of a point both components at once."""
+    """Values of the course's variable at which velocities pass zero, with errors: of a point both components at once."""
     names = list(dict.fromkeys(row.name for row in rows))
     mine = [[k for k, row in enumerate(rows) if row[:2] == (name, 1) and row.component != "total"] for name in names]
     first = [max(of, key=lambda k: float(scale[k])) for of in mine]
@@ -727,7 +727,7 @@ def _dead_centres(
 
 
 def _turns_at_seam(series: Array, level: Array) -> bool:
-    """Whether velocities pass zero where the cycle begins anew."""
+    """Tests whether velocities pass zero at the end of the cycle."""
     ends = [
         cells.value(series[:, cell], np.full(len(series), t)) for cell, t in ((0, -1.0), (-1, 1.0), (0, -0.9), (-1, 0.9))
     ]

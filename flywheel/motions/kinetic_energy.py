@@ -169,7 +169,7 @@ def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLik
 
 
 class StoredEnergy(NamedTuple):
-    """What every store of a machine holds at n positions (J), by name: the energy forms E(p) and E(q).
+    """Energy of every store of a machine at n positions (J), by name: the energy forms E(p) and E(q).
 
     kinetic: of every body with mass or inertia, and of what is fixed on places; p²/(2 m), as ½ I_j* omega².
     potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, which is

@@ -99,7 +99,7 @@ class Motion(NamedTuple):
         return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows."""
+        """HTML for a notebook."""
         return notebook.html(self)
 
 
@@ -147,7 +147,7 @@ class Peak(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """Where the energy of a motion came from and went (J): works of drive and loads, heat, and kinetic energy gained.
+    """Energy balance of a motion (J): works of drive and loads, heat, and kinetic energy gained.
 
     `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
     leave is the kinetic energy gained, but for `residual`, a share of the largest of them or of the greatest kinetic energy.
@@ -391,7 +391,7 @@ class Transient:
         return None if self.from_regime else start_heat(self.motion.trail)
 
     def __repr__(self) -> str:
-        """How it ended, instead of the motion."""
+        """End of the motion, instead of the motion."""
         figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
         return f"Transient({self.reason}: {self.ended}; {figures})"
 
@@ -404,7 +404,7 @@ class Transient:
 
     @property
     def phi(self) -> float:
-        """Where it ended, rad."""
+        """Final angle, rad."""
         return float(self.motion.phi[-1])
 
     @property
@@ -414,12 +414,12 @@ class Transient:
 
     @property
     def way(self) -> float:
-        """How far it went, rad."""
+        """Angle travelled, rad."""
         return float(self.motion.phi[-1] - self.motion.phi[0])
 
     @property
     def turns(self) -> float:
-        """How far it went, in turns of the crank."""
+        """Turns of the crank travelled."""
         return self.way / TURN
 
     @property

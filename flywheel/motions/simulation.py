@@ -205,7 +205,7 @@ def motion_from(
 
 
 def _same_steps(rough: Array, fine: Array) -> bool:
-    """Whether two runs take the same steps, but for what their errors make of these."""
+    """Tests whether two runs take the same steps, apart from the effect of their errors on these."""
     return rough.size == fine.size and np.allclose(np.diff(rough), np.diff(fine), rtol=_SAME_STEP, atol=0.0)
 
 

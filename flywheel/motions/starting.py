@@ -95,7 +95,7 @@ def load_at_rest(machine: Machine, phi: Array) -> Array:
 
 
 def _with_mesh_losses(passed: Array, efficiency: float) -> Array:
-    """What the giving side of a mesh feels of a torque that passes it, or that comes back."""
+    """Torque at the giving side of a mesh for a torque that passes it, or that comes back."""
     return np.where(passed > 0.0, passed / efficiency, passed * efficiency)
 
 
@@ -126,7 +126,7 @@ def _around(machine: Machine) -> Array:
 
 
 def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
-    """Whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed that the motion had.
+    """Tests whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed of the motion.
 
     One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine
     stop; any other was too weak.
@@ -164,7 +164,7 @@ class RunUp(NamedTuple):
 
 
 def maps(motor: Motor) -> bool:
-    """Whether a motor's start may be followed through torque maps: its torque depends on speed alone in each connection."""
+    """Tests whether a start may be followed through torque maps: the torque depends on speed alone in each connection."""
     return motor.start is None or not any(connection.ramp for connection in motor.start.connections)
 
 
@@ -320,7 +320,7 @@ class _Map:
 
 
 class StartHeat(NamedTuple):
-    """What a start does to its motor, from switching on to the rated speed in its last connection.
+    """Load of a start on its motor, from switching on to the rated speed in its last connection.
 
     Args:
         title: how it is started.
@@ -359,12 +359,12 @@ class StartHeat(NamedTuple):
 
     @property
     def starts(self) -> int | None:
-        """How many such starts the warm motor bears one upon the other."""
+        """Number of such starts in succession that the warm motor can stand."""
         return None if self.share is None else math.floor(1.0 / self.share + _WHOLE_START)
 
     @property
     def starts_cold(self) -> int | None:
-        """How many the cold motor bears."""
+        """Number of such starts that the cold motor can stand."""
         return None if self.share_cold is None else math.floor(1.0 / self.share_cold + _WHOLE_START)
 
     def as_dict(self) -> dict[str, Any]:

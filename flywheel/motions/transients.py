@@ -89,7 +89,7 @@ class Until(NamedTuple):
 
 
 def until(text: str) -> Until:
-    """What a text says of the end of a motion; a SceneError where it says nothing that is known.
+    """End of a motion by its text; a SceneError where the text is not understood.
 
     >>> until("5 s"), until("2 turns").kind, until("95 %"), until("regime").kind
     (Until(kind='time', value=5.0, sliding=None), 'way', Until(kind='share', value=0.95, sliding=None), 'regime')
@@ -269,7 +269,7 @@ def run_down(
 
 
 def _reversal(setting: Setting, trail: Trail, goes_on: bool) -> list[str]:
-    """What is to be said of a driven machine that turns back: where, and against which moment."""
+    """Messages on a driven machine that turns back: the place, and the opposing moment."""
     states, machine = trail.ends(), setting.machine
     back = np.flatnonzero(states[1] < -_CREEPING * np.abs(states[1]).max())
     if not goes_on or machine.scene.drive is None or not back.size:
@@ -323,13 +323,13 @@ _FREELY = "neither regime.speed nor a torque that depends on speed"
 
 
 def _is_pressed(machine: Machine) -> bool:
-    """Whether anything but inertia acts on a machine: weights, loads, a drive, springs, dampers."""
+    """Tests whether anything but inertia acts on a machine: weights, loads, a drive, springs, dampers."""
     scene = machine.scene
     return bool(scene.gravity or machine.efforts or scene.springs or scene.dampers)
 
 
 def _is_driven_freely(scene: Scene) -> bool:
-    """Whether a machine that turns in cycles has no speed of its own, nor one that it is to have: it has no regime."""
+    """Tests whether a machine that turns in cycles has no speed of its own and none asked for: it has no regime."""
     return scene.stroke is None and not scene.has_speed and scene.unknown is None
 
 
@@ -539,7 +539,7 @@ def _never_started(setting: Setting, trail: Trail) -> Fault:
 
 
 def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
-    """What ends the motion, a stop too where no time was wanted; and that time (s), or the one at which it is given up.
+    """End conditions of the motion, with a stop where no time was wanted; and that time (s), or the limit of the search.
 
     What starts from rest may go back at first: a stop is then one beyond the start.
     """
@@ -563,7 +563,7 @@ def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], flo
 
 
 def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
-    """What tells, at the end of every cycle, whether the speed there has settled.
+    """Check, at the end of every cycle, whether the speed there has settled.
 
     Three speeds in turn tell the rate at which they settle, and with it how much is still missing. Where laws depend on
     time, a speed or a stop may still come.
@@ -593,7 +593,7 @@ def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
 
 
 def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: float) -> tuple[str, str]:
-    """How a motion ended: in one word, and in a sentence."""
+    """Description of a motion's end: in one word, and in a sentence."""
     machine, scene = setting.machine, setting.machine.scene
     last, phi, omega = float(trail.t[-1]), float(motion.phi[-1]), float(motion.omega[-1])
     stroke = scene.stroke
@@ -654,7 +654,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
 
 
 def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
-    """What a machine with rough joints does at the end of its motion: friction holds it, or it would move."""
+    """Description of a machine with rough joints at the end of its motion: held by friction, or about to move."""
     machine, own = dynamics.machine, state[3:].tolist()
     phi = within(machine, float(state[0]))
     forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.array([last]), own)[:, 0].tolist()
@@ -747,7 +747,7 @@ def _rough(motion: Motion) -> Trail:
 
 
 def _peak_width(trail: Trail, name: str, samples: Samples, owners: Indices, top: Peak, off: float) -> float:
-    """How far (s) from a peak's time its column may be as great, as far as its values are known.
+    """Distance (s) from a peak's time within which its column may be as great, by the errors of its values.
 
     The column falls from a peak at least as a parabola does, or evenly, to its samples on either side; other summits count
     where they may be as great.

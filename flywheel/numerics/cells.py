@@ -199,7 +199,7 @@ def value(series: Array, t: Array) -> Array:
 
 
 def interpolated(values: Array, mesh: Cells, phi: Array) -> Array:
-    """What has these values at the nodes of a mesh (cells, nodes), at any angles, in their shape."""
+    """Interpolates values at the nodes of a mesh (cells, nodes) to any angles, in their shape."""
     cell, t = located(mesh, phi)
     return value(fit(values)[cell], t)
 

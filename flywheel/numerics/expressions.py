@@ -55,7 +55,7 @@ class Node(NamedTuple):
 
 
 class At(NamedTuple):
-    """Where a tree is evaluated: values by name, the namespace, and where switches are decided, if elsewhere."""
+    """Point of evaluation of a tree: values by name, the namespace, and the point that decides switches, if different."""
 
     values: Mapping[str, Any]
     ns: Any

@@ -1,4 +1,4 @@
-"""What a user gets instead of a traceback: one line per fault, each with its place and its mend.
+"""Faults in place of a traceback: one line each, with the place, what was found and expected, and what to do.
 
 How a fault shows what was found, and the valid name that lies nearest to a wrong one.
 """

@@ -1,4 +1,4 @@
-"""What notebooks show of the library's objects: a page of HTML that a part of the library which comes later writes.
+"""Display of the library's objects in notebooks: HTML written by a part of the library that is imported later.
 
 Scenes, machines and results know nothing of tables and curves; they find who draws them under its public name, when asked.
 """

@@ -1,4 +1,4 @@
-"""Where expressions switch, and how narrow cells must be to follow them: proven by interval subdivision, never by samples.
+"""Switches of expressions, and the cell width that follows them: proven by interval subdivision, never by samples.
 
 Roots: a cell whose enclosure leaves out zero holds none, a cell whose derivative keeps its sign at most one; what is
 neither is halved. Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009,

@@ -37,7 +37,7 @@ _LOOKALIKES = str.maketrans({"−": "-", "º": "°", "\u2126": "Ω", "μ": "µ",
 
 
 class QuantityError(ValueError):
-    """What is wrong with a quantity, in the three parts of a fault."""
+    """Error of a quantity, in the three parts of a fault."""
 
     def __init__(self, found: str, expected: str, advice: str = "") -> None:
         self.found, self.expected, self.advice = found, expected, advice
@@ -75,7 +75,7 @@ class Unit(NamedTuple):
 
 
 class Dimension(NamedTuple):
-    """What a key expects: powers of metre, kilogram, second; of angle, those allowed; SI unit; example; that of ampere."""
+    """Dimension of a key: powers of metre, kilogram, second; of angle, those allowed; SI unit; example; power of ampere."""
 
     name: str
     mechanical: tuple[int, int, int]

@@ -1,4 +1,4 @@
-"""What the drawings of the page are made from: plain lists of finite numbers in SI, each panel's own, on one axis.
+"""Data of the drawings of the live page: plain lists of finite numbers in SI, each panel's own, on one axis.
 
 Diagrams are those of `flywheel.pictures.diagrams`; the mechanism with its bodies as they move is made here. While a hand
 moves there are fewer positions of the driver, with seven digits; at rest more, with all digits.
@@ -113,7 +113,7 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
 
 
 def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
-    """What of the motion may be chosen, and what is."""
+    """Views of the motion that may be chosen, and the one chosen."""
     if motion is None:
         return None
     of = [{"id": name, "label": name} for name in motion.pop("choices")]
@@ -122,7 +122,7 @@ def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
 
 
 def _driver(scene: Scene) -> dict[str, Any]:
-    """What the driver does: turns through a cycle, or goes from one end of a stroke to the other, in rad or m."""
+    """Motion of the driver: through a cycle, or from one end of a stroke to the other, in rad or m."""
     sliding = scene.reduction_element == "slide"
     return {
         "kind": "length" if sliding else "angle",

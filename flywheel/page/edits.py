@@ -177,7 +177,7 @@ def _known(place: Path | None) -> Path:
 
 
 def written_as(field: Field, typed: str, like: str = "") -> str:
-    r"""What is typed into a field as a value of TOML, whatever it is; `like` is what stands there.
+    r"""TOML value of what is typed into a field; `like` is the value there now.
 
     A number alone, typed where there is a unit, is in that unit; where there is none, it is a number.
 
@@ -198,7 +198,7 @@ def written_as(field: Field, typed: str, like: str = "") -> str:
 
 
 def written_more(more: More, typed: str) -> str:
-    """What is typed as the value of a key or table that is added."""
+    """TOML value typed for a key or table that is added."""
     plain = typed.strip()
     if more.kind == "table":
         if plain.startswith("{") and _is_toml(plain):
@@ -216,7 +216,7 @@ def _list(typed: str) -> str:
 
 
 def _is_toml(text: str) -> bool:
-    """Whether a text is one value of TOML on one line."""
+    """Tests whether a text is one value of TOML on one line."""
     if "\n" in text or "\r" in text:
         return False
     try:

@@ -175,7 +175,7 @@ class Form(NamedTuple):
         return next((field for group in self.groups for field in group.fields if field.path == path), None)
 
     def addition(self, path: str) -> More | None:
-        """What could be added at a path: a name that is to be chosen may be any."""
+        """Key or table that could be added at a path: a name that is to be chosen may be any."""
         for group in self.groups:
             for more in group.more:
                 if more.path == path or (more.named and path.rpartition(".")[0] == more.path.rpartition(".")[0]):
@@ -458,7 +458,7 @@ class _Reader:
         return several[bool(rotating)]
 
     def choices(self, path: str, key: Key, value: object) -> Sequence[str]:
-        """What a drop-down of a key chooses from; nothing where it may be anything."""
+        """Choices of a key's drop-down; empty where it may be anything."""
         if key.choices:
             return with_value(key.choices, value)
         shaft = key.name == "shaft" or (key.name == "on" and key.default is not None)
@@ -645,7 +645,7 @@ def _dimension(unit: str) -> str | None:
 
 
 def _is_quantity(value: object, dimensions: Iterable[str]) -> bool:
-    """Whether a value, or one that is missing, can be a quantity of some dimension."""
+    """Tests whether a value, or one that is missing, can be a quantity of some dimension."""
     for dimension in dimensions:
         with suppress(QuantityError):
             parse_quantity(value, dimension)

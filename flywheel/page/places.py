@@ -1,4 +1,4 @@
-"""What a form can offer of a scene, good or not: shafts, ports, points and joints by their names, values to begin with."""
+"""Choices that a form offers for a scene, valid or not: shafts, ports, points and joints by name, initial values."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Places(NamedTuple):
         return (*self.shafts, *names)
 
     def rotates(self, name: object) -> bool | None:
-        """Whether a place rotates; None where there is no such place."""
+        """Tests whether a place rotates; None where there is no such place."""
         if name in self.shafts:
             return not self.sliding
         found = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}

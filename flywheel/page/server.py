@@ -173,7 +173,7 @@ class _Worker:
         theirs.close()
 
     def ask(self, call: str, request: Mapping[str, Any], page: str) -> bytes:
-        """What the process answers; raises OvertakenError where a newer request of the page comes before that."""
+        """Answer of the process; raises OvertakenError where a newer request of the page comes before that."""
         ticket = _Ticket(page)
         with self._turn:
             self._overtake(page)
@@ -274,7 +274,7 @@ class Workers:
 
 
 def failure(found: str, request: Mapping[str, Any]) -> bytes:
-    """What a page gets where nothing could be computed: the text as it was, and why."""
+    """Answer to a page where nothing could be computed: the text as it was, and the reason."""
     fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
     fault["message"] = message = f"found {found}, expected {fault['expected']}"
     told = {"message": message, "text": request.get("text", ""), "form": None, "faults": [fault], "remarks": []}
@@ -295,7 +295,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def _compute(connection: Any) -> None:
-    """What a process does: requests in, answers out, until the server is gone."""
+    """Main loop of a process: requests in, answers out, until the server is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from flywheel.page.server import CALLS
 
@@ -349,7 +349,7 @@ _TYPES = {
 
 
 class Reply(NamedTuple):
-    """What a call answers: a status, a body and its kind; the name under which a browser keeps a file."""
+    """Reply to a call: a status, a body and its kind; the name under which a browser keeps a file."""
 
     body: bytes
     kind: str = "json"
@@ -421,7 +421,7 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """What to type into the browser; whoever has it may use the page."""
+        """Address to type into the browser; whoever has it may use the page."""
         return f"http://{HOST}:{self.port}/{self.secret}/"
 
     def invitation(self) -> str:
@@ -430,7 +430,7 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.port}/{self._invitation}/"
 
     def invited(self, token: str) -> bool:
-        """Whether somebody comes by an invitation, which then is used up."""
+        """Tests whether a request comes by an invitation, which then is used up."""
         with self._lock:
             invited = bool(self._invitation) and hmac.compare_digest(token.encode(), self._invitation.encode())
             self._invitation = "" if invited else self._invitation
@@ -575,7 +575,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self.wfile.write(reply.body)
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """What is no request gets its status alone."""
+        """Sends the status alone for an invalid request."""
         status = HTTPStatus(code)
         self.command = getattr(self, "command", None) or "GET"
         self.request_version = "HTTP/1.0"

@@ -84,7 +84,7 @@ class Session:
         return stem or "scene"
 
     def scene(self) -> dict[str, Any]:
-        """What a page needs when it is opened: the text that is on the disk now, and what else there is to start from."""
+        """Data of a page when it is opened: the text on the disk now, and the other scenes to start from."""
         there = self._there(self.path)
         return {
             "text": there.text,
@@ -97,14 +97,14 @@ class Session:
         }
 
     def watch(self, seen: str, path: str = "") -> dict[str, Any]:
-        """Whether a page's file, the scene's own unless it says another, differs from what it has seen."""
+        """Tests whether a page's file, the scene's own unless it says another, differs from what it has seen."""
         there = self._there(Path(path) if path in self._own else self.path)
         if there.seen == seen:
             return {"seen": seen, "changed": False}
         return {"seen": there.seen, "changed": True, "text": there.text}
 
     def folder_of(self, origin: str) -> Path:
-        """Where a scene's CSV files lie: beside the example that it comes from, else beside the scene."""
+        """Folder of a scene's CSV files: beside the example that it comes from, else beside the scene."""
         found = _example_files().get(origin) if origin else None
         return self.folder if found is None else found.parent
 
@@ -149,7 +149,7 @@ class Session:
             return {"seen": sha256(content).hexdigest(), "path": str(file), "name": file.name}
 
     def _there(self, file: Path | None) -> OnDisk:
-        """What is on the disk; of a file that is not there, or cannot be read, an empty text."""
+        """File on the disk; an empty text for one that is not there, or cannot be read."""
         if file is None or not os.path.lexists(file):
             return OnDisk("", _NO_FILE)
         try:
@@ -180,7 +180,7 @@ class Session:
 
 
 def _within(file: Path, folder: Path) -> bool:
-    """Whether a file, links followed, lies in a folder or below it."""
+    """Tests whether a file, links followed, lies in a folder or below it."""
     try:
         return file.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError):

@@ -88,7 +88,7 @@ def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figu
 
 
 def _bars(result: Sensitivities, name: str) -> int:
-    """How many bars of a figure are long enough to be drawn."""
+    """Number of bars of a figure that are long enough to be drawn."""
     widths = np.nan_to_num([np.nanmax(np.abs((0.0, *_sides(result, name, path)))) for path in result.numbers])
     return int((widths > _THIN * widths.max()).sum())
 
@@ -279,7 +279,7 @@ def _label(result: Sweep, name: str) -> str:
 
 
 def too_light(result: Sweep) -> NDArray[np.bool_]:
-    """Where the approximate flywheel is below the exact one."""
+    """Mask of the designs whose approximate flywheel is below the exact one."""
     exact, approximate = result.values["exact"], result.values["approximate"]
     return np.asarray(exact - approximate > _LIGHTER * np.abs(exact))
 
@@ -352,7 +352,7 @@ def _shade_refused(panels: Any, x: Array, refused: NDArray[np.bool_]) -> None:
 
 
 class _Ground(NamedTuple):
-    """What a map is drawn on: triangles between designs in their own coordinates, and what puts values on their corners."""
+    """Grid of a map: triangles between designs in their own coordinates, and an interpolation to their corners."""
 
     triangles: Any
     values: Callable[[Array], Array]
@@ -393,7 +393,7 @@ def _ground(result: Sweep, varied: list[str], known: NDArray[np.bool_]) -> _Grou
 
 
 def _holes(corners: Array, lost: Array) -> NDArray[np.bool_]:
-    """Which triangles (2, triangles, 3) lie over refused designs: those whose centre is nearer to one than to a corner."""
+    """Mask of triangles (2, triangles, 3) over refused designs: those whose centre is nearer to one than to a corner."""
     centres = corners.mean(axis=2)
     nearest = np.full(centres.shape[1], np.inf)
     for start in range(0, lost.shape[1], 256):
@@ -403,7 +403,7 @@ def _holes(corners: Array, lost: Array) -> NDArray[np.bool_]:
 
 
 def _wide(column: Array) -> bool:
-    """Whether numbers are better shown by their logarithms."""
+    """Tests whether numbers are better shown by their logarithms."""
     return bool(column.min() > 0.0 and column.max() > _WIDE_SWEEP * column.min())
 
 
@@ -618,7 +618,7 @@ def _draw_series(panel: Axes, rows: list[MethodRow], points: Array) -> list[tupl
 
 
 def _hollow(row: MethodRow, rows: list[MethodRow]) -> bool:
-    """Whether a row has no restart where others of its family have one."""
+    """Tests whether a row has no restart where others of its family have one."""
     family = [other for other in rows if other.family == row.family]
     return not row.name.endswith(RESTARTED) and any(other.name.endswith(RESTARTED) for other in family)
 
@@ -736,13 +736,13 @@ def _leaders(boxes: Array, point: Array) -> Array:
 
 
 def _overlaps(first: Array, second: Array) -> NDArray[np.bool_]:
-    """Whether boxes overlap, each of the first with each of the second."""
+    """Tests whether boxes overlap, each of the first with each of the second."""
     a, b = first[:, None, :], second[None, :, :]
     return np.asarray((a[..., :2] < b[..., 2:]).all(axis=-1) & (b[..., :2] < a[..., 2:]).all(axis=-1))
 
 
 def _struck(segments: Array, boxes: Array) -> NDArray[np.bool_]:
-    """Whether segments run through boxes, each through each, by the shares of the segment within a box's sides."""
+    """Tests whether segments cross boxes, each with each, by the shares of the segment within a box's sides."""
     start, way = segments[:, None, :2], segments[:, None, 2:] - segments[:, None, :2]
     with np.errstate(divide="ignore", invalid="ignore"):
         low, high = (boxes[None, :, :2] - start) / way, (boxes[None, :, 2:] - start) / way
@@ -755,7 +755,7 @@ def _struck(segments: Array, boxes: Array) -> NDArray[np.bool_]:
 
 
 def _crossings(first: Array, second: Array) -> NDArray[np.bool_]:
-    """Whether segments cross, each with each; those from one point do not."""
+    """Tests whether segments cross, each with each; those from one point do not."""
     p, q = first[:, None, :2], first[:, None, 2:]
     r, s = second[None, :, :2], second[None, :, 2:]
     return np.asarray((_side(p, q, r) * _side(p, q, s) < 0.0) & (_side(r, s, p) * _side(r, s, q) < 0.0))

@@ -189,7 +189,7 @@ def _balance(sizing: Sizing) -> dict[str, Any] | None:
 
 
 def _balance_note(sizing: Sizing) -> Iterable[str]:
-    """What the balance gives, named with its value."""
+    """Value of the balance, with its name."""
     balance = _balance(sizing)
     if balance is None:
         return
@@ -790,7 +790,7 @@ def _motion_drawing(part: Part, figures: dict[str, Any]) -> Diagram:
 
 
 def _condition(scene: Scene, condition: Mapping[str, Any]) -> str:
-    """How the driver moves, in words."""
+    """Motion of the driver, in words."""
     speed = condition["speed"]
     if condition.get("without_inertia"):
         return _("Without inertia forces, as no speed is given.")
@@ -825,7 +825,7 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
 
 
 def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
-    """How the driver moves: as the forces say; by the steady regime; at the scene's speed; or per unit."""
+    """Motion of the driver: as the forces say; by the steady regime; at the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
     from flywheel.motions.motion import regime_motion
 
@@ -852,7 +852,7 @@ def _joints(forces: JointForces) -> dict[str, Array]:
 
 
 def _first(scene: Scene, known: Iterable[str]) -> str:
-    """What is shown where nothing is chosen: what the mechanisms show first, else the last but points."""
+    """Default curve where nothing is chosen: the first of the mechanisms', else the last that is no point."""
     names = list(known)
     usual = {name for mechanism in scene.mechanisms for name in KINDS[mechanism.type].shown_first}
     first = [name for name in names if name.rpartition(".")[2] in usual]

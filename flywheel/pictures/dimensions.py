@@ -315,7 +315,7 @@ def bond_graph(machine: Machine, only: Collection[str] = ()) -> str:
 
 
 def shares(machine: Machine, q: Array, total: Array, parts: Mapping[str, Array], label: str, sliding: bool) -> str:
-    """What every body or load adds, in colours, and their sum in black, over the driver's coordinate; as SVG.
+    """Shares of every body or load in colour, and their sum in black, over the driver's coordinate; as SVG.
 
     At equal neighbours of q the curves jump.
     """

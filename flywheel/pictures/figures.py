@@ -1,4 +1,4 @@
-"""What all pictures share: colours, one way to make a figure and one to write it, the same every time.
+"""Common parts of all pictures: colours, one way to make a figure and one to write it, the same every time.
 
 Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
 the colour-blind can tell apart; in the form for print they become greys, with a dash for each line and a hatch for each
@@ -108,7 +108,7 @@ class Numbers(ScalarFormatter):
         return language.number(super().__call__(x, pos))
 
     def get_offset(self) -> str:
-        """What all numbers have in common."""
+        """Common offset of all numbers."""
         return language.number(super().get_offset())
 
 

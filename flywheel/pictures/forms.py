@@ -49,7 +49,7 @@ class Curve(NamedTuple):
 
 
 class Fill(NamedTuple):
-    """What lies between a curve and zero, on the side above it (1) or below (-1)."""
+    """Area between a curve and zero, on the side above it (1) or below (-1)."""
 
     of: str
     side: int
@@ -140,7 +140,7 @@ class Axis(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What all diagrams are made from; `samples` are those of the cycle that the areas are of, where there is one."""
+    """Data of all diagrams; `samples` are those of the cycle whose areas are shown, where there is one."""
 
     scene: Scene
     machine: Machine | None
@@ -201,7 +201,7 @@ def _axis(scene: Scene, machine: Machine | None, sizing: Sizing | None, count: i
 
 
 def _moment_jumps(cycle: turning_moment.Cycle) -> Array:
-    """Where M* jumps within a cycle (rad)."""
+    """Angles at which M* jumps within a cycle (rad)."""
     series = cycle.series[0]
     left, right = series.sum(axis=-1), (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1)
     apart = np.abs(right[1:] - left[:-1])
@@ -243,7 +243,7 @@ def along_motion(part: Part) -> Samples:
 
 
 def peak(shown: Array, values: Array, sense: float) -> dict[str, Any] | None:
-    """Where a curve is greatest (sense 1) or least: the top of a parabola through three samples, or a sample at a jump."""
+    """Point at which a curve is greatest (sense 1) or least: top of a parabola through three samples, or a sample."""
     signed = np.where(np.isfinite(values), sense * values, -np.inf)
     k = int(signed.argmax())
     if not np.isfinite(signed[k]):
@@ -302,7 +302,7 @@ def place_of(sliding: bool, at: float) -> str:
 
 
 def scaled(unit: str, largest: float) -> tuple[float, str]:
-    """What values of a unit are multiplied by, and the unit in which they are shown then."""
+    """Factor for values of a unit, and the unit in which they are then shown."""
     if unit == "rad":
         return 180.0 / np.pi, "°"
     if unit in ("m", "m/s", "m/rad", "m/rad²") and 0.0 < largest < 1.0:

@@ -52,7 +52,7 @@ class Line(NamedTuple):
 
     @property
     def label(self) -> str:
-        """What it is called."""
+        """Label of the curve."""
         return f"{self.curve}.{self.component}" if self.component else self.curve
 
 
@@ -124,7 +124,7 @@ def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
 
 
 def axis_of(found: Kinematics) -> tuple[float, str]:
-    """What the axis is multiplied by, and its label with the unit."""
+    """Factor of the axis, and its label with the unit."""
     axis = found.axis
     if found.over == "time" and found.t is not None:
         return (1000.0, _("time, ms")) if float(np.ptp(axis)) < 0.1 else (1.0, _("time, s"))
@@ -138,12 +138,12 @@ def axis_of(found: Kinematics) -> tuple[float, str]:
 
 
 def _turns(found: Kinematics) -> bool:
-    """Whether the axis counts degrees of a driver that turns."""
+    """Tests whether the axis counts degrees of a driver that turns."""
     return not found.sliding and not (found.over == "time" and found.t is not None)
 
 
 def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
-    """What values are multiplied by, and the label of their panel: order 0 for positions, 1 velocities, 2 accelerations."""
+    """Factor of values, and the label of their panel: order 0 for positions, 1 velocities, 2 accelerations."""
     turning = curves[0].kind == ANGLE
     by = "x" if found.sliding else "φ"
     if turning and order == 0:

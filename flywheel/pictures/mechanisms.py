@@ -47,7 +47,7 @@ _WIDEST, _TALLEST, _ONE = 10.0, 9.0, 6.4  # inches: a picture, and one of severa
 
 
 class Pen(NamedTuple):
-    """How a kind of figure is drawn: opacity of its filling, of colour or white; line width (points), dashes, layer."""
+    """Style of a kind of figure: opacity of its filling, of colour or white; line width (points), dashes, layer."""
 
     fill: float
     width: float
@@ -121,7 +121,7 @@ def _tallest(boxes: Sequence[Array]) -> float:
 
 
 def columns_for(boxes: Sequence[Array]) -> int:
-    """How many panels stand beside each other: so many that the picture comes nearest to the shape of a page."""
+    """Number of panels side by side for which the picture comes nearest to the shape of a sheet of paper."""
 
     def off(columns: int) -> float:
         rows = -(-len(boxes) // columns)
@@ -144,7 +144,7 @@ def extent(view: View) -> Array:
 
 
 def factor(box: Array) -> tuple[float, str]:
-    """What lengths are multiplied by for the axes of a mechanism of this extent, and their unit there."""
+    """Factor of lengths on the axes of a mechanism of this extent, and their unit there."""
     return (1000.0, "mm") if float(np.ptp(box, axis=1).max()) < _METRES else (1.0, "m")
 
 
@@ -185,7 +185,7 @@ def _draw_bodies(panel: Axes, view: View, poses: Poses, box: Array, *, faint: bo
 
 
 def _artist(shape: Shape, ink: str, pen: Pen, edge: float = 1.0) -> Artist:
-    """What matplotlib draws of a figure, not yet in its place."""
+    """Artist of matplotlib for a figure, not yet in its place."""
     line: Any = {"lw": pen.width, "ls": pen.dashes, "zorder": pen.layer, "gid": f"{shape.kind} {shape.body}"}
     dark = (*shade(ink, -0.25), edge)
     if shape.kind not in CLOSED:
@@ -343,7 +343,7 @@ _FLAT = 2e-3  # of the mean speed: a fluctuation below it is drawn about the mea
 
 
 class Timing(NamedTuple):
-    """How a machine goes through its motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
+    """Course of a machine's motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
 
     `closed` tells whether the motion ends where it began. Where no speed is known the driver moves evenly, and in place of
     the time stands its way: `timed` is False.
@@ -545,7 +545,7 @@ def show(made: Stage, k: int, scene: Scene) -> None:
 
 
 def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
-    """What stands still is drawn once, what moves anew for every frame."""
+    """Images of the frames: static parts are drawn once, moving parts anew for every frame."""
     picture = made.figure.canvas
     assert isinstance(picture, FigureCanvasAgg)
     picture.draw()  # type: ignore[no-untyped-call]

@@ -1,4 +1,4 @@
-"""What a notebook shows of scenes, machines and results: tables and small curves as HTML, without matplotlib.
+"""HTML of scenes, machines and results for notebooks: tables and small curves, without matplotlib.
 
 `html` finds the function for a type by its name in `_SHOWN`. Nothing here sizes or follows: what is shown is there.
 """
@@ -154,7 +154,7 @@ def _block(block: Block) -> Iterator[str]:
 
 
 def _sizings(sizings: Sizings) -> Iterator[str]:
-    """What differs between sizings, a row each."""
+    """Differences between sizings, a row each."""
     found = sizings.figures
     names = [name for name in sizings.columns if name != "title"]
     titled = len({row["title"] for row in found}) > 1
@@ -202,7 +202,7 @@ def _motion(motion: Motion) -> Iterator[str]:
 
 
 def _transient(run: Transient) -> Iterator[str]:
-    """How it ended, its peaks and energy, and the speed over time."""
+    """End of a motion, its peaks and energy, and the speed over time."""
     sliding = run.scene.reduction_element == "slide"
     speed, scale = ("m/s", 1.0) if sliding else ("rpm", RPM)
     rows = [
@@ -231,7 +231,7 @@ def _transient(run: Transient) -> Iterator[str]:
 
 
 def _kinematics(found: Kinematics) -> Iterator[str]:
-    """Which curves there are, and between what each position runs."""
+    """Names of the curves, and the range of each position."""
     yield f"<p>{escape(repr(found))}</p>"
     rows = []
     for name, curve in found.curves.items():
@@ -270,7 +270,7 @@ def _tradeoff(found: Tradeoff) -> Iterator[str]:
 
 
 def _sweep(found: Sweep) -> Iterator[str]:
-    """What is told on a terminal."""
+    """Text of the terminal."""
     yield f"<pre>{escape(found.table())}</pre>"
 
 

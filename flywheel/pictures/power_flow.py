@@ -79,7 +79,7 @@ class _Station(NamedTuple):
 
 
 class _Trunk(NamedTuple):
-    """What the picture is of: from where the trunk comes, its stations, and where it goes; W positive to the right."""
+    """Trunk of the picture: its source, its stations, and its end; W positive to the right."""
 
     start: Entry | None
     stations: tuple[_Station, ...]
@@ -205,7 +205,7 @@ def _pair(flow: PowerFlow, entry: Entry) -> set[str]:
 
 
 def _between(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> bool:
-    """Whether a stream is the loss of a mesh in the trunk."""
+    """Tests whether a stream is the loss of a mesh in the trunk."""
     return entry.stream.kind in ("mesh", "slip") and _pair(flow, entry) <= set(way)
 
 
@@ -220,7 +220,7 @@ def _leaf(flow: PowerFlow, entry: Entry) -> _Leaf:
 
 
 class _Step(NamedTuple):
-    """Where a stream leaves or joins the trunk: powers before and after it (W), the edges of the trunk there (inches)."""
+    """Step of the trunk at which a stream leaves or joins: powers before and after (W), edges of the trunk (inches)."""
 
     leaf: _Leaf
     before: float
@@ -336,7 +336,7 @@ class _Drawing:
         sheet.tip(corner + 0.5 * wide, end, wide, side, leaves, colour)
 
     def _end(self, down: bool, level: int) -> float:
-        """Where the straight part of a stream ends."""
+        """End of the straight part of a stream."""
         drop = _RADIUS + _DROP + level * (self.lines[down] + 0.6) * _LINE
         return self.reach[0] - drop if down else self.reach[1] + drop
 
@@ -397,7 +397,7 @@ class _Drawing:
 
 
 class _Side:
-    """What is taken on one side of the trunk: where columns end, and the names behind them on each level (inches)."""
+    """Space taken on one side of the trunk: ends of columns, and the names behind them on each level (inches)."""
 
     def __init__(self, levels: int) -> None:
         self.column = self.long = -np.inf
@@ -553,7 +553,7 @@ def _arc(x: float, y: float, radius: float, side: float, way: float) -> list[tup
 
 
 def _box(x: float, y: float, words: str, style: dict[str, Any]) -> tuple[float, float, float, float]:
-    """What a text takes up, about (inches)."""
+    """Approximate extent of a text (inches)."""
     lines = words.split("\n")
     wide, high = _LETTER * max(map(len, lines)) * style["fontsize"] / 9.0, _LINE * len(lines)
     left = x - wide * {"left": 0.0, "center": 0.5, "right": 1.0}[style["ha"]]

@@ -385,7 +385,7 @@ def _beside(panel: Axes, *, right: bool) -> None:
 
 
 def _scaled(group: Sequence[ForceCurve]) -> tuple[float, str]:
-    """What the values of curves of one unit are multiplied by, and the unit that they then have."""
+    """Factor of the values of curves of one unit, and the unit that they then have."""
     largest = max(
         (float(np.nanmax(np.abs(c.values), initial=0.0)) for c in group if not np.isnan(c.values).all()), default=0.0
     )

@@ -183,7 +183,7 @@ def crossing_speeds(sums: Array, least: float, inertia: float) -> Array:
 
 
 def roomiest(samples: Samples, start: float, end: float, side: float, width: float) -> tuple[float, float]:
-    """Where a text of some width (rad) has most room under the curve between two angles, and |M*| that is free there.
+    """Angle at which a text of some width (rad) has most room under the curve between two angles, and the free |M*|.
 
     Of equally good places the one nearest to the centroid is taken; without room anywhere, the centroid.
     """

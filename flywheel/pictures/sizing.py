@@ -100,7 +100,7 @@ def panel(sizing: Sizing, kind: str, *, form: str = "screen", name: str = "") ->
 
 
 def description(sizing: Sizing, kind: str) -> str:
-    """What a panel shows, in words for who does not see it."""
+    """Description of a panel in words, for readers who cannot see it."""
     return _about(sizing, kind, _one(sizing, kind)[1][kind])
 
 

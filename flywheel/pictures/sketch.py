@@ -85,7 +85,7 @@ def rounded(points: Array, radius: float) -> Array:
 
 
 def in_line(points: Array) -> bool:
-    """Whether points (2, m) lie on one line, within a thousandth of their extent.
+    """Tests whether points (2, m) lie on one line, within a thousandth of their extent.
 
     >>> in_line(np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]])), in_line(np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 0.0]]))
     (True, False)
@@ -215,7 +215,7 @@ def places(linkage: Linkage) -> dict[str, Place]:
 
 
 def _where(joint: Joint) -> Place:
-    """Where a joint is drawn: for a slide or a slot, where its block or pin stands."""
+    """Place of a joint in the drawing: of a slide or a slot, that of its block or pin."""
     if joint.kind in (SLIDE, SLOT) or joint.first == FRAME:
         return joint.second, (joint.second_at.x, joint.second_at.y)
     return joint.first, (joint.first_at.x, joint.first_at.y)
@@ -342,7 +342,7 @@ def radii(ratio: float, centres: float) -> tuple[float, float]:
 
 
 def _coupling(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[Shape]:
-    """What is drawn of a coupling: wheels with a mark that shows how they turn, and what they run on; or a cam."""
+    """Shapes of a coupling: wheels with a mark that shows how they turn, and their track; or a cam."""
     first, second = cycle.linkage.joint(coupling.first), cycle.linkage.joint(coupling.second)
     carrier = common_body(first, second)
     wheel, sense = _wheel_on(first, carrier)
@@ -515,7 +515,7 @@ def headline(scene: Scene) -> str:
 
 
 def positions(scene: Scene) -> tuple[float, ...]:
-    """Where mechanisms are drawn if nothing is asked: a handful over a turn or a stroke (rad or m), the main one first."""
+    """Default positions of the drawing: a handful over a turn or a stroke (rad or m), the main one first."""
     if scene.stroke is not None:
         return tuple(scene.stroke.start + share * scene.stroke.span for share in _SLID)
     turn = min(TURN / scene.shafts[mechanism.shaft] for mechanism in scene.mechanisms)

@@ -62,7 +62,7 @@ class _Column(NamedTuple):
     keys: Mapping[str, Key]
 
     def kinds(self, motor: str) -> tuple[str, ...]:
-        """What its cells may be of a motor's type: where the type has no such key, what it is of others."""
+        """Kinds that the cells may have for a motor's type; where the type has no such key, those of other types."""
         given = [self.keys[motor]] if motor in self.keys else self.keys.values()
         return tuple(dict.fromkeys(key.kind for key in given)) or ("speed",)
 
@@ -185,7 +185,7 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
 
 
 def _unit_faults(unit: str, kinds: Iterable[str], path: str) -> list[Fault]:
-    """What is wrong with a column's unit, where it is one of none of the quantities that the column may hold."""
+    """Faults of a column's unit that belongs to none of the quantities the column may hold."""
     found = []
     for kind in kinds:
         try:

@@ -126,7 +126,7 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> str:
 
 
 def heading(name: str) -> str:
-    """How the heading of a table is written.
+    """Heading of a table as it is written in TOML.
 
     >>> heading("regime"), heading("load"), heading("mechanism")
     ('[regime]', '[[load]]', '[mechanism]')
@@ -168,7 +168,7 @@ class Item(NamedTuple):
 
     @property
     def clean(self) -> bool:
-        """Whether no fault was noted since its reading began."""
+        """True if no fault was noted since its reading began."""
         return len(self.faults) == self.before
 
     def add(self, key: str, found: str, expected: str, advice: str = "") -> None:
@@ -190,7 +190,7 @@ class Item(NamedTuple):
             self.add(name, f"{name} {because}", "none", advice)
 
     def needs(self, name: str, because: str = "") -> bool:
-        """Whether a key is there; a fault otherwise."""
+        """Checks that a key is there; notes a fault otherwise."""
         if name not in self.raw:
             key = next(key for key in self.section.keys if key.name == name)
             self.add(name, "nothing", expectation(key), because)
@@ -346,13 +346,13 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
 
 
 def _quantity(dimension: str, key: Key) -> str:
-    """What a quantity is expected to be, with the example that suits its key."""
+    """Description of the quantity expected, with the example that suits its key."""
     expected = DIMENSIONS[dimension]
     return expected._replace(example=key.example or expected.example).expected
 
 
 def check_name(text: str, path: str, faults: Faults) -> bool:
-    """Whether a text may name a shaft, a mechanism, a body or an output; a fault otherwise."""
+    """Checks whether a text may name a shaft, mechanism, body or output; notes a fault otherwise."""
     good = len(text) <= 100 and re.fullmatch(NAME_PATTERN, text) is not None
     if not good:
         faults.add(path, quote(text), "a letter, then letters, digits, _ or -")
@@ -360,7 +360,7 @@ def check_name(text: str, path: str, faults: Faults) -> bool:
 
 
 def expectation(key: Key) -> str:
-    """What a fault says was expected of a key."""
+    """Description, for a fault, of the value expected of a key."""
     if key.choices:
         return "one of " + ", ".join(f'"{choice}"' for choice in key.choices)
     if key.kind in DIMENSIONS:
@@ -379,7 +379,7 @@ def items(raw: object) -> list[Any] | None:
 
 
 def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: Faults) -> bool:
-    """Whether one and only one of some keys was given; a fault otherwise."""
+    """Checks that exactly one of some keys was given; notes a fault otherwise."""
     if len(given) == 1:
         return True
     found = " and ".join(given) if given else f"none of {', '.join(names)}"
@@ -392,7 +392,7 @@ TOLERANCE = 1e-9
 
 
 class Setting(NamedTuple):
-    """What the parts of a scene are read against.
+    """Context in which the parts of a scene are read.
 
     `cycle` is None while its own reading failed. `names` are the parameters that expressions may use, the unknown
     included; `parameters` holds those that have a value. `stroke` is set where the driver goes one way; its numbers are
@@ -409,7 +409,7 @@ class Setting(NamedTuple):
 
     @property
     def sliding(self) -> bool:
-        """Whether the reduction element slides."""
+        """True if the reduction element slides."""
         return self.stroke is not None and self.stroke.sliding
 
 

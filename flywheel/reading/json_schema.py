@@ -165,7 +165,7 @@ def _mechanism(name: str) -> Schema:
 
 
 def _key(key: Key) -> Schema:
-    """What a key may hold."""
+    """Schema of the value of a key."""
     schema: Schema = {"description": key.about} | ({} if key.default is None else {"default": key.default})
     dimensions = [DIMENSIONS[part] for part in key.kind.split(" | ") if part in DIMENSIONS]
     if dimensions:
@@ -180,7 +180,7 @@ def _key(key: Key) -> Schema:
 
 
 def _value(key: Key) -> Schema:
-    """What a key that is no quantity may hold."""
+    """Schema of the value of a key that is no quantity."""
     if key.kind == "position":
         rows = _table(TABLE)
         rows["properties"]["interpolation"] = {"const": "spline"}

@@ -435,7 +435,7 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
 
 
 def _start(raw: object, driver: Joint, path: str, faults: Faults) -> float:
-    """Where a driver stands when guesses and sides hold, m or rad; 0 after noting a fault."""
+    """Driver's coordinate at which guesses and sides hold, m or rad; 0 after noting a fault."""
     key = Key("start", "length" if driver.kind == SLIDE else "angle", "of the driver")
     return read_quantity(raw, key.kind, key, path, faults) or 0.0
 

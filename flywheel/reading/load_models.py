@@ -27,7 +27,7 @@ _MOST_ROWS = 100  # of an indicator diagram against the piston's position
 
 
 class Site(NamedTuple):
-    """Where a model acts, and when: its place, its load's window and period (rad), None where always, or not known."""
+    """Place of a model, its load's window and period (rad); None where it always acts, or where that is unknown."""
 
     place: Place
     places: Places
@@ -37,7 +37,7 @@ class Site(NamedTuple):
 
     @property
     def on_shaft(self) -> bool:
-        """Whether it sits on a shaft, not on a mechanism's port."""
+        """True if it acts on a shaft, not on a mechanism's port."""
         return self.place.name in self.places.shafts
 
     @property
@@ -328,7 +328,7 @@ _COMPRESSOR = (
 
 
 def _slides(item: Item, site: Site) -> bool:
-    """Whether the model's place is a port that translates, as a piston does; a fault otherwise."""
+    """Checks that the model's place is a port that translates, as a piston does; notes a fault otherwise."""
     wrong = site.place.rotating or site.on_shaft
     if wrong:
         item.add("type", f'{item.section.name} on "{site.place.name}"', "a port that translates, as a piston does")

@@ -90,12 +90,12 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
 
 
 def _goes_one_way(kind: Kind) -> bool:
-    """Whether a mechanism may have a stroke: all but laws, whose outputs are written for whole turns."""
+    """Tests whether a mechanism may have a stroke: all may but laws, whose outputs are written for whole turns."""
     return kind.driver != "turns" or kind.skeleton is not None
 
 
 def driver_slides(raw: Mapping[str, Any]) -> bool | None:
-    """Whether the scene's mechanism is driven by something that slides; None where that cannot be told.
+    """Tests whether the driver of the scene's mechanism slides; None where that cannot be decided.
 
     >>> driver_slides({"mechanism": {"type": "toggle-clamp"}}), driver_slides({"mechanism": {"type": "four-bar"}})
     (True, False)

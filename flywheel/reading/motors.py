@@ -95,7 +95,7 @@ def _motor(item: Item, folder: Path | None) -> Motor | None:
 
 
 def _start(item: Item, motor: Motor) -> Start | None:
-    """How a motor is started, by the table `start` in its own; None after noting faults."""
+    """Start of a motor, from the table `start` in its own; None after noting faults."""
     path = f"{item.path}.start"
     table = as_table(item.raw["start"], path, item.faults)
     if table is None:
@@ -546,7 +546,7 @@ def _name(item: Item) -> str:
 
 
 def _check(item: Item) -> None:
-    """What does not go together in one phase."""
+    """Notes contradictions within one phase."""
     if item.fields["rest"]:
         item.without(["loads", "changes", "starts"], "in a phase at rest", "the motor is off and nothing turns")
         item.without(["cycles"], "in a phase at rest", "give its duration")

@@ -45,7 +45,7 @@ def dotted(path: str) -> str:
 
 
 def by_path(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What is given for paths, under the spelling of `numbers`; SceneError where one stands there in both.
+    """Given values under the paths that `numbers` uses; SceneError where a path is given in two spellings.
 
     >>> by_path({"load[0].from": 1.0, "regime.speed": 2.0})
     {'load.0.from': 1.0, 'regime.speed': 2.0}
@@ -118,7 +118,7 @@ def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:
 
 
 def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
-    """What is wrong with paths that shall take the numbers of columns: each must lead to a number of the scene.
+    """Faults of paths that take the numbers of columns: each must lead to a number of the scene.
 
     A key that the scene leaves to its default is one where any of the first, the middle and the last number of its column
     is read there.
@@ -149,7 +149,7 @@ def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
 
 
 def _beyond(value: Any, path: str) -> bool:
-    """Whether a path leads past the end of an array."""
+    """Tests whether a path leads past the end of an array."""
     for key in path.split("."):
         if isinstance(value, (list, tuple)):
             if not (key.isdecimal() and int(key) < len(value)):
@@ -176,7 +176,7 @@ def _document(scene: Scene) -> Document:
 
 
 def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """What stands in tables and lists, by its path; names, files and their columns are passed over."""
+    """Values in tables and lists by their paths; names, files and their columns are passed over."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             if key not in _NO_NUMBERS or isinstance(inner, Mapping):

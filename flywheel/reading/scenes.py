@@ -106,7 +106,7 @@ def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
 
 
 def of_scene(scene: Scene) -> Iterator[Remark]:
-    """What is out of proportion between the numbers of a scene."""
+    """Remarks on numbers of a scene that are out of proportion."""
     if scene.irregularity is not None and scene.irregularity > _MOST_UNEVEN:
         eps = scene.irregularity
         found = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
@@ -205,14 +205,14 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
 
 
 def is_toml(source: object) -> bool:
-    """Whether a source is a TOML text, and no path: it has several lines, or one that assigns and names no TOML file."""
+    """Tests whether a source is a TOML text and no path: several lines, or one that assigns and names no TOML file."""
     if not isinstance(source, str):
         return False
     return "\n" in source.strip() or ("=" in source and not source.rstrip().endswith(".toml"))
 
 
 def _given_as(source: object) -> str:
-    """What a source is taken for, in words."""
+    """Description of a source: a text, a path or a table."""
     if isinstance(source, Mapping):
         return "a dict"
     if not isinstance(source, (str, PathLike)):
@@ -319,7 +319,7 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
 
 
 def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
-    """What is built from a TOML text, with the line of every fault."""
+    """Builds a record from a TOML text, and adds its line to every fault."""
     import tomllib
 
     if len(text) > LARGEST:
@@ -732,7 +732,7 @@ def _check_balances(parameters: list[str], driven: bool, raw: Mapping[str, Any],
 
 
 def _flywheel(raw: Mapping[str, Any], places: Places, drive: Drive, faults: Faults) -> dict[str, Any]:
-    """Where the flywheel sits, and the one figure that is given, or the limits that it shall keep."""
+    """Shaft of the flywheel, and the one figure given, or the limits that it must keep."""
     if "flywheel" not in raw:
         return {}
     table, section = as_table(raw["flywheel"], "flywheel", faults), SECTIONS["flywheel"]

@@ -85,7 +85,7 @@ def given_columns(
 
 
 def _ascends(angle: Array, path: str, faults: Faults) -> bool:
-    """Whether there are rows enough, in ascending order; two equal angles inside are a jump."""
+    """Checks for enough rows in ascending order; two equal angles inside are a jump."""
     if angle.size < 2:
         faults.add(path, f"{angle.size} rows", "at least 2")
         return False
@@ -274,7 +274,7 @@ def _read(file: Path, path: str, faults: Faults) -> str | None:
 
 
 def is_utf16(content: bytes) -> bool:
-    """Whether a text of Latin letters is in UTF-16, by its mark or by every second byte of its beginning."""
+    """Tests whether a text of Latin letters is in UTF-16, by its mark or by every second byte of its beginning."""
     return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
 
 
@@ -299,7 +299,7 @@ def lines_of(text: str) -> list[Line]:
 
 
 def torn_number(fields: Sequence[str]) -> bool:
-    """Whether a field is a number with a decimal comma, or two numbers that a decimal comma tore apart."""
+    """Tests whether a field is a number with a decimal comma, or two numbers split by a decimal comma."""
     return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in fields)
 
 
@@ -446,7 +446,7 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
 
 
 def repeats(output: Output, period: float) -> int | None:
-    """How often a table's span fits into the period."""
+    """Number of times that a table's span fits into the period; None where that is not whole."""
     return whole(period / float(output.law.angle[-1] - output.law.angle[0])) if isinstance(output.law, Table) else 1
 
 

@@ -129,7 +129,7 @@ def without(found: Outline, path: Path) -> Outline:
 
 
 def value_at(mapping: Any, path: Path) -> Any:
-    """What stands at a path; None where there is nothing."""
+    """Value at a path; None where there is none."""
     for part in path:
         try:
             mapping = mapping[part]
@@ -237,7 +237,7 @@ def _shared(one: Path, other: Path) -> int:
 
 
 def _begin(found: Outline, number: int) -> int:
-    """Where a heading begins with the comments right above it; the text's end where there is none."""
+    """Beginning of a heading with the comments right above it; the end of the text without one."""
     if number >= len(found.blocks):
         return len(found.text)
     at = found.text.rfind("\n", 0, found.blocks[number].at) + 1
@@ -315,7 +315,7 @@ def _without_inline(found: Outline, inline: Path, path: Path) -> str:
 
 
 def _within(path: Path, inline: Path, found: Outline) -> bool:
-    """Whether a value stands in a list or table itself, not in one that this one holds."""
+    """Tests whether a value belongs to a list or table directly, not to one nested in it."""
     return path[: len(inline)] == inline and not any(path[:k] in found.values for k in range(len(inline) + 1, len(path)))
 
 

@@ -132,7 +132,7 @@ def _joined_path(path: str, part: str | int) -> str:
 
 
 class Value(NamedTuple):
-    """Where a value stands: its key begins `at` (an item of a list itself), it runs from `start` to `stop`.
+    """Place of a value in a text: its key begins `at` (a list's item itself), it runs from `start` to `stop`.
 
     It is a `statement` where it has its line to itself, below the heading of that `block`. One that is no TOML is not
     `good`, and runs to the end of its line.
@@ -175,7 +175,7 @@ class Outline(NamedTuple):
 
 
 def outline(text: str) -> Outline:
-    r"""Where every value of a text stands, also of one that is no TOML.
+    r"""Locates every value of a text, even in a text that is not valid TOML.
 
     >>> found = outline("[regime]\nspeed = '60 rpm' # of the crank\ncycle = 720 deg\n")
     >>> found.mapping, found.troubles, found.text[slice(*found.values["regime", "speed"][1:3])]
@@ -245,12 +245,12 @@ class _Scanner:
         return bisect_right(self.starts, at)
 
     def end(self, at: int) -> int:
-        """Where the line ends."""
+        """End of the line."""
         found = self.text.find("\n", at)
         return len(self.text) if found < 0 else found
 
     def troubles(self) -> Iterator[_Trouble]:
-        """What stands in the way, one at most for each statement; scanning goes on behind it as far as that makes sense."""
+        """Errors of syntax, one at most for each statement; scanning continues after each where that makes sense."""
         at = 0
         while (at := self._skip(at)) < len(self.text):
             self.braces = 0
@@ -469,7 +469,7 @@ class _Scanner:
 
 
 def _closing(text: str, opening: int) -> int | None:
-    """Where the bracket that opens at a place is closed, of whatever kind it is; None where a heading comes first."""
+    """Place of the bracket that closes the one at a place, of whatever kind; None where a heading comes first."""
     depth = 0
     for match in _BRACKETS.finditer(text, opening):
         mark = match.group()
@@ -528,7 +528,7 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
 
 
 def _is_value(text: str) -> bool:
-    """Whether a text is one value of TOML."""
+    """Tests whether a text is one value of TOML."""
     if _PLAIN.fullmatch(text):
         return True
     if "\n" in text:
@@ -725,7 +725,7 @@ def _key_trouble(at: int, line: str) -> _Trouble:
 
 
 def _ways(value: str) -> Iterator[str]:
-    """How a value may have been meant, the likeliest first."""
+    """Possible meanings of a value, the likeliest first."""
     yield value
     yield value.rstrip(",; ")
     trouble = _bare_trouble(0, "k", value)

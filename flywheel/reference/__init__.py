@@ -62,7 +62,7 @@ def topics() -> list[str]:
 
 
 def text(topic: str | None = None) -> str:
-    """What is to be said on a topic, in Markdown; the overview where none is named.
+    """Text of a topic, in Markdown; the overview where none is named.
 
     Raises KeyError for a topic that does not exist.
 
@@ -87,7 +87,7 @@ def described(kind: Kind) -> str:
 
 
 def _value(key: Key) -> str:
-    """What a key takes: its choices or its kind and range, and its default."""
+    """Values of a key: its choices or its kind and range, and its default."""
     what = ", ".join(key.choices) if key.choices else key.kind + ("" if str(key.range) == "any" else f" {key.range}")
     rest = "required" if key.required else "" if key.default is None else f"default {key.default}"
     return f"{what}, {rest}" if rest else what

@@ -63,7 +63,7 @@ def _walks(work: float, each: int = 1) -> Iterator[None]:
 
 
 class Existence(Enum):
-    """What is known of a periodic motion with a flywheel."""
+    """Existence of a periodic motion with a flywheel: known, excluded or open."""
 
     MOTION = auto()
     NONE = auto()
@@ -71,7 +71,7 @@ class Existence(Enum):
 
 
 class Stop(NamedTuple):
-    """Where a machine released at a speed comes to a stop: `phi` (rad) in the cycle, and what it lacks there (N m, crank).
+    """Stop of a machine released at a speed: `phi` (rad) in the cycle, and the moment missing there (N m, crank).
 
     `speed` (rad/s) is that from which it was followed, `turns` how many cycles it made before.
     """
@@ -91,7 +91,7 @@ class UnstableError(NoRegimeError):
 
 
 class Finding(NamedTuple):
-    """What a search for the steady periodic motion with a flywheel (kg m² on the crank) came to.
+    """Result of a search for the steady periodic motion with a flywheel (kg m² on the crank).
 
     `motion` is the motion where there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
     what became of the search: what the iteration came to, or that the effort was spent.
@@ -283,7 +283,7 @@ _ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
 
 
 class Outcome(Enum):
-    """How a motion ends."""
+    """Outcome of a motion."""
 
     STALLS = "stalls"
     RUNS_AWAY = "runs away"
@@ -291,7 +291,7 @@ class Outcome(Enum):
 
 
 class Ending(NamedTuple):
-    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`.
+    """Outcome and place of a motion's end: `machine stalls at crank angle 83.2 deg after 1.2 s`.
 
     `fault` is why it could not be followed, where that is known.
     """

@@ -43,7 +43,7 @@ _STOPS = "the motions tried stop within the cycle"
 
 
 class Demand(NamedTuple):
-    """What is asked of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
+    """Requirements of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
     leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays.
@@ -83,7 +83,7 @@ class Extremes(NamedTuple):
 
 
 class Sensitivity(NamedTuple):
-    """How a flywheel that is sized answers to what its motion is off.
+    """Sensitivity of a sized flywheel to the errors of its motion.
 
     `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
     Infinite where rounding leaves nothing of what a flywheel changes.

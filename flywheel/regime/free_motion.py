@@ -121,7 +121,7 @@ def _in_time(constants: Mapping[str, float]) -> tuple[Callable[..., Mapping[str,
 
 
 class Goal(NamedTuple):
-    """What ends a motion: a value of times, positions (not reduced) and speeds that is above 0 until then.
+    """End condition of a motion: a value of times, positions (not reduced) and speeds that is above 0 until then.
 
     `line` says of a value that is a straight line of one state which one (0 position, 1 speed), and its level and slope.
     """

@@ -355,7 +355,7 @@ def at_speed(scene: Scene, speed: float | None) -> Machine:
 
 
 def conditions(machine: Machine, speed: float | None) -> str:
-    """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
+    """Conditions for which M* holds: speed and time at which loads were taken, and the losses left out."""
     scene = machine.scene
     sliding = scene.reduction_element == "slide"
     found = []

@@ -123,12 +123,12 @@ def panel(sizing: Sizing, kind: str) -> Figure:
 
 
 def context(sizing: Sizing) -> Context:
-    """What the steps of a sizing's report have in common."""
+    """Common quantities of the steps of a sizing's report."""
     return Context(sizing, partial(panel, sizing))
 
 
 def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
-    """What the report says, or that it is the first page alone."""
+    """Subtitle of the report, or a note that it is the cover sheet alone."""
     if sizing is None:
         return _("Worked report")
     speed = quantity(sizing.speed, "rpm", 5)
@@ -336,7 +336,7 @@ def check(known: Context) -> Section | None:
 
 
 def accuracy(known: Context, remarks: Iterable[str]) -> Section:
-    """What is approximate and by how much: the approximate flywheels, the estimated errors, what was left out."""
+    """Section on approximations and their errors: approximate flywheels, estimated errors, what was left out."""
     sizing, wheel = known.sizing, known.sizing.flywheel
     parts: list[Part] = []
     if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
@@ -396,7 +396,7 @@ def _bounds(known: Context) -> Iterator[Part]:
 
 
 def references(known: Context | None, sources: Iterable[str]) -> Section:
-    """Where the methods, and the scene, come from."""
+    """Sources of the methods and of the scene."""
     items = [
         *sources,
         _("F. Wittenbauer, Graphische Dynamik, Springer, Berlin 1923: the diagram of energy over inertia and its tangents."),

@@ -1,4 +1,4 @@
-"""What the steps of a report have in common: the quantities of a sizing by their symbols, and numbers within sentences."""
+"""Common quantities of the steps of a report: figures of a sizing by their symbols, and numbers within sentences."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
 
 
 class Point(NamedTuple):
-    """What the cycle says at one crank angle: phi (rad), W (J), I* (kg m²)."""
+    """Point of the cycle at one crank angle: phi (rad), W (J), I* (kg m²)."""
 
     phi: float
     work: float
@@ -68,7 +68,7 @@ class Context:
 
     @property
     def otherwise(self) -> bool:
-        """Whether it is another limit than the irregularity that decides the flywheel."""
+        """True if another limit than the irregularity decides the flywheel."""
         return self.sizing.binding not in (None, "irregularity")
 
     def at(self, phi: float, cycle: Cycle | None = None) -> Point:
@@ -90,7 +90,7 @@ class Context:
 
 
 def moments(sizing: Sizing) -> dict[str, Array]:
-    """What everything adds to M* (N m) at the nodes of the cycle along the motion, by its name."""
+    """Contributions to M* (N m) at the nodes of the cycle along the motion, by name."""
     machine, cycle = sizing.machine, sizing.cycle
     assert machine is not None
     assert cycle is not None

@@ -37,7 +37,7 @@ Cell = str | Quantity | Formula
 
 @dataclass(frozen=True)
 class Step:
-    """What is done in a sentence, its formula, the numbers of the formula's symbols, and what comes out.
+    """Step of a report: a sentence, its formula, the numbers of the formula's symbols, and the result.
 
     Without `numbers` only the formula is shown (`definitions`: the symbols it defines, for later steps). With numbers and a
     formula that can be worked out, the substitution is shown as well. `how` says how the result was found where the formula
@@ -149,7 +149,7 @@ def substitution(step: Step) -> tuple[Quantity, ...]:
 
 
 def agrees(step: Step, numbers: Sequence[Quantity]) -> bool:
-    """Whether a step's formula, worked out with numbers as they are shown, gives its result to the digits shown."""
+    """Tests whether a step's formula, evaluated with numbers as they are shown, gives its result to the digits shown."""
     result = step.result
     assert result is not None
     try:
@@ -174,7 +174,7 @@ def steps(parts: Iterable[Part]) -> Iterator[Step]:
 
 
 def untraced(document: Document) -> list[str]:
-    """What a lecturer would ask for in vain: numbers that no earlier step or table has, as `step: symbol`."""
+    """Numbers of unknown origin, which no earlier step or table has, as `step: symbol`."""
     known: set[str] = set()
     missing: list[str] = []
 
@@ -367,7 +367,7 @@ class _Writer:
         return f'<div class="step" id="{place}">\n' + "\n".join(filter(None, lines)) + "\n</div>"
 
     def sources(self, numbers: Sequence[Quantity]) -> str:
-        """Where the numbers of a step come from, with links."""
+        """Sources of a step's numbers, with links."""
         named = dict.fromkeys(number.symbol for number in numbers if number.symbol in self.found)
         told = []
         for symbol in named:
@@ -439,7 +439,7 @@ _TALL, _NARROW, _WORDS = 8, 3, 44
 
 
 def _shape(table: Table) -> str:
-    """How a table stands on paper: "tall" in two columns ("whole": on one page), "narrow" beside another, or as it is."""
+    """Layout of a table on paper: "tall" in two columns ("whole": on one page), "narrow" beside another, or as it is."""
     if table.formula or table.numbers or table.kind:
         return ""
     columns = len(table.head)

@@ -164,7 +164,7 @@ _LIMITS = {  # what each is, as a formula
 
 
 def limits(known: Context) -> Section | None:
-    """What was asked of the flywheel together, what is reached, what each alone would need, and which binds."""
+    """Table of the limits: asked, reached, the flywheel that each alone would need, and which binds."""
     sizing = known.sizing
     if not sizing.limits:
         return None
@@ -209,7 +209,7 @@ def _on_crank(known: Context, exact: float) -> Iterator[Part]:
 
 
 def duty(known: Context) -> Section | None:
-    """What the machine does in turn, with one flywheel, and what its motor bears over all of it."""
+    """Section on the duty of the machine with one flywheel, and the motor's load over all of it."""
     found = known.sizing.duty
     if found is None:
         return None
@@ -254,7 +254,7 @@ def _phase(row: PhaseLoad) -> Iterator[Cell]:
 
 
 def engine(known: Context) -> Section | None:
-    """What the gas of an engine's cylinders does, and what is left of it for the loads."""
+    """Section on the work of the gas in an engine's cylinders, and the share left for the loads."""
     found = known.sizing.engine
     if found is None:
         return None
@@ -347,7 +347,7 @@ def _shafts(flow: PowerFlow) -> Table:
 
 
 def _meshes(flow: PowerFlow) -> Iterator[Part]:
-    """What passes every mesh that has losses, and what it loses by slip and by friction."""
+    """Power through every mesh that has losses, and its losses by slip and by friction."""
     meshes = _lossy(flow)
     if not meshes:
         return

@@ -80,7 +80,7 @@ class Quantity(NamedTuple):
 
     @property
     def shown(self) -> float:
-        """What the shown number says, in SI."""
+        """Value of the shown number, in SI."""
         return float(self.written) * factor(self.unit)
 
 
@@ -247,7 +247,7 @@ def _value(node: ast.expr, numbers: Mapping[str, float]) -> float:
 
 
 def computable(formula: str) -> bool:
-    """Whether a formula can be worked out once its symbols have numbers."""
+    """Tests whether a formula can be evaluated once its symbols have numbers."""
     for node in ast.walk(sides(formula)[-1]):
         if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS):
             return False

@@ -212,7 +212,7 @@ def unit_text(unit: Unit | None) -> str:
 
 
 def slides(mechanism: Mechanism) -> bool:
-    """Whether a mechanism's driver slides."""
+    """Tests whether a mechanism's driver slides."""
     if mechanism.linkage is not None:
         return mechanism.linkage.sliding
     return KINDS[mechanism.type].driver == "slides"
@@ -576,7 +576,7 @@ def _law(made: Sheet) -> None:
 
 
 def _worked_out(made: Sheet, text: str, value: float) -> bool:
-    """Whether a formula comes to the library's value."""
+    """Tests whether a formula gives the library's value."""
     try:
         plain = {symbol: number.value for symbol, number in made.values.items()}
         return bool(text) and abs(formulas.value(text, plain) - value) <= 1e-9 * max(1.0, abs(value))
@@ -644,7 +644,7 @@ def branch_of(node: ast.expr, values: Mapping[str, float]) -> ast.expr:
 
 
 def _holds(test: ast.expr, values: Mapping[str, float]) -> bool:
-    """Whether a condition holds."""
+    """Tests whether a condition holds."""
     match test:
         case ast.BoolOp(op=op, values=parts):
             return (all if isinstance(op, ast.And) else any)(_holds(part, values) for part in parts)

@@ -81,7 +81,7 @@ class Steps:
 
     @cached_property
     def elements(self) -> list[Element]:
-        """What stores, drives and resists, as the machine's bond graph has it."""
+        """Elements that store, drive or resist, as the machine's bond graph has them."""
         graph, found = self.machine.graph, []
         for element in graph.elements.values():
             if element.kind in ("I", "Se", "C", "R") and element.law:
@@ -91,7 +91,7 @@ class Steps:
         return found
 
     def explained(self, junction: str) -> bool:
-        """Whether a junction belongs to a shaft, or to a mechanism that is explained."""
+        """Tests whether a junction belongs to a shaft, or to a mechanism that is explained."""
         owner = junction.partition(".")[0]
         return owner in self.sheets or junction in self.scene.shafts or junction == self.scene.reduction_element
 
@@ -126,7 +126,7 @@ class Steps:
         return symbol, (value,)
 
     def translates(self, junction: str) -> bool:
-        """Whether what a junction stands for moves along a line."""
+        """Tests whether the motion of a junction is along a line."""
         element = self.machine.kinematics.graph.elements.get(junction)
         return element is None or element.domain == "translation"
 
@@ -137,7 +137,7 @@ class Steps:
         return (("", "1/m"), ("1/m", "1/m²"))[order][not self.translates(junction)]
 
     def tabulated(self, junction: str) -> bool:
-        """Whether the coefficient of a junction stands in the table of those that the graph gives."""
+        """Tests whether the coefficient of a junction is in the table of those that the graph gives."""
         return self.gain(junction)[0].startswith("g_")
 
     def _telling(self) -> float:
@@ -269,7 +269,7 @@ def _short(at: Steps, part: str) -> str:
 
 
 def _slope(at: Steps, elements: Sequence[Element]) -> float:
-    """What a body adds to dI*/dphi: 2 sum m g g'."""
+    """Contribution of a body to dI*/dphi: 2 sum m g g'."""
     gains, slopes = at.state.gains, at.state.gain_slopes
     return 2.0 * sum(float(e.law) * float(gains[e.junction][0]) * float(slopes[e.junction][0]) for e in elements)
 
@@ -393,7 +393,7 @@ def _inertia_over_cycle(
 
 
 def _turning_point(at: Steps, fine: Array, k: int) -> float:
-    """Where I* is least or greatest, near one of close positions: the root of its slope, if it turns back smoothly there."""
+    """Angle at which I* is least or greatest, near one of close positions: the root of its slope, if smooth there."""
     low, high = float(fine[max(k - 1, 0)]), float(fine[min(k + 1, fine.size - 1)])
 
     def rising(q: float) -> bool:
@@ -569,7 +569,7 @@ def _letter(at: Steps, junction: str, n: int | str) -> Quantity:
 
 
 def _displacement(at: Steps, on: str) -> Quantity:
-    """Where a place stands: the coordinate of its sheet, or the library's own number."""
+    """Displacement of a place: the coordinate of its sheet, or the library's own number."""
     owner, _dot, port = on.partition(".")
     made = at.sheets.get(owner)
     line = not at.machine.places[on].rotating
@@ -585,7 +585,7 @@ def _displacement(at: Steps, on: str) -> Quantity:
 
 
 def _here(at: Steps, on: str) -> tuple[Here, Here]:
-    """What the law of a load sees at the position, and in the middle of its smooth piece."""
+    """Arguments of a load's law at the position, and in the middle of its smooth piece."""
     machine, own = at.machine, np.float64(at.phi - at.scene.origin)
     anchor = np.float64(np.ravel(machine.anchors(np.array([float(own)])))[0])
     place, motion = machine.places[on], machine.motion_of(on)
@@ -645,7 +645,7 @@ def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quant
 
 
 def _model(at: Steps, effort: Effort) -> str:
-    """What a load of a known kind, or a motor, is, and by what formula its numbers come from the scene."""
+    """Description of a load of a known kind, or a motor, and the formula for its numbers from the scene."""
     load = effort.load
     if not load.model:
         return ""
@@ -742,7 +742,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
 
 
 def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
-    """What the names of an expression stand for here, and the steps that find those that are not known yet."""
+    """Values of the names of an expression here, and the steps that find those not known yet."""
     here, anchor = _here(at, effort.load.on)
     place_of = effort.place
     steps: list[Part] = []
@@ -865,7 +865,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
 
 
 def _changes(phi: Array, parts: Sequence[Array], asked: Array) -> Array:
-    """Which rows tell something: those that are asked for, and both sides of what jumps."""
+    """Mask of the rows to show: those asked for, and both sides of every jump."""
     sizes = [float(np.abs(part).max()) for part in parts]
 
     def jumps(k: int) -> bool:

@@ -270,7 +270,7 @@ def areas(known: Context) -> Section | None:
 
 
 def _extreme_sums(sizing: Sizing) -> tuple[str, str]:
-    """Which sums are the greatest and the least: S0, S1..."""
+    """Symbols of the greatest and the least sums: S0, S1..."""
     sums = [0.0, *(area.accumulated for area in sizing.areas)]
 
     def nearest(extreme: float) -> str:
@@ -280,7 +280,7 @@ def _extreme_sums(sizing: Sizing) -> tuple[str, str]:
 
 
 def _crossings(known: Context, cycle: Cycle) -> Part:
-    """Where the moment changes its sign: through zero, or in a jump where a load switches."""
+    """Crossings of the moment: its zeros, and jumps through zero where a load switches."""
     rows: list[tuple[Cell, ...]] = []
     for k, area in enumerate(known.sizing.areas[:-1][:_MOST_AREAS], 1):
         phi = area.end
@@ -365,7 +365,7 @@ def _area_table(known: Context) -> list[Part]:
 
 
 def _adds_up(sizing: Sizing, digits: int) -> bool:
-    """Whether the areas, shown with these digits, add up to the sums as shown."""
+    """Tests whether the areas, shown with these digits, add up to the sums as shown."""
     total, scale = 0.0, max(abs(area.work) for area in sizing.areas)
     for area in sizing.areas[:-1]:
         total += Quantity("", area.work, "J", digits).shown
@@ -721,7 +721,7 @@ def speeds(known: Context) -> Section | None:
 
 
 def holding(known: Context) -> Section | None:
-    """How a motion whose torques depend on speed holds itself: the multiplier of a cycle."""
+    """Section on the stability of a motion whose torques depend on speed: the multiplier of a cycle."""
     cyclic = known.sizing.cyclic
     if cyclic is None:
         return None

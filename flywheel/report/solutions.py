@@ -150,7 +150,7 @@ def _within(tables: Any, path: str) -> Any:
 
 
 def meets(printed: str, found: float) -> bool:
-    """Whether ours has the printed digits: rounded to them, or (behind a decimal point) cut to them.
+    """Tests whether ours has the printed digits: rounded to them, or (behind a decimal point) cut to them.
 
     >>> meets("27", 27.0095), meets("-60", -60.76), meets("678.22", 678.2297), meets("7.72767", 7.727687)
     (True, False, True, False)

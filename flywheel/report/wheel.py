@@ -53,7 +53,7 @@ def _material(found: Wheel) -> Table:
 
 
 def _dimensions(found: Wheel) -> Table:
-    """What follows is worked out from these, in metres."""
+    """Table of the dimensions used below, in metres."""
     body = found.body
     rows: list[tuple[Cell, ...]] = [(_("outer radius"), Formula("R"), Quantity("R", body.outer, "m"))]
     if body.shape != DISC or body.inner > 0.0:

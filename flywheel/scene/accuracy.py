@@ -15,7 +15,7 @@ DEFAULT_RTOL = 1e-9
 
 
 def rtol_faults(rtol: float) -> list[Fault]:
-    """What is wrong with a relative error asked for; nothing where it may be.
+    """Faults of a relative error asked for; none if it is valid.
 
     >>> print(*rtol_faults(1.0), *rtol_faults(1e-9))
     rtol: found 1.0, expected a number from 1e-14 to 0.1
@@ -48,7 +48,7 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
 
 
 def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
-    """What a sizing did not do, by the route of its confirmation; nothing where nothing `moves` that could be confirmed.
+    """Parts of a sizing that were left out, by the route of its confirmation; none where nothing `moves` to be confirmed.
 
     >>> left_out("time", moves=True), len(left_out(None, moves=True))
     ((), 1)

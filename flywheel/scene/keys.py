@@ -1,4 +1,4 @@
-"""What a table of a scene may hold, key by key: the words in which the format is described.
+"""Keys of the tables of a scene, each with the words that describe it in the format.
 
 The reader checks a scene against these records, the reference is printed from them, and a family of mechanisms describes
 its own tables with them.

@@ -175,12 +175,12 @@ class Linkage:
 
     @property
     def rubs(self) -> bool:
-        """Whether any joint or coupling has friction."""
+        """True if any joint or coupling has friction."""
         return any(joint.friction for joint in self.joints) or any(pair.friction for pair in self.couplings)
 
     @property
     def sliding(self) -> bool:
-        """Whether the driver slides: its coordinate is then in m, the reduced inertia a mass, the reduced moment a force."""
+        """True if the driver slides: its coordinate is then in m, the reduced inertia a mass, the reduced moment a force."""
         return self.joint(self.driver).kind == SLIDE
 
 

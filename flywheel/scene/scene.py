@@ -40,7 +40,7 @@ copyreg.pickle(MappingProxyType, lambda view: (read_only, (dict(view),)))  # Pyt
 
 
 class Samples:
-    """What records of arrays have in common: copies that cannot be written, and equality by values."""
+    """Base of records of arrays: copies that cannot be written, and equality by values."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -184,14 +184,14 @@ class Inertia(NamedTuple):
 
 
 class Compliance(NamedTuple):
-    """What joins a compliant shaft to the crank's gear: stiffness (N m/rad) and damping (N m s/rad), at the shaft itself."""
+    """Compliance between a shaft and the crank's gear: stiffness (N m/rad) and damping (N m s/rad), at the shaft itself."""
 
     stiffness: float
     damping: float = 0.0
 
 
 class Transmission(NamedTuple):
-    """What joins a shaft to the one that it meshes with: a gear, a belt or a chain.
+    """Transmission between a shaft and the one with which it meshes: a gear, a belt or a chain.
 
     `ratio` is that of teeth or pulleys, speed of the shaft over that of `on`, without slip. `efficiency` and 1 - `slip` are
     the shares of the power that pass, whichever way it goes. `drag` (N m) is the constant torque against the rotation of
@@ -247,7 +247,7 @@ class Stroke(NamedTuple):
 
     @property
     def span(self) -> float:
-        """How far the driver goes, m or rad."""
+        """Travel of the driver, m or rad."""
         return self.end - self.start
 
 
@@ -270,7 +270,7 @@ class Phase(NamedTuple):
 
 
 class Document(NamedTuple):
-    """What a scene was read from: the tables of its TOML text, and what reads a scene from such tables.
+    """Source of a scene: the tables of its TOML text, and the reader of a scene from such tables.
 
     `quantities` are the numbers that were read, by their paths as faults write them, each with its dimension.
     """
@@ -327,7 +327,7 @@ class Scene(Frozen):
     document: Document | None = field(default=None, init=False, compare=False, repr=False)  # dataclasses.replace drops it
 
     def __repr__(self) -> str:
-        """What is described, instead of every record."""
+        """Short description, instead of every record."""
         kinds = [m.type for m in self.mechanisms] or (["areas"] if self.areas is not None else ["rotor"])
         counts = f"{len(self.loads)} load{'' if len(self.loads) == 1 else 's'}"
         given = f", from {self.given_as}" if self.given_as else ""
@@ -381,12 +381,12 @@ class Scene(Frozen):
 
     @property
     def reduction_element(self) -> str:
-        """What everything is reduced to: the shaft `crank`, or on a stroke the `slide` that drives."""
+        """Element to which the machine is reduced: the shaft `crank`, or on a stroke the `slide` that drives."""
         return "crank" if self.stroke is None else self.stroke.element
 
     @property
     def sliding(self) -> bool:
-        """Whether the driver slides, so that its coordinate is a position (m) and not an angle."""
+        """True if the driver slides, so that its coordinate is a position (m) and not an angle."""
         return self.stroke is not None and self.stroke.sliding
 
     @property
@@ -396,7 +396,7 @@ class Scene(Frozen):
 
     @property
     def has_flywheel(self) -> bool:
-        """Whether a flywheel is given, or to be sized."""
+        """True if a flywheel is given, or to be sized."""
         return self.irregularity is not None or self.inertia is not None or bool(self.limits)
 
     def with_flywheel(self, inertia: float) -> Scene:
@@ -405,13 +405,13 @@ class Scene(Frozen):
 
     @property
     def depends_on_speed(self) -> bool:
-        """Whether a damper, or the law of a load or of the drive, depends on speed."""
+        """True if a damper, or the law of a load or of the drive, depends on speed."""
         laws = [load.law for load in (*self.loads, *([] if self.drive is None else [self.drive]))]
         return bool(self.dampers) or any(isinstance(law, Expression) and law.uses_speed for law in laws)
 
     @property
     def has_speed(self) -> bool:
-        """Whether something fixes the speed of steady running: it is given, or torques or losses in meshes depend on it.
+        """True if the speed of steady running is fixed: given, or set by torques or mesh losses that depend on it.
 
         Meshes lose of what is accelerated, too, which grows with the speed; that decides where all torques are known.
         """
@@ -420,7 +420,7 @@ class Scene(Frozen):
 
     @property
     def rubs(self) -> bool:
-        """Whether any joint of a linkage has friction."""
+        """True if any joint of a linkage has friction."""
         return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)
 
     def near(self, shaft: str) -> str:

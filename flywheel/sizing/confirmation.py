@@ -124,7 +124,7 @@ def _with_approximate(
     approximate: float | None,
     route: str,
 ) -> Confirmed:
-    """What is confirmed, with the irregularity that the approximate flywheel gives.
+    """Confirmation, with the irregularity that the approximate flywheel gives.
 
     `again` gives that irregularity and its relative error for an inertia on the crank (kg m²); it raises UnconfirmedError,
     saying why, where there is none.
@@ -484,7 +484,7 @@ class _Scaled(NamedTuple):
         return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
 
     def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
-        """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them.
+        """Point that decides the branches of the next stretch, a little ahead; None where position alone decides them.
 
         And a motor's own states there.
         """
@@ -501,7 +501,7 @@ class _Scaled(NamedTuple):
         return anchor._replace(factors=now.factors or None), np.array(own)
 
     def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
-        """What ends the coming stretch, with the sides that it is on at the anchor, where a motor has states of its own.
+        """Events that end the next stretch, with their sides at the anchor, where a motor has states of its own.
 
         start: tau where the stretch begins, from the state.
         """

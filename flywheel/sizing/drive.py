@@ -1,4 +1,4 @@
-"""What the drive of a machine does over a steady cycle: its moment, work, power and heat; and the engine, whose gas drives.
+"""Drive of a machine over a steady cycle: its moment, work, power and heat; and the engine, whose gas drives.
 
 Last a synchronous motor in step: its load angle and what it swings with.
 """
@@ -156,7 +156,7 @@ ORDERS = 12
 
 
 def synchronism(sizing: Sizing) -> Synchronism | None:
-    """How a synchronous motor keeps step; None for another drive, and without a motion.
+    """Synchronism of a synchronous motor; None for another drive, and without a motion.
 
     Source: Kundur, Power System Stability and Control (1994), section 12.3 (natural frequency and damping ratio of the
     swing); Fitzgerald et al., Electric Machinery, 6th ed., chapter 5.

@@ -1,4 +1,4 @@
-"""What a machine does in turn: the flywheel for the hardest phase of a duty, and the motor's load over all phases.
+"""Duty of a machine: the flywheel for the hardest phase, and the motor's load over all phases.
 
 Every phase has its own steady regime with the one flywheel. Over the duty, of period t, torque and heat are
 
@@ -164,7 +164,7 @@ def _all(phases: Iterable[Phase], run: Callable[[Phase], Sizing]) -> dict[str, S
 
 
 def _of(phase: Phase) -> str:
-    """What a phase keeps, in words."""
+    """Requirement of a phase, in words."""
     return f"what is asked of {phase.name}"
 
 
@@ -181,7 +181,7 @@ def ranges(sizing: Sizing) -> list[Span]:
 
 
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
-    """Whether a limit is kept from a flywheel on, and not by lighter ones beside it."""
+    """Tests whether a limit is kept from a flywheel on, and not by lighter ones beside it."""
     return any(span.state is State.KEPT and span.first == inertia for span in spans)
 
 
@@ -257,7 +257,7 @@ class _Branches:
         return Point(inertia, Existence.MOTION, tuple(motions.values()), shares)
 
     def _row(self, phase: Phase, motion: OwnMotion | None, inertia: float, rtol: float) -> PhaseLoad:
-        """What a phase adds to the limits of the duty."""
+        """Contribution of a phase to the limits of the duty."""
         if motion is None:
             return PhaseLoad(phase.name, True, phase.duration or 0.0, phase.cooling)
         shaft = MotorShaft(_scene(phase), motion.cycle, motion.run, motion.speed, rtol)
@@ -410,7 +410,7 @@ def _load(phase: Phase, sizing: Sizing, inertia: float) -> PhaseLoad:
 
 
 def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, float]:
-    """How long a phase runs steadily, and how long it lasts with its starts (s); `period` is that of its cycle."""
+    """Time of a phase in steady running, and its duration with its starts (s); `period` is that of its cycle."""
     starting = 0.0 if start is None else phase.starts * start.time
     steady = (phase.cycles or 0.0) * period if phase.duration is None else phase.duration - starting
     if steady < 0.0:
@@ -556,7 +556,7 @@ def _type(phases: list[Phase]) -> str | None:
 
 
 def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
-    """What a user must know of a duty: whose figures the others are, what was taken for granted, what is left out."""
+    """Messages on a duty: the phase of the other figures, the assumptions, and what is left out."""
     if binding is None:
         yield f"the figures are those of {duty.governing}, which decides the flywheel; those of the duty are separate"
     else:

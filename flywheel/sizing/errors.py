@@ -214,7 +214,7 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
 
 
 def _wheel_error(sizing: Sizing, of_shafts: float) -> float:
-    """What the inertia, the speed and the torque that a wheel is made for leave open of its dimensions and stresses."""
+    """Error of a wheel's dimensions and stresses by those of inertia, speed and torque."""
     run, cycle = sizing.run, sizing.cycle
     of_speed = speed_error_over_cycle(sizing)
     if sizing.built is None or sizing.built.torque is None or run is None or cycle is None:

@@ -1,4 +1,4 @@
-"""What a sizing says: one line for each figure, from which every place that shows it is rendered.
+"""Figures of a sizing: one line for each, from which every place that shows it is rendered.
 
 JSON (`as_dict`), the reference's table, columns of sweeps, the page, the full table and the report take the figures of a
 sizing from `FINDINGS`. A new figure is a line there, and the field that its value is computed into.
@@ -56,7 +56,7 @@ class Finding(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What people read, in the language in use; the key of a figure without words."""
+        """Name of the figure, in the language in use; the key of a figure without words."""
         return self.key if self.words is None else self.words()
 
     def of(self, sizing: Sizing) -> Any:

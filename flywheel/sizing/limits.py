@@ -70,7 +70,7 @@ class Smallest(NamedTuple):
 
 
 def asked_of(scene: Scene) -> Mapping[str, float]:
-    """What a flywheel of a scene shall keep: its limits, or its irregularity."""
+    """Requirements of the flywheel of a scene: its limits, or its irregularity."""
     return scene.limits or ({} if scene.irregularity is None else {IRREGULARITY: scene.irregularity})
 
 
@@ -111,7 +111,7 @@ def _limit(asked: float, share: Share, kept: Span, square: float = 1.0) -> Limit
 
 
 class State(Enum):
-    """What is known of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is open."""
+    """State of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is open."""
 
     KEPT = "kept"
     BROKEN = "broken"
@@ -147,7 +147,7 @@ class Point(NamedTuple):
         return 0.0 if abs(share.value - asked) <= share.error else share.value - asked
 
     def state(self, name: str, asked: float) -> State:
-        """What is known of a limit with this flywheel."""
+        """State of a limit with this flywheel."""
         if self.motions:
             return State.KEPT if self.beyond(name, asked) <= 0.0 else State.BROKEN
         return _WITHOUT_MOTION[self.existence]
@@ -439,7 +439,7 @@ class Search:
 
 
 def _interpolated(values: Mapping[float, float]) -> float:
-    """Where a function is zero, by the polynomial of the abscissa through those of its values that are nearest to zero."""
+    """Root of a function, by the polynomial of the abscissa through its values nearest to zero."""
     nearest = sorted(values, key=lambda each: abs(values[each]))[:_THROUGH]
     total = 0.0
     for each in nearest:
@@ -531,7 +531,7 @@ def together(every: Iterable[Sequence[Span]]) -> list[Span]:
 
 
 def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) -> tuple[Broken, ...]:
-    """Where flywheels heavier than one break a limit; `square` is that of the speed of their shaft over the crank's."""
+    """Ranges of heavier flywheels that break a limit; `square` is that of the speed of their shaft over the crank's."""
     ends = [span.error for span in spans[1:]] + [0.0]
     return tuple(
         Broken(span.first / square, None if span.last == np.inf else span.last / square, span.error, end)
@@ -642,14 +642,14 @@ def _unknown(spans: Iterable[Span], square: float) -> str:
 
 
 def _of_current(scene: Scene, asked: Mapping[str, float]) -> Iterator[str]:
-    """What is to be said of a current that is not known whole."""
+    """Message on a current of which only a part is known."""
     plate = getattr(scene.motor, "line_current", None)  # of an induction motor
     if "current_pulsation" in asked and plate is not None and not plate.complete:
         yield "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
 
 
 def gaps(spans: Mapping[str, Sequence[Span]], inertia: float, square: float) -> Iterator[str]:
-    """What is to be said of lighter flywheels that stop, of heavier ones that fail, and of those that are unknown."""
+    """Messages on lighter flywheels that stop, on heavier ones that fail, and on those that are unknown."""
     for name, each in spans.items():
         for before, span in pairwise(each):
             if before.state is State.NONE and span.state is State.KEPT and span.first == inertia:

@@ -79,7 +79,7 @@ class MotorShaft:
 
     @property
     def torque_error(self) -> float:
-        """What the cells leave open of the torque (N m on the motor's shaft) where it follows states of its own."""
+        """Error of the torque by the cells (N m on the motor's shaft) where it follows states of its own."""
         if not self.run.states or self.run.drive is None:
             return 0.0
         return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio

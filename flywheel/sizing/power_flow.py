@@ -164,7 +164,7 @@ class _Train:
         return _Flows(mesh, omega, parts, entering, missing, exchanged)
 
     def _on(self, name: str, mesh: Cells, omega: Array, alpha: Array) -> Iterator[_Part]:
-        """What hangs on a shaft: moments that its loads take from it, its drive gives it, its inertias store."""
+        """Moments on a shaft: taken by its loads, given by its drive, stored by its inertias."""
         place, wheel = f"shafts.{name}", self.flywheel if self.scene.flywheel_on == name else 0.0
         if wheel:
             yield _Part(place, "flywheel", "stored", "flywheel", name, wheel * alpha)
@@ -231,14 +231,14 @@ class _Train:
             yield _Part("mains", "drive", "input", "drive", scene.drive.on, taken)
 
     def _meshed(self, name: str, entering: Array) -> Array | float:
-        """What the nearer shaft gives for each N m that enters this one, decided in the middle of each cell."""
+        """Torque given by the nearer shaft for each N m that enters this one, decided in the middle of each cell."""
         efficiency = self.scene.efficiencies.get(name, 1.0)
         if efficiency == 1.0:
             return 1.0
         return np.where(entering[:, MIDDLE : MIDDLE + 1] > 0.0, 1.0 / efficiency, efficiency)
 
     def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
-        """What a shaft's mesh passes, from the shaft that gives on the mean to the one that takes, and what it loses."""
+        """Power through a shaft's mesh, from the shaft that gives on the mean to the one that takes, and the loss."""
         scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
         given = self._meshed(name, entering) * entering
         lost = given - entering
@@ -255,7 +255,7 @@ class _Train:
 
 
 def can_lose(scene: Scene) -> bool:
-    """Whether anything in a scene may lose power: meshes, dampers, joints, models of losses, a motor that tells its heat."""
+    """Tests whether a scene may lose power: meshes, dampers, joints, models of losses, a motor with known heat."""
     drags = any(is_loss(load.model) or load.path.endswith(".drag") for load in scene.loads)
     meshes = any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
     if drags or meshes or scene.rubs or scene.dampers or scene.motor is None:

@@ -1,4 +1,4 @@
-"""What a sizing returns: frozen records in SI, the estimated error of every figure, and the dictionary for JSON.
+"""Results of a sizing: frozen records in SI, the estimated error of every figure, and the dictionary for JSON.
 
 These are records: what follows from a sizing, as the drive's energy, the engine and the errors of all its figures, is worked
 out when it is asked for, by the functions that a sizing brings along (`Derivations`).
@@ -95,7 +95,7 @@ class Limit(NamedTuple):
 
 
 class Cyclic(NamedTuple):
-    """How a motion whose torques depend on speed holds itself.
+    """Stability of a motion whose torques depend on speed.
 
     `multiplier`: what a cycle leaves of a small change of the state at its start; `damping` is 1 less it. `steps`: Newton
     steps that the motion took. `level_error`: relative error of its mean speed. `constant_speed` (rad/s): at which areas
@@ -111,7 +111,7 @@ class Cyclic(NamedTuple):
 
 
 class ConstantSpeed(NamedTuple):
-    """What friction in joints would make of a machine if it were that of a constant crank speed (rad/s).
+    """Figures of a machine whose friction in joints is taken at a constant crank speed (rad/s).
 
     The exact flywheel (kg m² at its own shaft; None in an analysis), the irregularity with it or with the given one, the
     scene's balance (SI), and the fluctuation of energy (J).
@@ -125,7 +125,7 @@ class ConstantSpeed(NamedTuple):
 
 
 class JointFriction(NamedTuple):
-    """How friction in joints was found along the steady motion, whose speeds and accelerations depend on it in turn.
+    """Iteration of friction in joints and the steady motion, each of which depends on the other.
 
     `rounds`: how often one was found from the other; `left`: what they may still be off by (J in a cycle).
     """
@@ -218,7 +218,7 @@ class Errors(NamedTuple):
 
 
 class EngineCycle(NamedTuple):
-    """What an engine does in a steady cycle; powers are works over its angle, times the mean of extremes.
+    """Figures of an engine in a steady cycle; powers are works over its angle, times the mean of extremes.
 
     `indicated_work` (J) and `indicated_power` (W) of the gas on its pistons; `swept_volume` (m³) of all cylinders, as often
     as their gas works in the cycle, and `mean_effective_pressure` (Pa) over it, None where a bore is not known;
@@ -262,7 +262,7 @@ class Stream(NamedTuple):
 
     @property
     def lost(self) -> bool:
-        """Whether it is a loss."""
+        """True if it is a loss."""
         return self.kind in LOSSES
 
 
@@ -459,7 +459,7 @@ class ElectricalTransients(NamedTuple):
 
     @property
     def matters(self) -> bool:
-        """Whether a figure differs by more than a hundredth."""
+        """True if a figure differs by more than a hundredth."""
         return any(abs(one.difference) > MATTERS for one in self)
 
     def as_dict(self) -> dict[str, Any]:
@@ -532,7 +532,7 @@ class Duty(NamedTuple):
 
 
 class Derivations(NamedTuple):
-    """What follows from a sizing and is worked out when it is asked for: by whom, so that the record computes nothing."""
+    """Functions of figures derived from a sizing when asked for, so that the record computes nothing."""
 
     as_dict: Callable[[Sizing], dict[str, Any]]
     errors: Callable[[Sizing], dict[str, Estimate]]
@@ -665,7 +665,7 @@ class Sizing:
 
     @cached_property
     def engine(self) -> EngineCycle | None:
-        """What the gas of an engine's cylinders does, and what the machine's loads take of it; None without an engine."""
+        """Work of the gas in an engine's cylinders, and the loads' share of it; None without an engine."""
         return self.derived.engine(self)
 
     @cached_property
@@ -675,12 +675,12 @@ class Sizing:
 
     @cached_property
     def electrical_transients(self) -> ElectricalTransients | None:
-        """What the fluxes of a two-axis induction motor change beside its static curve; None for other drives."""
+        """Effect of the fluxes of a two-axis induction motor beside its static curve; None for other drives."""
         return self.derived.electrical_transients(self)
 
     @cached_property
     def synchronism(self) -> Synchronism | None:
-        """How a synchronous motor keeps step: load angle, pull-out, natural frequency; None for other drives."""
+        """Synchronism of a synchronous motor: load angle, pull-out, natural frequency; None for other drives."""
         return self.derived.synchronism(self)
 
     @cached_property
@@ -719,7 +719,7 @@ class Sizing:
 
     @property
     def approximated(self) -> bool:
-        """Whether the approximate flywheels are for what decides the exact one: an irregularity, and no other limit."""
+        """True if the approximate flywheels are for the limit of the exact one: an irregularity, and no other."""
         return not self.scene.limits or (self.scene.irregularity is not None and self.binding == "irregularity")
 
     @property
@@ -729,7 +729,7 @@ class Sizing:
 
     @property
     def reached(self) -> bool:
-        """Whether every estimated relative error is within rtol."""
+        """True if every estimated relative error is within rtol."""
         error = self.error
         flywheels = (error.exact, error.approximate, error.inertia_torque, error.inertia_torque_flywheel)
         return all(error is None or error <= self.rtol for error in (*flywheels, error.simulation, error.work))

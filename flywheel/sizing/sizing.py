@@ -328,7 +328,7 @@ def _at_constant_speed(regime: Regime) -> ConstantSpeed:
 
 
 def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | None) -> Iterator[str]:
-    """What is to be said of friction in joints: at which speed it was taken, and what another would make of it."""
+    """Message on friction in joints: the speed at which it was taken, and the result at another."""
     curve = regime.machine.friction
     if curve is not None and curve.speed is not None:
         taken = f"friction in joints is taken at a constant crank speed of {curve.speed:.6g} rad/s"
@@ -348,7 +348,7 @@ def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | 
 
 
 def _even(regime: Regime) -> bool:
-    """Whether nothing but rounding varies the speed."""
+    """Tests whether the speed varies by rounding alone."""
     errors, inertia = (regime.constant or regime.cycle).errors, regime.figures.reduced_inertia
     if regime.motion is None and regime.machine.sets_its_speed:  # nothing varies, and nothing stores energy
         return True
@@ -475,7 +475,7 @@ def _missed(errors: Errors, rtol: float, remainder: str) -> Iterator[str]:
 
 
 def _redundant(scene: Scene) -> Iterator[str]:
-    """What is to be said of linkages that are held more often than needed."""
+    """Messages on linkages with redundant constraints."""
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
             from flywheel.mechanisms import linkage  # only scenes with linkages pay for it

@@ -310,7 +310,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
 
 
 def _unstable(motion: OwnMotion) -> bool:
-    """Whether what a cycle changes of a motion that sets its own speed grows."""
+    """Tests whether a small change grows from cycle to cycle, in a motion that sets its own speed."""
     return motion.solved.moments.machine.scene.unknown is None and motion.solved.damping < -_LEAST_DAMPING
 
 
@@ -330,7 +330,7 @@ def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -
 
 
 def _fault(machine: Machine, speed: float, given: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
-    """What to say of a machine for which no motion was found, or none whose figures mean anything.
+    """Fault of a machine for which no motion was found, or none with meaningful figures.
 
     Simulated in time the machine may stall or run away; else the iteration did not settle. `given` is the flywheel on the
     crank (kg m²), None where one is sought from a guess.

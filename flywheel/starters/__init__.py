@@ -12,7 +12,7 @@ _MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "press-drive
 
 
 def kinds() -> list[str]:
-    """What there are starters for.
+    """Names of the starters.
 
     >>> kinds()[-4:]
     ['shaper', 'pump', 'compressor', 'engine']

@@ -76,7 +76,7 @@ class Question(NamedTuple):
 
     @property
     def crank(self) -> float:
-        """What an inertia on the flywheel's shaft is multiplied with to stand on the crank."""
+        """Factor from an inertia on the flywheel's shaft to one on the crank."""
         return self.machine.scene.flywheel_ratio**2
 
     @property
@@ -90,7 +90,7 @@ class Question(NamedTuple):
 
 
 def answer(sizing: Sizing) -> float:
-    """What a sizing or an analysis says to the question: its exact flywheel, or its irregularity."""
+    """Figure under comparison, of a sizing its exact flywheel, of an analysis its irregularity."""
     if sizing.scene.irregularity is not None:
         assert sizing.flywheel.exact is not None
         return sizing.flywheel.exact

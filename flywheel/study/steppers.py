@@ -135,7 +135,7 @@ class Trial(NamedTuple):
 
 
 class Revolution(NamedTuple):
-    """What a run of one cycle ends with: speed and a motor's own states at its end, greatest and least speed on the way."""
+    """Result of a run of one cycle: speed and a motor's own states at its end, greatest and least speed on the way."""
 
     speed: float
     states: tuple[float, ...]

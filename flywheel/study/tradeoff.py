@@ -1,4 +1,4 @@
-"""What accuracy costs on a scene: every method that can answer it, each with its true error and its time.
+"""Cost of accuracy on a scene: every method that applies, each with its true error and its time.
 
 The result is plain data: a row for each method, and the cheapest that keeps the accuracy wanted.
 """
@@ -84,7 +84,7 @@ class Tradeoff:
     messages: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """What was compared, and what was the cheapest."""
+        """Scene, number of methods, and the cheapest."""
         best = f"cheapest {self.cheapest!r} at rtol {self.rtol:g}"
         return f"Tradeoff({notebook.quoted(self.title)}{len(self.rows)} methods, {best})"
 
@@ -96,12 +96,12 @@ class Tradeoff:
 
     @property
     def complete(self) -> bool:
-        """Whether every method was run to its end."""
+        """True if every method was run to completion."""
         return not self.interrupted and all(row.outcome in ("done", "no answer") for row in self.rows)
 
     @property
     def sentence(self) -> str:
-        """What follows for the user, in plain words."""
+        """Conclusion for the user, in plain words."""
         if self.cheapest is None and any(row.value is not None and row.meets is None for row in self.rows):
             doubt = f"the error of the reference itself is {self.reference.doubt:.1e}"
             return f"Which method keeps the relative error of {self.rtol:g} cannot be determined on this scene: {doubt}."
@@ -199,7 +199,7 @@ class Method(NamedTuple):
 
     @property
     def group(self) -> tuple[str, bool]:
-        """What it shares with its other settings, which come one after the other from rough to fine."""
+        """Common key of the settings of one family, which follow one another from rough to fine."""
         return self.family, self.setting.endswith(RESTARTED)
 
 
@@ -317,7 +317,7 @@ Progress = Callable[[int, int, str], None]
 
 
 class Run(NamedTuple):
-    """What became of a method: its answer, times of its repeats (s), evaluations, or the reason why there is none."""
+    """Outcome of a method: its answer, times of its repeats (s), evaluations, or the reason why there is none."""
 
     method: Method
     outcome: str
@@ -488,7 +488,7 @@ def tradeoff(
     runs, interrupted, seconds = measured(methods(question), budget, progress, time.perf_counter() - begun)
 
     def meets(run: Run) -> bool | None:
-        """Whether a run keeps the error; None where it has no answer, or the reference does not let one tell."""
+        """Tests whether a run keeps the error; None where it has no answer, or the reference is not accurate enough."""
         if run.value is None:
             return None
         error = question.error(run.value, reference.value)

@@ -39,7 +39,7 @@ def sweep_text(found: Sweep, rows: int = 20) -> str:
 
 
 def notes(found: Sweep) -> list[str]:
-    """What is to be said of a sweep, most of it for the one who relies on it, in sentences."""
+    """Notes on a sweep in sentences, mainly for a user who relies on it."""
     said = list(found.messages)
     kinds = {
         re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in found.reasons.values()
@@ -235,7 +235,7 @@ def change(found: Sensitivities, name: str, path: str) -> float:
 
 
 def per(found: Sensitivities, path: str) -> str:
-    """What `change` is for."""
+    """Change of the number for which `change` is given."""
     return "1 deg" if found.units[path] == "rad" else "1 %"
 
 
@@ -312,7 +312,7 @@ def _unit(unit: str) -> str:
 
 
 def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
-    """What numbers vary by, what figures come to, and who causes it."""
+    """Table of varied numbers, spread of figures, and shares of the variance."""
     kept, count = shown(found.spreads, names), found.samples.shape[1]
     what = "intervals" if found.intervals else "standard deviations"
     head = [*_title(found.scene.title), *_wrapped(f"Tolerance: {what} of {_numbers(len(found.numbers))}")]
@@ -448,7 +448,7 @@ def optimum_text(found: Optimum) -> str:
 
 
 def _limit(limit: KeptLimit) -> tuple[str, str, str]:
-    """What a limited figure comes to, its unit, and the limits."""
+    """Value of a limited figure, its unit, and the limits."""
     ends = [f">= {figure(limit.low, most=_DIGITS)}"] if limit.low is not None else []
     ends += [f"<= {figure(limit.high, most=_DIGITS)}"] if limit.high is not None else []
     return figure(limit.value, most=_DIGITS), limit.unit, " and ".join(ends)
@@ -647,7 +647,7 @@ def tradeoff_text(found: Tradeoff) -> str:
 
 
 def tradeoff_json(found: Tradeoff) -> str:
-    """What `flywheel tradeoff --json` prints, SI throughout."""
+    """JSON that `flywheel tradeoff --json` prints, SI throughout."""
     return encoded(found.as_dict(), indent=2)
 
 
@@ -689,7 +689,7 @@ def error(found: Tradeoff, row: MethodRow) -> str:
 
 
 def _setting(row: MethodRow) -> str:
-    """What a row has beside its family; nothing where that says all."""
+    """Setting of a row beside its family; empty where the family says all."""
     return row.name.removeprefix(row.family).removeprefix(", ")
 
 

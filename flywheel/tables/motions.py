@@ -65,7 +65,7 @@ def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True,
 
 
 def _rests(curve: Curve) -> bool:
-    """Whether a curve stands still, as far as its errors tell."""
+    """Tests whether a curve is constant within its errors."""
     return all((np.abs(part) <= error).all() for part, error in zip(curve[4:6], curve.errors[1:], strict=True))
 
 
@@ -139,7 +139,7 @@ def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str
 
 
 def _title(found: Kinematics, name: str) -> str:
-    """What a curve is of, with the name of the body that a slide guides."""
+    """Title of a curve, with the name of the body that a slide guides."""
     body = _label(found, name)
     kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[found.curves[name].kind]
     return f"{name}: {kind}{f' of {body}' if body != name else ''}"
@@ -473,7 +473,7 @@ def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
 
 
 def transient_text(transient: Transient) -> str:
-    """What a designer asks of a motion, at most 100 columns wide."""
+    """Summary of a motion, at most 100 columns wide."""
     motion = transient.motion
     phi, speed = float(motion.phi[0]), _speed(transient, float(motion.omega[0]))
     at = f"{figure(phi, most=7)} m" if transient.scene.sliding else f"{figure(phi * DEGREES, most=7)} deg"
@@ -546,7 +546,7 @@ def _energy(transient: Transient) -> list[str]:
 
 
 def _motor_start(transient: Transient) -> list[str]:
-    """What the start does to its motor, beside what it bears; nothing of a motor of whose current nothing is known."""
+    """Effect of the start on its motor, with the allowable values; empty where no current is known."""
     found = transient.start_heat
     if found is None or (found.current_squared is None and not found.times):
         return []
@@ -599,7 +599,7 @@ def transient_table(transient: Transient, points: int, breaks: bool = False) -> 
 
 
 def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
-    """What bodies, springs and weights hold along a motion; None where shafts twist, so that one angle does not tell.
+    """Energy of bodies, springs and weights along a motion; None where shafts twist, so that one angle is not enough.
 
     off: by how many of its errors position and speed are taken aside.
     """
@@ -614,7 +614,7 @@ def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEne
 
 
 def _stored(transient: Transient, samples: Samples) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
-    """What the stores hold, and estimated errors: their own, and what those of the motion make of it to either side."""
+    """Stored energies, and estimated errors: their own, and the changes by the motion's errors to either side."""
     held, *beside = (_stores(transient, samples, off) for off in (0.0, 1.0, -1.0))
     if held is None:
         return None, None

@@ -82,7 +82,7 @@ def _power(name: str, power: float, error: float) -> Row:
 
 
 def _engine(engine: EngineCycle) -> Iterator[Row]:
-    """What the gas gives, and what is left of it for the loads."""
+    """Work of the gas, and the share left for the loads."""
     per_work = engine.indicated_power / engine.indicated_work
     yield Row("indicated work in a cycle", figure(engine.indicated_work, engine.error), "J")
     yield _power("indicated power", engine.indicated_power, engine.error * per_work)
@@ -172,7 +172,7 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
 
 
 class Heat(NamedTuple):
-    """What heats a motor on the mean over time (W): the heat, that at its rated point, that at a speed that does not vary.
+    """Mean heat of a motor over time (W): the heat, that at its rated point, that at a constant speed.
 
     `share` is the heat over that at the rated point, `error` its relative error; None where no rated point is known.
     """
@@ -185,7 +185,7 @@ class Heat(NamedTuple):
 
     @property
     def too_hot(self) -> bool:
-        """Whether it is more than what the motor is rated for, beyond its error."""
+        """True if it exceeds the motor's rated heat by more than its error."""
         return self.share is not None and self.share > 1.0 + max(self.share * self.error, TIE)
 
 
@@ -203,7 +203,7 @@ def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
 
 
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
-    """What heats the motor, where its kind tells; of others, that it is not known."""
+    """Heat of the motor, where its type gives it; otherwise a note that it is not known."""
     found = heat_of(sizing, motor, energy)
     if energy.rotor_heat is not None and found is not None:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
@@ -258,7 +258,7 @@ def _in_step(found: Synchronism) -> Iterator[str]:
 
 
 def _verdict(energy: Energy, heat: Heat) -> str:
-    """What a heat means beside that at the rated point."""
+    """Verdict on a heat relative to that at the rated point."""
     assert heat.share is not None
     assert heat.rated is not None
     assert heat.even is not None
@@ -272,7 +272,7 @@ def _verdict(energy: Energy, heat: Heat) -> str:
 
 
 def is_long(energy: Energy) -> bool:
-    """Whether windings warm up and cool down within a cycle."""
+    """Tests whether windings warm up and cool down within a cycle."""
     return energy.period > _LONG
 
 
@@ -327,7 +327,7 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
 
 
 def _fluxes(found: ElectricalTransients) -> str:
-    """What the fluxes of a two-axis motor change beside its static curve, as measured."""
+    """Effect of the fluxes of a two-axis motor, beside its static curve, as measured."""
     shares = {name: f"{100 * one.difference:+.2g} %" for name, one in found._asdict().items()}
     if found.matters:
         return _(
@@ -492,7 +492,7 @@ def place(name: str) -> str:
 
 
 def stream_name(stream: Stream, flow: PowerFlow) -> str:
-    """What a stream of power is, in a few words: "belt motor–wheel", "load on slider (2)" where there are more of them."""
+    """Name of a stream of power: "belt motor–wheel", "load on slider (2)" where there are more of them."""
     name = _name(stream, flow)
     alike = [other for other in flow.streams if _name(other, flow) == name]
     return name if len(alike) == 1 else f"{name} ({alike.index(stream) + 1})"
@@ -531,7 +531,7 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
 
 
 def _stored(stream: Stream, on: str) -> str:
-    """What takes power up and gives it back."""
+    """Name of a store of power."""
     known = {
         "flywheel": _("flywheel"),
         "gravity": _("weights on {place}", place=on),
@@ -544,12 +544,12 @@ def _stored(stream: Stream, on: str) -> str:
 
 
 def given(flow: PowerFlow, found: Sequence[Entry]) -> float:
-    """What comes in from outside, and is given back by stores (W): the whole that shares are taken of."""
+    """Power from outside and from stores (W): the whole to which shares refer."""
     return sum(abs(entry.power) for entry in found if gives(flow, entry))
 
 
 def gives(flow: PowerFlow, entry: Entry) -> bool:
-    """Whether a stream gives at that time what others take: from outside, or out of a store."""
+    """Tests whether a stream gives power at that time: from outside, or out of a store."""
     kind, power = entry.stream.kind, entry.power
     if kind == "stored":
         return power < 0.0
@@ -563,13 +563,13 @@ def gives(flow: PowerFlow, entry: Entry) -> bool:
 
 
 def text(flow: PowerFlow, at: float | None = None) -> str:
-    """What `flywheel power` prints: the balance, every stream, every shaft."""
+    """Text that `flywheel power` prints: the balance, every stream, every shaft."""
     title = [flow.scene.title] if flow.scene.title else []
     return page((sentences(title, ""), balance(flow, at), shafts(flow)))
 
 
 def json(flow: PowerFlow, at: float | None = None) -> str:
-    """What `flywheel power --json` prints, SI throughout."""
+    """JSON that `flywheel power --json` prints, SI throughout."""
     return encoded({"title": flow.scene.title, **flow.as_dict(at), "error": flow.error}, indent=2)
 
 

@@ -134,7 +134,7 @@ def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, Curve])
 def _data(
     machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None, off: tuple[float, float]
 ) -> dict[str, Any]:
-    """What `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown.
+    """JSON that `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown.
 
     off: relative errors of speed and balance.
     """
@@ -174,7 +174,7 @@ def _columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[tupl
 
 
 def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage: Passage | None) -> dict[str, Any]:
-    """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout; without a speed there is no passage."""
+    """JSON that `flywheel reduce --json` prints for a stroke, SI throughout; without a speed there is no passage."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
     figures = {**state._asdict(), "driving": passage and passage.driving}
     bodies, held = _bodies(machine, state.phi), stored_energy(machine, state.phi)

@@ -1,4 +1,4 @@
-"""How results are written: quantities in units of the trade, rows and sentences of a page, columns as CSV, data as JSON.
+"""Layout of results: quantities in units of the trade, rows and sentences, columns as CSV, data as JSON.
 
 Units are metric ones or those of the United States, with their numbers as people write them. Inertias are in kg m², in the
 United States as WR² in lb ft², the same quantity: mass times the square of the radius of gyration. GD², its metric fourfold,

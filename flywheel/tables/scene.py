@@ -38,13 +38,13 @@ class Part(NamedTuple):
 
     @property
     def row(self) -> str:
-        """What stands beside the label."""
+        """Text beside the label."""
         at = ", " + _("phase {angle}", angle=self.phase) if self.phase else ""
         return f"{self.head}{at}: {self.told}" if self.head else self.told
 
 
 def scene_rows(scene: Scene) -> list[str]:
-    """What the program understood, a row for each part of the machine; the first few of a kind, and how many more."""
+    """Input summary, a row for each part of the machine; the first few of a kind, and the number of the others."""
     rows: list[tuple[str, str]] = []
     count: dict[str, int] = {}
     for part in parts(scene):
@@ -97,7 +97,7 @@ def _on(place: str) -> str:
 
 
 def _turns(place: str, scene: Scene) -> bool:
-    """Whether a shaft or a port rotates."""
+    """Tests whether a shaft or a port rotates."""
     if place in scene.shafts:
         return place != "slide"
     name, _dot, port = place.rpartition(".")
@@ -145,7 +145,7 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
 
 
 def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
-    """What a shaft turns with, and what its mesh or belt loses."""
+    """Speed ratio of a shaft, and the losses of its mesh or belt."""
     turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
     mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
     on = _("the crank") if mesh.on == "crank" else mesh.on
@@ -191,7 +191,7 @@ def _law(law: Law | None, turns: bool, units: TradeUnits) -> str:
 
 
 def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
-    """How the machine runs, without its flywheel: speed and cycle, or stroke."""
+    """Operation without the flywheel: speed and cycle, or stroke."""
     if scene.stroke is not None:
         start, end = (
             units.read(place, "length" if scene.stroke.sliding else "angle")
@@ -212,7 +212,7 @@ def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
 
 
 def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:
-    """What is asked of the flywheel, or the one that is given."""
+    """Requirements of the flywheel, or the flywheel given."""
     if scene.stroke is None and scene.limits:
         yield _("flywheel on {place} for its limits", place=scene.flywheel_on)
     elif scene.stroke is None and scene.irregularity is not None:
@@ -242,7 +242,7 @@ _ELSEWHERE = "flywheel tradeoff measures what other methods and tolerances cost 
 
 @dataclass(frozen=True)
 class Explanation:
-    """How a sizing came about.
+    """Explanation of a sizing's method.
 
     `formulation` is what was solved, and `because` which entries of the scene made it so; `motion` says how the motion
     over the cycle was found. `not_modelled` is what the scene does not need, `forced` what it has that takes more. What
@@ -257,7 +257,7 @@ class Explanation:
     forced: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--explain --json` prints under "explanation"."""
+        """Data that `--explain --json` prints under "explanation"."""
         return {
             "accuracy": self.sizing.accuracy,
             "formulation": self.formulation,
@@ -334,7 +334,7 @@ def _counted(number: int, what: str) -> str:
 
 
 def _formulation(sizing: Sizing) -> str:
-    """What was solved for the figures."""
+    """Problem solved for the figures."""
     machine, cycle = sizing.machine, sizing.cycle
     if machine is None or cycle is None:
         return "sums of the areas of a diagram: no machine, no position, no cell"
@@ -351,7 +351,7 @@ def _formulation(sizing: Sizing) -> str:
 
 
 def _because(sizing: Sizing) -> Iterator[str]:
-    """What the torques depend on, each by its path in the scene."""
+    """Dependence of the torques, each by its path in the scene."""
     machine, scene = sizing.machine, sizing.scene
     if machine is None:
         yield "the scene gives the areas themselves: areas.values"
@@ -376,7 +376,7 @@ def _because(sizing: Sizing) -> Iterator[str]:
 
 
 def _motion(sizing: Sizing) -> str:
-    """How the motion over the cycle was found, a second time for each of the flywheels, and what that took."""
+    """Method for the motion over the cycle, the second one for each of the flywheels, and its cost."""
     machine, confirmed = sizing.machine, sizing.simulation
     if machine is None:
         return "not found"
@@ -413,7 +413,7 @@ def _circuit(machine: Machine) -> bool:
 
 
 def _not_modelled(sizing: Sizing) -> Iterator[str]:
-    """What the scene does not need, and so nothing was done about it."""
+    """Effects that the scene does not need, and that were not modelled."""
     machine = sizing.machine
     if machine is None:
         yield "the machine: areas do not give its inertia, its speeds over time or its drive"
@@ -463,7 +463,7 @@ def _bodies(mechanism: Mechanism) -> list[str]:
 
 
 def _forced(sizing: Sizing) -> Iterator[str]:
-    """What the scene has that takes more than a smooth machine would."""
+    """Features of the scene that need more work than a smooth machine."""
     machine, cycle = sizing.machine, sizing.cycle
     if machine is None or cycle is None:
         return

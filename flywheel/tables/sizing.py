@@ -399,7 +399,7 @@ def shafts_table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
 
 
 def limit_names() -> dict[str, str]:
-    """What a flywheel may be sized for together, by its names in `[flywheel.limits]`."""
+    """Names of the quantities that `[flywheel.limits]` may limit together."""
     return {
         "irregularity": _("irregularity"),
         "motor_torque": _("greatest torque of the motor"),
@@ -432,7 +432,7 @@ def text(sizing: Sizing) -> str:
 
 
 def json(sizing: Sizing, explanation: Explanation | None = None) -> str:
-    """What `flywheel size --json` prints: the sizing, SI throughout, and its explanation if there is one."""
+    """JSON that `flywheel size --json` prints: the sizing, SI throughout, and its explanation if there is one."""
     told = {} if explanation is None else {"explanation": explanation.as_dict()}
     return encoded({**sizing.as_dict(), **told}, indent=2)
 
@@ -468,13 +468,13 @@ def remarks(sizing: Sizing) -> tuple[Remark, ...]:
 
 
 def _power_flow(sizing: Sizing) -> list[str]:
-    """Where the power goes, in a machine that can lose some of it: a table that sums to the input."""
+    """Power flow of a machine that can lose power: a table that sums to the input."""
     flow = sizing.power_flow if can_lose(sizing.scene) else None
     return [] if flow is None else power.balance(flow)
 
 
 def _shafts(sizing: Sizing) -> list[str]:
-    """What the mesh of every shaft carries, in the same machines."""
+    """Torque and power through the mesh of every shaft, in the same machines."""
     flow = sizing.power_flow if can_lose(sizing.scene) else None
     return [] if flow is None else power.shafts(flow)
 
@@ -568,12 +568,12 @@ def _holding(sizing: Sizing) -> list[str]:
 
 
 def grows(cyclic: Cyclic) -> bool:
-    """Whether a small change of speed grows from cycle to cycle."""
+    """Tests whether a small change of speed grows from cycle to cycle."""
     return cyclic.damping < -_DAMPING_ROUNDING or cyclic.multiplier > 1.0 + _ALIKE
 
 
 def settles(cyclic: Cyclic) -> bool:
-    """Whether a small change of speed fades."""
+    """Tests whether a small change of speed decays."""
     return not grows(cyclic) and cyclic.damping > _DAMPING_ROUNDING
 
 
@@ -690,7 +690,7 @@ _FURTHER = {
 
 
 def _left_out(sizing: Sizing) -> list[str]:
-    """What the level of accuracy leaves out, and which one has it."""
+    """Sentence on what the level of accuracy leaves out, and which level includes it."""
     level = sizing.accuracy
     if sizing.scene.areas is not None:
         return wrapped("A diagram of areas is solved completely at every level of accuracy.", "")

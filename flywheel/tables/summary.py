@@ -1,4 +1,4 @@
-"""What a designer acts on, as one page: plain data that other pages take, and its text of 80 columns.
+"""Summary of a sizing: plain data that the live page and the report also take, and its text of 80 columns.
 
 Every block is a function of the sizing. What it says is marked for translation, and its figures are in the units of the
 trade, to five digits or as many as their errors leave. `flywheel size` prints this; `--full` prints every figure there is.
@@ -250,7 +250,7 @@ def _given(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
-    """How far the approximate flywheels are off, and on which side."""
+    """Errors of the approximate flywheels, and their sides."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
         yield _("A diagram does not contain the machine's own inertia: the figure is the total needed.")
@@ -274,7 +274,7 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
 
 
 def _shortcut(one: Candidate, sizing: Sizing) -> str:
-    """How far an approximate flywheel is off the exact one; too small a flywheel is the dangerous side."""
+    """Error of an approximate flywheel beside the exact one; too small a flywheel is the dangerous side."""
     exact, off = sizing.flywheel.exact or 0.0, one.off or 0.0
     if one.gives is None:
         return _("too small: the machine would stop (DANGER)")
@@ -321,7 +321,7 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
-    """Where a wheel's greatest stress is, and what it may be."""
+    """Place of a wheel's greatest stress, and the allowable stress."""
     allowable, words = wheel.material.allowable, [stress_place(wheel.place)]
     if allowable is not None:
         limit = {"allowable": units.read(allowable, "stress", 4).value}
@@ -479,7 +479,7 @@ def _in_step(found: Synchronism) -> Iterator[Row]:
 
 
 def _duty(sizing: Sizing, units: TradeUnits) -> Block:
-    """What the motor bears over a duty, and which of its phases decides on the flywheel."""
+    """Load of the motor over a duty, and the phase that decides the flywheel."""
     found, motor = sizing.duty, sizing.scene.motor
     if found is None:
         return Block("duty")
@@ -553,7 +553,7 @@ def _where(sizing: Sizing) -> str:
 
 
 def _confirmed(sizing: Sizing) -> Iterator[str]:
-    """What confirms the irregularity, and to what; whether the accuracy asked for was reached."""
+    """Sentences on the confirmation of the irregularity, its accuracy, and whether the accuracy asked for was reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
     if sizing.scene.areas is not None:
         yield _("A diagram has no motion that could confirm it.")
@@ -648,7 +648,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
 
 def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
-    """What a full page leaves to `--full`, least needed first: a sentence with its short form, or a row by its label."""
+    """Parts that a full summary leaves to `--full`, least needed first: a sentence with its short form, or a row's label."""
     flow = sizing.power_flow
     if flow is not None:
         yield tuple(power.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]

@@ -34,7 +34,7 @@ PLATE_ROUNDING = 0.05
 
 
 class Plate(NamedTuple):
-    """What a name plate says of the electric side of an induction motor, as far as it does.
+    """Electrical data of an induction motor's name plate, as far as it states them.
 
     Args:
         voltage: U between the lines, V.

@@ -1,4 +1,4 @@
-"""What every type of motor is and can be asked: words, torque, current, heat, states of its own, how it is started.
+"""Interface of every type of motor: words, torque, current, heat, states of its own, and its start.
 
 1. A motor is frozen data. Its torque acts on the shaft that it drives, positive in the shaft's rotation; `omega` is that
    shaft's speed (rad/s). Nothing but the speed decides the torque.
@@ -103,7 +103,7 @@ class Point(NamedTuple):
 
 
 class Fact(NamedTuple):
-    """What a report has to say of a motor: words, symbol, value (SI) and unit, in a `table` of that caption if there is one.
+    """Fact of a motor for a report: words, symbol, value (SI) and unit, in a `table` of that caption if there is one.
 
     With a `formula` it is how the value follows from those of the symbols in `numbers`; words alone are a remark. `share` is
     a heat over that at the rated point, NaN where there is none.
@@ -134,7 +134,7 @@ class StateName(NamedTuple):
 
 
 class GraphState(NamedTuple):
-    """Where a state is in the motor's part of a bond graph: a flow "f" of a 1-junction or a displacement "q" of a spring.
+    """Place of a state in the motor's part of a bond graph: a flow "f" of a 1-junction or a displacement "q" of a spring.
 
     The state is `factor` times that.
     """
@@ -272,7 +272,7 @@ def before(time: float) -> Node:
 
 
 class Start(NamedTuple):
-    """How a motor is started: what it is called, and its connections in turn before the one that it runs in."""
+    """Start of a motor: its name, and the connections before the one in which the motor runs."""
 
     title: str
     connections: tuple[Connection, ...]

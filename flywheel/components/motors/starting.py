@@ -1,4 +1,4 @@
-"""How a motor is started: star-delta, transformer, soft start, resistance steps, a stronger field; and as it then runs.
+"""Starts of a motor: star-delta, transformer, soft start, resistance steps, a stronger field; then normal running.
 
 A `Start` is the connections that a motor goes through, each until a time or a speed of its shaft, before it is connected as
 it runs. `Started` is the motor along a motion in which the times of its switches are known: its torque is a law of speed

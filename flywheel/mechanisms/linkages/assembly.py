@@ -150,7 +150,7 @@ def _singular_values(equations: Equations, z: Array) -> tuple[Array, Array]:
 
 
 def _in_families(equations: Equations, z: Array) -> NDArray[np.bool_]:
-    """Which assemblies (n, variables) are members of a continuous family.
+    """Mask of the assemblies (n, variables) that are members of a continuous family.
 
     Where the Jacobian has a null vector v, the plane v · (x - z) = 0.05 holds another solution close by if the assembly is
     one of a family; at a lock or a change point the equations stay open there by the order of that distance squared.
@@ -177,7 +177,7 @@ def _in_families(equations: Equations, z: Array) -> NDArray[np.bool_]:
 
 
 def _family(equations: Equations, z: Array) -> str:
-    """What moves freely in a member of a continuous family, and which pins lie on each other there."""
+    """Names the bodies free to move in a member of a continuous family, and the pins that coincide there."""
     loops = equations.loops
     values, rows = _singular_values(equations, z[None])
     moving = _named(loops, sorted(_movers(np.abs(rows[0, values[0] <= _SINGULAR * values[0, 0]]).max(axis=0))))
@@ -275,7 +275,7 @@ def _expanded(equations: Equations, z: Array) -> tuple[Array, Array, Array]:
 
 
 def _lock(equations: Equations, found: Array) -> Fault:
-    """What meets at a lock; or what a linkage with joints to spare is held by to the second order only."""
+    """Fault of a lock: the assemblies that meet there, or redundant joints that hold the linkage to second order only."""
     loops, jacobian = equations.loops, _expanded(equations, found)[1]
     path = loops.linkage.path
     left, _, right = np.linalg.svd(jacobian[:, 1:])
@@ -293,7 +293,7 @@ def _lock(equations: Equations, found: Array) -> Fault:
 
 
 def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
-    """Which assemblies cross at a change point, how each goes on, and what carries a linkage through it."""
+    """Fault of a change point: the assemblies that cross, the motion along each, and what carries a linkage through it."""
     loops = equations.loops
     ways = _ways(equations, found)
     kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
@@ -324,7 +324,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
 
 
 def _change_point_four_bar(linkage: Linkage, pins: Mapping[str, complex]) -> tuple[str, tuple[str, ...]] | None:
-    """What four bars are called that lie in line in a ring of pins, as Grashof's s + l = p + q lets them, and their bodies.
+    """Name of four bars that lie in line in a ring of pins, as Grashof's s + l = p + q allows, and their bodies.
 
     pins: where each pin stands, by its name, m.
     """
@@ -372,7 +372,7 @@ def _ways(equations: Equations, z: Array) -> list[Array]:
 
 
 def _onward(loops: Loops, way: Array, ways: list[Array]) -> str:
-    """How one of two motions goes on: the rates of what they move unlike, or what moves while the driver rests."""
+    """Describes one of two motions: the rates in which they differ, or the bodies that move while the driver rests."""
     one, other = (way / way[0] if abs(way[0]) > _SMALL * np.abs(way).max() else way for way in ways)
     unlike = [k for k in range(1, way.size) if abs(one[k] - other[k]) > _SMALL]
     if abs(way[0]) <= _SMALL * np.abs(way).max():
@@ -410,7 +410,7 @@ def _and(names: Sequence[str]) -> str:
 
 
 def place(equations: Equations, driver: float) -> str:
-    """Where the driver stands, in its own unit."""
+    """Position of the driver, in its own unit."""
     return _place(equations.loops, driver, equations.loops.linkage.sliding)
 
 
@@ -456,7 +456,7 @@ def _described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
 
 
 def _pins(equations: Equations, z: Array) -> dict[str, complex]:
-    """Where every pin stands, m."""
+    """Position of every pin, m."""
     unit, pins = equations.loops.unit, [joint for joint in equations.loops.linkage.joints if joint.kind == PIN]
     return {pin.name: unit * complex(_places(equations, z[None], pin.second, pin.second_at)[0]) for pin in pins}
 
@@ -550,7 +550,7 @@ def _check_guesses(loops: Loops, isolated: Array, chosen: Array, guesses: dict[i
 
 
 def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) -> NDArray[np.bool_]:
-    """Which guesses are as far from an assembly as assemblies z lie from one another, while another one fits them."""
+    """Mask of guesses as far from an assembly as assemblies z are from one another, though another assembly fits them."""
     columns, gaps = sorted(guesses), np.abs(_gaps(loops, z, guesses))
     spread = np.max([np.abs(_apart(loops, z, other)).max(axis=0) for other in z], axis=0)[[k - 1 for k in columns]]
     gap = np.abs(_gaps(loops, near[None], guesses))[0]
@@ -588,7 +588,7 @@ def _position_faults(equations: Equations, z: Array) -> list[Fault]:
 
 
 def loose_everywhere(equations: Equations) -> bool:
-    """Whether the unknowns are not settled at positions at random either: that is no matter of a special position."""
+    """Tests whether the unknowns are undetermined at random positions too, not at special positions alone."""
     loops = equations.loops
     if loops.equations < loops.unknowns:
         return True
@@ -706,12 +706,12 @@ def _guesses(loops: Loops) -> dict[int, float]:
 
 
 def _angular(loops: Loops) -> NDArray[np.bool_]:
-    """Which unknowns are angles."""
+    """Mask of the unknowns that are angles."""
     return np.array([name.startswith("angle") for name in loops.names[1:]], dtype=bool)
 
 
 def _tied(loops: Loops) -> NDArray[np.bool_]:
-    """Which variables take part in a coupling: a turn more of one of them would break its relation."""
+    """Mask of the variables in couplings: one more turn of one of them would break its relation."""
     weights = [np.abs(form.weights) for r in loops.relations for form in (r.first, r.second)]
     return np.asarray(np.sum([np.zeros(len(loops.names)), *weights], axis=0) > 0.0)
 
@@ -764,7 +764,7 @@ def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
 
 
 def _gaps(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
-    """How far assemblies are from each guess, shape (assemblies, guesses)."""
+    """Distances of assemblies from each guess, shape (assemblies, guesses)."""
     columns = sorted(guesses)
     target = np.zeros(len(loops.names))
     target[columns] = [guesses[k] for k in columns]
@@ -776,7 +776,7 @@ def _distances(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
 
 
 def _on_sides(equations: Equations, z: Array) -> NDArray[np.bool_]:
-    """Which positions have every point on the side of its line that is asked for."""
+    """Mask of the positions that have every point on the side of its line asked for."""
     linkage, fits = equations.loops.linkage, np.ones(len(z), dtype=bool)
     for side in linkage.sides:
         ends = [(body, linkage.link(body).point(name)) for body, name in (side.point, side.start, side.end)]
@@ -802,7 +802,7 @@ def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fa
 
 
 def _open_fault(equations: Equations) -> Fault:
-    """What keeps the bodies apart: the loops that stay open where they are nearest to closing, and joints too many."""
+    """Fault of bodies that do not meet: the loops that stay open at their nearest approach, and redundant joints."""
     loops = equations.loops
     z, ever = _nearest_to_closing(equations, True) if len(loops.linkage.drivers) == 1 else (_starts(loops), True)
     if ever:

@@ -40,7 +40,7 @@ RANK = 1e-9  # of the largest: a singular value below it is nought
 
 
 class Wrench(NamedTuple):
-    """What acts on a body from outside: a force along the frame's x and y (N) at a point of it, a torque (N m).
+    """Action on a body from outside: a force along the frame's x and y (N) at one of its points, a torque (N m).
 
     `at` names a point of the body, or is a place in its own frame (m); the centre of mass if None.
     """
@@ -269,11 +269,11 @@ class Model:
         return np.stack([constant, *(self.forces_by(state, unit) - self.weights for unit in units)], axis=-1)
 
     def load_amounts(self, t: float, q: float, qdot: float) -> list[float]:
-        """What the columns are multiplied by: 1, then the value of every law that varies."""
+        """Factors of the columns: 1, then the value of every law that varies."""
         return [1.0, *[law(t, q, qdot) for _, law in self.varying]]
 
     def reaction_wrenches(self, state: State) -> Array:
-        """What a unit of every reaction does to every coordinate, from free bodies, shape (3 bodies, equations).
+        """Effect of a unit of every reaction on every coordinate, from free bodies, shape (3 bodies, equations).
 
         A force f at the joint's point p acts on the second body as f and (p - c) × f about its centre c, on the first as
         the opposite. A coupling's effort acts on its second coordinate, and reversed, times its ratio, on its first: a
@@ -326,7 +326,7 @@ class Model:
         return self.driven(state, row, np.zeros(state.value.shape), 1.0)
 
     def margin(self, state: State, row: Array) -> Any:
-        """How far the closures are from a lock or branch, over one more row that goes along the motion.
+        """Distance of the closures from a lock or branch, with one more row along the motion.
 
         The smallest singular value of both, of rows of length 1.
         """

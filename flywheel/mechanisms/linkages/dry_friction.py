@@ -53,7 +53,7 @@ _AGAINST = "friction that locks the mechanism"
 
 
 class Mode(NamedTuple):
-    """How a rough linkage moves for a while: forwards (1) or backwards (-1), or not at all (0).
+    """Sense of motion of a rough linkage for a while: forwards (1), backwards (-1), or at rest (0).
 
     factors: of the passive actions' sizes, with the sign against each joint's motion; bearing: sign of each normal force,
     1 for a pin.
@@ -234,7 +234,7 @@ class RoughByDriver:
         return Quantity(values, np.concatenate(sizes))
 
     def instant(self, t: float, y: Array) -> UnitResponses:
-        """What acts at a time and state."""
+        """Actions at a time and state."""
         q, qdot, p, loads = float(y[0]), float(y[1]), self.count, self.loads
         found = self.interpolant.at(q)[self.rub.reach.size + 1 :]
         amounts = np.array([*self.model.load_amounts(t, q, qdot), qdot * qdot])
@@ -295,7 +295,7 @@ class RoughInAllCoordinates:
         self.drifts = [0.0]
 
     def instant(self, t: float, y: Array) -> UnitResponses:
-        """What acts at a time and state."""
+        """Actions at a time and state."""
         n, model = self.n, self.model
         state = model.state(y[:n], y[n : 2 * n])
         forces = model.forces(t, state)

@@ -243,7 +243,7 @@ class Relation(NamedTuple):
     scale: float  # of the lift: 1/unit for a sliding follower
 
     def law(self, z: Array, at: Array | None = None) -> tuple[Array, Array, Array]:
-        """What `second` should be but for the phase, with two derivatives by `first`, (n,) each; a lift's as in `bases`."""
+        """Value of `second` required without the phase, two derivatives by `first`, (n,) each; a lift's as in `bases`."""
         angle = self.first.at(z)
         if self.lift is None:
             return self.ratio * angle, np.full_like(angle, self.ratio), np.zeros_like(angle)
@@ -277,12 +277,12 @@ class Loops(NamedTuple):
 
     @property
     def unknowns(self) -> int:
-        """How many unknowns there are at a given position of the driver."""
+        """Number of unknowns at a given position of the driver."""
         return len(self.names) - 1
 
     @property
     def equations(self) -> int:
-        """How many real equations tie them."""
+        """Number of real equations between them."""
         return 2 * len(self.closures) + len(self.relations)
 
     @property
@@ -393,7 +393,7 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
 
 
 def driver_scales(loops: Loops) -> Array:
-    """What a driver's scaled coordinate stands for, (drivers,): `unit` m of one that slides, 1 rad of one that turns."""
+    """Scale of each driver's coordinate, (drivers,): `unit` m where it slides, 1 rad where it turns."""
     kinds = [loops.linkage.joint(name).kind for name, _ in loops.linkage.drivers]
     return np.array([loops.unit if kind == SLIDE else 1.0 for kind in kinds])
 
@@ -681,7 +681,7 @@ class Equations:
         return _product(bases.whole, places), _product(first, places), _product(second, places)
 
     def turned(self, step: Array) -> Array:
-        """How far (rad) the cams turn in a step of z (absolute values), the farthest of them, shape (n,)."""
+        """Greatest turn (rad) of the cams in a step of z (absolute values), shape (n,)."""
         turns = [step @ np.abs(r.first.weights) for r in self.loops.relations if r.lift is not None]
         return np.max(turns, axis=0) if turns else np.zeros(len(step))
 

@@ -80,7 +80,7 @@ class Assembly(NamedTuple):
 
     @property
     def freedoms(self) -> int:
-        """How many drivers it has."""
+        """Number of drivers."""
         return self.scales.size
 
     def drivers(self, z: Array) -> Array:
@@ -159,7 +159,7 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
 
 
 def lock_fault(assembly: Assembly, q: Array) -> Fault:
-    """Where the linkage comes too near to a lock or a branch, with its drivers at scaled coordinates q."""
+    """Fault of a linkage too near to a lock or a branch, with its drivers at scaled coordinates q."""
     at = standing(Equations(on_way(assembly.loops, q, q)), 0.0)
     found = f"a linkage that locks or branches with the {at}, or comes too near to it to tell"
     return Fault(assembly.linkage.path, found, "one assembly all along the motion", "end before it, or change a length")
@@ -183,7 +183,7 @@ class Local(NamedTuple):
 
     @property
     def square(self) -> bool:
-        """Whether there are no redundant constraints."""
+        """True if there are no redundant constraints."""
         return bool(self.jacobian.shape[0] == self.jacobian.shape[1])
 
 

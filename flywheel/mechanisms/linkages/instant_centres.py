@@ -57,7 +57,7 @@ class InstantCentre(NamedTuple):
 
     @property
     def absolute(self) -> bool:
-        """Whether the second body turns about it, the first being the frame."""
+        """True if the first body is the frame, so that the second turns about this centre."""
         return self.first == FRAME
 
 
@@ -171,7 +171,7 @@ def _direction(poses: Poses, field: _Field, joint: Joint | None) -> Array:
 
 
 def _apart(figures: Array, others: Sequence[Array]) -> Array:
-    """How far figures are from the same found otherwise, doubled."""
+    """Twice the difference between figures and the same figures found by another route."""
     apart = np.max([np.abs(other - figures) for other in others], axis=0) if others else np.zeros_like(figures)
     return np.asarray(2 * apart)
 

@@ -132,7 +132,7 @@ class Actions(NamedTuple):
 
     @property
     def idle(self) -> bool:
-        """Whether there are neither loads nor springs."""
+        """True if there are neither loads nor springs."""
         return not (self.loads or self.springs)
 
 
@@ -671,7 +671,7 @@ def _steps(
 
 
 def _difference(coarse: Any, fine: Any, start: Assembly) -> float:
-    """How far two runs differ at and between the steps of the second, over the greatest travel and speed."""
+    """Difference of two runs at and between the steps of the second, relative to the greatest travel and speed."""
     times = np.sort(np.concatenate((fine.s, 0.5 * (fine.s[1:] + fine.s[:-1]))))
     one, other = (np.array([steps.at(t) for t in times])[:, :-1] / np.tile(start.scales, 2) for steps in (coarse, fine))
     count = start.freedoms

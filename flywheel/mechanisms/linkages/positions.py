@@ -204,7 +204,7 @@ _LESS_FAR = "change a length, or let the driver go less far: [stroke] from and t
 
 
 def _lost(equations: Equations, z: Array) -> Fault:
-    """Where no step can be certified any more."""
+    """Fault of a position beyond which no step can be certified."""
     where = standing(equations, float(z[0]))
     found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
     return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", _LESS_FAR)
@@ -252,7 +252,7 @@ class Solution:
             del self._quintics
 
     def _gain(self) -> Array | None:
-        """What every variable gains over the range; None where that is no whole number of turns after which all return."""
+        """Gain of every variable over the range; None where that is no whole number of turns after which all return."""
         turns = (self.high - self.low) / tau
         if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
             return None

@@ -86,7 +86,7 @@ class Torque(NamedTuple):
 
 
 class Effort(NamedTuple):
-    """What a spring, a motor or a cylinder in a joint does, from its first body to its second, along its coordinate.
+    """Effort of a spring, motor or cylinder in a joint, from its first body on its second, along its coordinate.
 
     A torque (N m) in a pin, a force (N) in a slide or a pin in a slot; a number or shape (n,).
     """
@@ -507,7 +507,7 @@ class Balance(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What the unknowns answer to k loads and to a unit of every passive action, at n positions.
+    """Response of the unknowns to k loads and to a unit of every passive action, at n positions.
 
     values: shape (n, components, k + passives); loose, open: which components are open, and what can be added to them
     (see `Balance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, by which all are forces.
@@ -713,7 +713,7 @@ def continued_sizes(
 
 
 class Friction(NamedTuple):
-    """How friction was found, and what it costs.
+    """Friction found in the joints, and its cost in iterations.
 
     moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
     iterations: Newton steps of the slowest position, 0 where nothing had to be iterated; gap: relative change that the
