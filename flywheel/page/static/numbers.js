@@ -37,11 +37,12 @@ function blockOf(block) {
 function rowsOf(block) {
   const rows = block.rows.map((row) => {
     const wordy = !row.unit && !row.note;
+    const figure = /^[^\p{L}]*\p{N}/u.test(row.value); // stays in one line; words may take several
     return element(
       "tr",
       {},
       element("th", { scope: "row" }, row.label),
-      element("td", { class: wordy ? "words" : "figure", colspan: wordy ? 2 : null }, row.value, row.unit ? ` ${row.unit}` : ""),
+      element("td", { class: figure && !wordy ? "figure" : "words", colspan: wordy ? 2 : null }, row.value, row.unit ? ` ${row.unit}` : ""),
       wordy ? null : element("td", { class: "note" }, row.note ?? ""),
     );
   });
