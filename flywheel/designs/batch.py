@@ -16,9 +16,10 @@ import numpy as np
 from bondgraph.recording import Program
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import EVALUATION, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
-_EVALUATION = 24 * ROUNDING  # as in `turning_moment`
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _ROOT_RANGE = 1.0 - 1e-12
 _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
@@ -153,11 +154,12 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
         for row, value in enumerate((moment, slope, inertia, exchanged, steepness, per_unknown)):
             values[row, 1:_LAST, piece] = value
     count, end = edges.shape[1], edges[-1]
-    balance, by_unknown = np.zeros(count), np.zeros(count)
+    balance, by_unknown, spread = np.zeros(count), np.zeros(count), np.ones(count)
     if givens.unknown:
         net, by_unknown = (_times(_WEIGHTS, values[::5])[:, 0] * half).sum(axis=1)
-        size = (np.abs(values[5]).max(axis=0) * half).sum(axis=0)
+        size = (_times(_WEIGHTS, np.abs(values[5:]))[0, 0] * half).sum(axis=0)
         balance = np.where(np.abs(by_unknown) > _NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
+        spread = turning_moment.spread_of(by_unknown, size)
         values[5] *= balance
         values[0] += values[5]
         values[3] += np.abs(values[5])
@@ -167,13 +169,12 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
     series = _times(_FIT, values[:3])
     tails = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
-    shifts = 2.0 if givens.unknown else 1.0  # a balance shifts M* by what the net work errs
     interpolation = TAIL_OF_INTEGRAL * (tails[:2] * half).sum(axis=1)
-    angle = 2 * ROUNDING * np.sqrt(_shifted(values[:2, 1:_LAST], phi))
+    angle = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
-    inertias = tails[2] + _EVALUATION * sizes + 2 * ROUNDING * end * slopes
-    work = shifts * (interpolation[0] + _EVALUATION * exchanged + angle[0])
-    variation = interpolation[1] + _EVALUATION * slope_exchanged + angle[1]
+    inertias = tails[2] + turning_moment.INERTIA_EVALUATION * sizes + 2 * ROUNDING * end * slopes
+    work = spread * (interpolation[0] + EVALUATION * exchanged + angle[0])
+    variation = interpolation[1] + EVALUATION * slope_exchanged + angle[1]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
@@ -196,12 +197,15 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     )
 
 
-def _shifted(values: Array, phi: Array) -> Array:
-    """Sum of the squares of what angles times differences of values come to, from node to node and cell to cell."""
-    inside = (values[:, 1:] - values[:, :-1]) * phi[1:]
-    between = (values[:, 0, 1:] - values[:, -1, :-1]) * phi[0, 1:]
+def _by_angles(values: Array, phi: Array) -> Array:
+    """Errors of integrals by rounded angles, from the differences of values from node to node and cell to cell."""
+    inside, between = values[:, 1:] - values[:, :-1], values[:, 0, 1:] - values[:, -1, :-1]
+    swings = np.abs(inside).sum(axis=(1, 2)) + np.abs(between).sum(axis=1)
+    inside *= phi[1:]
     inside *= inside
-    return np.asarray(inside.sum(axis=(1, 2)) + (between * between).sum(axis=1))
+    between *= phi[0, 1:]
+    squares = inside.sum(axis=(1, 2)) + (between * between).sum(axis=1)
+    return np.asarray(2 * ROUNDING * np.sqrt(squares) + SHIFT * swings)
 
 
 def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loose: Array) -> dict[str, Array]:
@@ -410,14 +414,15 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
     fluctuation, torque = ((sums.greatest[row] - sums.least[row]) / unit for row in (WORK, TORQUE))
     total = (sums.greatest[FAST] - sums.least[SLOW]) / unit
     exact, torque = total - start, np.maximum(torque, 0.0)
-    error = (2 * sums.work + (1 + eps / 2) ** 2 * square * sums.variation) / unit
+    error = (sums.work + 0.5 * (1 + eps / 2) ** 2 * square * sums.variation) / unit
     error += sums.inertia + 8 * ROUNDING * (np.abs(total) + start)
     scale = np.maximum(exact, fluctuation)
     scale = np.where(scale > 4 * error, scale, np.maximum(np.maximum(scale, sums.largest), sums.exchanged / unit))
     error = np.where(exact < -error, 0.0, error)
     least, least_error = _least_inertia(sums), sums.extent[2]
     by_slope = np.minimum(least_error, sums.variation)
-    of_areas, of_torque = 2 * sums.work / unit, (2 * sums.work + square * sums.variation) / unit
+    of_areas = sums.work / unit + 4 * ROUNDING * fluctuation
+    of_torque = (sums.work + 0.5 * square * sums.variation) / unit + 4 * ROUNDING * torque
 
     def relative(error: Array, figure: Array | float) -> Array:
         size = np.maximum(figure, fluctuation)
@@ -481,7 +486,7 @@ def of_cycle(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[s
     }
     errors = {
         "speed": 0.0 * givens.speed + _READING_ERROR,
-        "energy_fluctuation": 2 * of_work,
+        "energy_fluctuation": of_work,
         "accumulated_max": of_work,
         "accumulated_min": of_work,
         "angle_speed_max": sums.angle,

@@ -26,6 +26,7 @@ from flywheel.designs import batch
 from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, DesignValues, Pieces, Sums
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
+from flywheel.regime.turning_moment import EVALUATION, INERTIA_EVALUATION, SHIFT
 
 LANES = 16
 _L = LANES
@@ -287,7 +288,6 @@ _GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARG
     30,
     31,
 )
-_EVALUATION = 24 * ROUNDING
 _TAIL = cells.TAIL_OF_INTEGRAL
 _ROOT_RANGE = 1.0 - 1e-12
 _TAIL_SHARE, _NO_EFFECT = 1e-6, 1e-9
@@ -297,7 +297,9 @@ _EPS = ROUNDING
     k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16)
 )
 # and to the whole cycle: sums over cells, and the values at the last node
-(_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _CYCLE) = (k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12))
+(_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _CYCLE) = (
+    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14)
+)
 
 
 @_compiled
@@ -306,6 +308,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
     for i in range(_L):
         out[_BALANCE, i] = 0.0
         out[_BY_UNKNOWN, i] = 0.0
+        out[_WORK_ERROR, i] = 1.0  # first the factor by which a balance spreads errors, see `turning_moment.spread_of`
     if not unknown:
         return
     net, own, size = np.zeros(_L), np.zeros(_L), np.zeros(_L)
@@ -323,6 +326,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
             size[i] += c * w[_HALF + i]
     for i in range(_L):
         out[_BY_UNKNOWN, i] = own[i]
+        out[_WORK_ERROR, i] = 0.5 * (1.0 + size[i] / abs(own[i])) if own[i] != 0.0 else np.inf
         out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > _NO_EFFECT * size[i] else np.nan
         net[i] = out[_BALANCE, i]
     for cell in range(values.shape[0]):
@@ -422,15 +426,17 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
                 mean += _MEAN[k] * s[(row * ORDER + k) * _L + i]
             w[_STOP + own + i] = w[_START + own + i] + mean * w[_HALF + i]
         for i in range(_L):
-            total, last = 0.0, c[_BEFORE + own + i]
+            total, swing, last = 0.0, 0.0, c[_BEFORE + own + i]
             if first:
                 last = v[(row * _P + 1) * _L + i]
             for node in range(ORDER):
                 value = v[(row * _P + node + 1) * _L + i]
                 moved = (value - last) * (w[_MIDDLE + i] + w[_HALF + i] * NODES[node])
                 total += moved * moved
+                swing += abs(value - last)
                 last = value
             c[_SHIFTED + own + i] += total
+            c[_SWING + own + i] += swing
             c[_BEFORE + own + i] = last
     for i in range(_L):
         steep, most, largest, mean = 0.0, 0.0, 0.0, 0.0
@@ -440,7 +446,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
         for k in range(ORDER):
             largest += abs(s[(2 * ORDER + k) * _L + i])
             mean += _MEAN[k] * s[(2 * ORDER + k) * _L + i]
-        error = w[_TAILS + 2 * _L + i] + _EVALUATION * most + 2 * _EPS * w[_END + i] * steep
+        error = w[_TAILS + 2 * _L + i] + INERTIA_EVALUATION * most + 2 * _EPS * w[_END + i] * steep
         w[_INERTIA + i] = error
         c[_WORST + i] = max(c[_WORST + i], error)
         c[_MOST + i] = max(c[_MOST + i], largest)
@@ -461,16 +467,16 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         at_ends(v, s, w)
         cut_off(s, w)
         summed(v, s, w, c, cell == 0)
-    shifts = 2.0 if unknown else 1.0
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
         out[_START_AT, i] = cellwise[0, _LOW // _L, i]
         out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
         out[_EXCHANGED, i] = c[_SIZE + i]
-        angle, turn = 2 * _EPS * math.sqrt(c[_SHIFTED + i]), 2 * _EPS * math.sqrt(c[_SHIFTED + _L + i])
-        out[_WORK_ERROR, i] = shifts * (c[_CUT + i] + _EVALUATION * c[_SIZE + i] + angle)
-        out[_VARIATION, i] = c[_CUT + _L + i] + _EVALUATION * c[_SIZE + _L + i] + turn
+        angle = 2 * _EPS * math.sqrt(c[_SHIFTED + i]) + SHIFT * c[_SWING + i]
+        turn = 2 * _EPS * math.sqrt(c[_SHIFTED + _L + i]) + SHIFT * c[_SWING + _L + i]
+        out[_WORK_ERROR, i] *= c[_CUT + i] + EVALUATION * c[_SIZE + i] + angle
+        out[_VARIATION, i] = c[_CUT + _L + i] + EVALUATION * c[_SIZE + _L + i] + turn
         out[_INERTIA_ERROR, i] = c[_WORST + i]
         out[_LARGEST, i] = c[_MOST + i]
         out[_MEAN_AT, i] = c[_AREA + i] / end

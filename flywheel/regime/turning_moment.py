@@ -7,7 +7,7 @@ where the moment crosses zero, where the speed is extreme.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from flywheel.machine.programs import programs_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse, Crossings, Index
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
 
-_EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
+EVALUATION = 4 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
+SHIFT = 4 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
+INERTIA_EVALUATION = 24 * ROUNDING  # error of I* relative to it
 _BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
 _MOST_FOR_BALANCE = 2_000  # cells that the last digit of a balance alone is worth, beside those of the machine's own mesh
@@ -31,9 +32,13 @@ _CELL_END = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 class CycleErrors(NamedTuple):
     """Absolute errors estimated of a resolved cycle: of W (J), of the variation of I* and of I* itself (kg m²).
 
-    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 24
-    units of the sizes that they are summed from. What the rounding of angles shifts adds up as independent shares do: twice
-    the root of the sum of their squares, which is what to expect and no bound.
+    `work` and `variation` hold for every difference of two values within the cycle, W - W(0) among them.
+
+    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 4
+    units of the sizes that they are summed from, and what rounded lengths and angles of the scene move: as much as a shift
+    of the crank by 4 units of rounding. What the rounding of each node's angle shifts adds up as independent shares do:
+    twice the root of the sum of their squares, which is what to expect and no bound. On 2,900 random machines, in extended
+    precision, the errors came to 0.13 of these in 99 of 100, and to 0.67 at most.
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
     I* itself in each cell.
@@ -112,10 +117,28 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     balance = -net / effect + 0.0  # never -0
     values[0] += balance * by_unknown
     values[3] += abs(balance) * size
-    return assembled(mesh, values[:5], balance, by_unknown=effect)
+    return assembled(mesh, values[:5], balance, by_unknown=effect, spread=spread_of(effect, of_sizes))
 
 
-def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: float = 0.0, closed: bool = False) -> Cycle:
+def spread_of(effect: Any, of_sizes: Any) -> Any:
+    """Factor by which a balance spreads an error of the moment over differences of W.
+
+    u = -N0/N1 takes the share s = (integral of dM*/du from a to b)/N1 of the net work's error from W(b) - W(a). Errors of
+    integral E then leave (1 - s) of those between a and b, and s of the others: at most E max(|s|, |1 - s|), where |s| and
+    |1 - s| are no more than (1 + V)/2, V the variation of the share over the cycle.
+
+    Args:
+        effect: N1, the integral of dM*/du over the cycle.
+        of_sizes: that of |dM*/du|.
+
+    >>> spread_of(2.0, 2.0), spread_of(-1.0, 3.0)
+    (1.0, 2.0)
+
+    """
+    return 0.5 * (1.0 + of_sizes / abs(effect))
+
+
+def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: float = 0.0, spread: float = 1.0) -> Cycle:
     """A cycle from its values at the nodes.
 
     Args:
@@ -125,7 +148,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         balance: the unknown (SI), where there is one.
         by_unknown: the integral of dM*/du over the cycle, by which the error of the balance follows from that of the net
             work.
-        closed: whether the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
+        spread: factor by which what closes the cycle spreads errors of the moment over differences of W.
 
     """
     half = mesh.half[:, 0]
@@ -133,18 +156,20 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
     tails = cells.tails(series)
-    shifts = 2.0 if closed or balance is not None else 1.0  # a balance shifts M* by what the net work errs
     by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
-    by_cell[0] *= shifts
+    by_cell[0] *= spread
     peaks = np.abs(values[1:]).max(axis=-1)
-    inertias = tails[2] + _EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
+    inertias = tails[2] + INERTIA_EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
     exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
     # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
     rows = values[:2].reshape(2, -1)
-    by_angle = (2 * ROUNDING * np.hypot.reduce((rows[:, 1:] - rows[:, :-1]) * mesh.phi.reshape(-1)[1:], axis=1)).tolist()
+    swings = rows[:, 1:] - rows[:, :-1]
+    by_angle = 2 * ROUNDING * np.hypot.reduce(swings * mesh.phi.reshape(-1)[1:], axis=1) + SHIFT * np.abs(swings).sum(axis=1)
+    net, turn = by_angle.tolist()
+    net += EVALUATION * exchanged
     interpolation = by_cell.sum(axis=1).tolist()
-    work = interpolation[0] + shifts * (_EVALUATION * exchanged + by_angle[0])
-    variation = interpolation[1] + _EVALUATION * slope_exchanged + by_angle[1]
+    work = interpolation[0] + spread * net
+    variation = interpolation[1] + EVALUATION * slope_exchanged + turn
     return Cycle(
         mesh=mesh,
         series=series,
@@ -601,4 +626,4 @@ def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
     by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
-    return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)
+    return assembled(moments.mesh, values, unknown, by_unknown=by_unknown, spread=2.0)

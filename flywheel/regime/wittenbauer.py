@@ -209,7 +209,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    error = (2 * errors.work + (1 + eps / 2) ** 2 * square * errors.variation) / unit
+    error = (errors.work + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / unit
     error += errors.inertia + 8 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
@@ -346,7 +346,8 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
     least, _, least_error, _ = figures.extent
     by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
-    areas_error, torque_error = 2 * errors.work / unit, (2 * errors.work + square * errors.variation) / unit
+    areas_error = errors.work / unit + 4 * ROUNDING * fluctuation
+    torque_error = (errors.work + 0.5 * square * errors.variation) / unit + 4 * ROUNDING * torque
 
     def relative(error: float, figure: float) -> float:
         scale = max(figure, fluctuation)

@@ -86,7 +86,7 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
         "power": None,
         "accumulated_max": areas,
         "accumulated_min": areas,
-        "energy_fluctuation": None if areas is None else areas + (work or 0.0),
+        "energy_fluctuation": areas,
         "coefficient_of_energy": None,
         "angle_speed_max": error.extremes,
         "angle_speed_min": error.extremes,
@@ -101,7 +101,7 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
         relative = _relative(of_drive.work, sizing.drive_work or 0.0, cycle.exchanged)
         found["power"] = None if speed is None else relative + speed + _READ
         if sizing.coefficient_of_energy is not None:
-            own = 2 * (work or 0.0) * constant.exchanged
+            own = (work or 0.0) * constant.exchanged
             relative = _relative(of_drive.work, sizing.drive_work or 0.0, constant.exchanged)
             found["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
     return found
