@@ -417,7 +417,8 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
     error = (sums.work + 0.5 * (1 + eps / 2) ** 2 * square * sums.variation) / unit
     error += sums.inertia + 8 * ROUNDING * (np.abs(total) + start)
     scale = np.maximum(exact, fluctuation)
-    scale = np.where(scale > 4 * error, scale, np.maximum(np.maximum(scale, sums.largest), sums.exchanged / unit))
+    at_hand = np.maximum(sums.largest, sums.exchanged / unit)
+    scale = np.where(scale > 4 * error, scale, np.maximum(scale, at_hand))
     error = np.where(exact < -error, 0.0, error)
     least, least_error = _least_inertia(sums), sums.extent[2]
     by_slope = np.minimum(least_error, sums.variation)
@@ -426,7 +427,7 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
 
     def relative(error: Array, figure: Array | float) -> Array:
         size = np.maximum(figure, fluctuation)
-        return np.asarray(error / np.where(size > 4 * error, size, np.maximum(size, scale)))
+        return np.asarray(error / np.where(size > 4 * error, size, np.maximum(size, at_hand)))
 
     def net(figure: Array, error: Array) -> Array:
         """The error of a total less the least I*."""

@@ -214,7 +214,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
-        scale = max(scale, float(np.abs(cycle.series[2]).sum(axis=-1).max()), cycle.exchanged / unit, 1e-300)
+        scale = max(scale, _at_hand(cycle, unit))
     error += errors.residual / unit
     if exact < -error:  # the machine's own inertia suffices, whatever rounding did: the figure is 0
         error = 0.0
@@ -223,6 +223,11 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         expected, advice = "a figure within the floating-point range", "check the scene's units"
         raise SceneError([Fault("flywheel.irregularity", what, expected, advice)])
     return figures._replace(total=total, error=error, scale=scale)
+
+
+def _at_hand(cycle: Cycle, unit: float) -> float:
+    """The inertia (kg m²) that errors are relative to where a figure is but rounding: of the machine, or of all its work."""
+    return max(float(np.abs(cycle.series[2]).sum(axis=-1).max()), cycle.exchanged / unit, 1e-300)
 
 
 def _motion(machine: Machine, figures: Figures) -> Run | None:
@@ -351,7 +356,7 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
 
     def relative(error: float, figure: float) -> float:
         scale = max(figure, fluctuation)
-        scale = scale if scale > 4 * error else max(scale, figures.scale)
+        scale = scale if scale > 4 * error else max(scale, _at_hand(figures.cycle, unit))
         return (error + errors.residual / unit) / scale
 
     def net(total: float, error: float) -> float:
