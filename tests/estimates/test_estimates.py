@@ -29,6 +29,9 @@ FOUND = {  # what these once had wrong
     1000784: "a machine in which nothing varies",
     1000553: "where the zeros of M* end in a double root",
     1000629: "a double root of M* at the beginning of a cell, off by 7e-5 rad",
+    4000456: "a weight all but square to its path, whose angle is rounded",
+    5000954: "a load that acts where its port all but stands still",
+    1000287: "an approximate flywheel that is but rounding beside an exact one",
 }
 
 
@@ -58,7 +61,7 @@ def test_random_scenes_are_of_every_kind() -> None:
 def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) -> None:
     told = summary(outcomes).splitlines()
     (whole,) = [line for line in told if line.strip().startswith("all ")]
-    assert float(whole.split("median")[1].split(",")[0]) < 1000
+    assert float(whole.split("median")[1].split(",")[0]) < 300
 
 
 @pytest.mark.parametrize("seed", sample(FOUND, 10))

@@ -179,13 +179,21 @@ def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
     if not finite(total) or total.min() <= 0 or flywheel + cycle.at_start + cycle.variation.looked().min() <= 0:
         return None
     work, variation = cycle.work.nodes(), cycle.variation.nodes()
+    moment, slope = panels.fit(cycle.moment), panels.fit(cycle.slope)
 
-    def run(level: Any) -> Run:
+    def run(level: Any, *, exact: bool = False) -> Run:
+        def excess(panel: Any, t: Any) -> Any:
+            w, v = cycle.work.at(panel, t), cycle.variation.at(panel, t)
+            return (2 * level + 2 * w - speed**2 * v) / (speed**2 * (flywheel + cycle.at_start + v))
+
+        def torque(panel: Any, t: Any) -> Any:
+            pull = speed**2 / 2 * (1 + excess(panel, t))
+            return panels.valued(moment[panel], t) - pull * panels.valued(slope[panel], t)
+
         s = (2 * level + 2 * work - speed**2 * variation) / (speed**2 * total)
-        places = panels.candidates(cycle.moment - speed**2 / 2 * (1 + s) * cycle.slope)
-        w, v = cycle.work.at(*places), cycle.variation.at(*places)
-        at = (2 * level + 2 * w - speed**2 * v) / (speed**2 * (flywheel + cycle.at_start + v))
-        return Run(speed, places, at, level)
+        values = cycle.moment - speed**2 / 2 * (1 + s) * cycle.slope
+        places = panels.candidates(values, torque if exact else None)
+        return Run(speed, places, excess(*places), level)
 
     looked = cycle.work.looked()
     lowest = -(speed**2) / 2 * (flywheel + cycle.at_start) - looked.min()
@@ -213,7 +221,7 @@ def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
             break
         if high is not None and high - lowest <= finer(15) * abs(lowest):
             return None
-    found = run(level)
+    found = run(level, exact=True)
     return found if found.s.min() > -1 and abs(sum(found.excess)) < 1e-12 else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -145,8 +146,11 @@ class Places(NamedTuple):
         return np.where(np.abs(self.t) == 1, at_end, inside)
 
 
-def roots(values: Any) -> Places:
-    """Where functions, smooth on each panel, change their sign between two neighbours of nodes and ends."""
+def roots(values: Any, exactly: Callable[[Any, Any], Any] | None = None) -> Places:
+    """Where functions, smooth on each panel, change their sign between two neighbours of nodes and ends.
+
+    `exactly` has their values at places of panels, where their own series on the panels are not resolved.
+    """
     series = fit(values)
     values = looked(series)
     panel, gap = np.nonzero(values[:, 1:] * values[:, :-1] < 0)
@@ -154,11 +158,11 @@ def roots(values: Any) -> Places:
     if panel.size == 0:
         return Places(panel, np.zeros(0, dtype=KIND))
     ends = LOOK[gap], LOOK[gap + 1], values[panel, gap], values[panel, gap + 1]
-    return Places(panel, bracketed(lambda t: valued(rows, t), *ends))
+    return Places(panel, bracketed(lambda t: valued(rows, t) if exactly is None else exactly(panel, t), *ends))
 
 
-def candidates(values: Any) -> Places:
+def candidates(values: Any, exactly: Callable[[Any, Any], Any] | None = None) -> Places:
     """Those places, and all ends of panels."""
-    found, count = roots(values), np.arange(len(values))
+    found, count = roots(values, exactly), np.arange(len(values))
     ones = np.ones(count.size, dtype=KIND)
     return Places(np.concatenate((found.panel, count, count)), np.concatenate((found.t, -ones, ones)))

@@ -51,6 +51,23 @@ def test_exact_equals_approximate_where_the_inertia_is_constant():
     assert_allclose(result.reduced_inertia, 0.25, rtol=1e-14)
 
 
+@pytest.mark.parametrize("offset", [0.2, 0.5, 2.0])
+def test_a_balance_spreads_errors_of_the_moment_by_no_more_than_its_factor(offset):
+    """Errors of one sign within an interval and of the other outside it are the worst for the work done within."""
+    mesh = piecewise.cells(np.linspace(0.0, 2 * pi, 9))
+    weights, effect = piecewise.node_weights(mesh), (offset + np.cos(mesh.phi)).ravel()
+    whole = float(weights @ effect)
+    factor = turning_moment.spread_of(whole, float(weights @ np.abs(effect)))
+    worst = 0.0
+    for first in range(effect.size):
+        for last in range(first, effect.size):
+            inside = (np.arange(effect.size) >= first) & (np.arange(effect.size) <= last)
+            share = float((weights * effect)[inside].sum()) / whole
+            worst = max(worst, abs(1 - share), abs(share))  # errors of integral 1, where they count most
+    assert worst <= factor * (1 + 1e-12)
+    assert factor == pytest.approx(1.0) if offset > 1.0 else worst > 1.2
+
+
 def test_the_exam_of_p103():
     slow = sized(scenes.yoke())
     assert slow.balance.value == pytest.approx(500 / np.pi, rel=1e-14)
