@@ -279,7 +279,7 @@ def _shortcut(one: Candidate, sizing: Sizing) -> str:
     if one.gives is None:
         return _("too small: the machine would stop (DANGER)")
     if one.inertia <= 0.0:
-        return _("ask for none (DANGER)")
+        return _("give none (DANGER)")
     if abs(off) <= max(_SAME_FLYWHEEL, one.off_error):
         return _("agrees")
     if off > 0.0:
