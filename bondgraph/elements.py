@@ -184,6 +184,15 @@ def R(name: str, law: Any, domain: str = "", part: str = "") -> Element:
     return Element("R", name, law_of(law), domain, part)
 
 
+def RS(name: str, law: Any, domain: str = "", part: str = "") -> Element:
+    """A resistor with a thermal port: what it dissipates heats the body that it has its second bond to.
+
+    Hung on a junction as R is, and bonded to the 0-junction of a body: `b.on("shaft", RS("rub", 0.5)).bond("rub", "body")`.
+    In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat.
+    """
+    return Element("RS", name, law_of(law), domain, part)
+
+
 def TF(name: str, ratio: Any) -> Element:
     """A transformer: f_out = T f_in, e_in = T e_out; with a function or a `Modulus`, a modulated one (MTF)."""
     return Element("TF", name, law_of(ratio))

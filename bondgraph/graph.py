@@ -100,12 +100,25 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _wrong_counts(elements, bonds)
     if not elements:
         yield "the graph is empty"
-    elif len(seen := reached_from(next(iter(elements)), neighbours(elements, bonds))) < len(elements):
+    elif len(seen := reached_from(next(iter(elements)), _near(graph))) < len(elements):
         yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
+    yield from _without_momentum(elements, bonds)
     yield from _rival_sources(elements, bonds)
+
+
+def _near(graph: BondGraph) -> dict[str, list[str]]:
+    """The names that each element has bonds with, or reads, or is read by."""
+    near = neighbours(graph.elements, graph.bonds)
+    for name, element in graph.elements.items():
+        for quantity in element.law.of if isinstance(element.law, Function) else ():
+            if graph.reading(quantity) is not None:
+                other = quantity[2:]
+                near[name].append(other)
+                near[other].append(name)
+    return near
 
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:
@@ -181,7 +194,7 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
                 "C": "; its own displacement is q",
                 "I": "; its own momentum is p",
             }.get(element.kind, "")
-            for missing in [n for n in law.of if n not in known | own]:
+            for missing in [n for n in law.of if n not in known | own and graph.reading(n) is None]:
                 expected = "no declared displacement, signal or parameter, nor t" + hint
                 yield f"{where}: depends on {missing!r}, which is {expected}"
             varying = graph.depends_on(name)
@@ -203,6 +216,16 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
             meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]  # none: through unnamed ones
             numbers = ", ".join(str(bond.number) for bond in meet or region)
             yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
+
+
+def _without_momentum(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    for region, names in _regions(elements, bonds):
+        domain = DOMAINS.get(names[0][0]) if names else None
+        if domain is None or domain.momentum.name != "-":
+            continue
+        for name in dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind == "I"):
+            number = next(b.number for b in region if name in b[1:])
+            yield f"I:{name} (bond {number}): the {domain.name} domain has no momentum, and so no inertia: take it out"
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
@@ -326,6 +349,19 @@ class BondGraph:
         """What a law calls the element's own quantity: f or e of a resistor, q of a compliance, p of an inertia."""
         element, law = self.elements[name], self.elements[name].law
         return own_name(element.kind, law.of, self._declared) if isinstance(law, Function) else None
+
+    def reading(self, quantity: str) -> tuple[str, int] | None:
+        """The letter and bond of what a law may read of the motion itself, without taking power; None of other names.
+
+        f_NAME is the flow of a 1-junction or one-port, e_NAME the effort of a 0-junction or one-port, p_NAME an inertia's
+        momentum, q_NAME a compliance's displacement. A declared name stands for what is declared.
+        """
+        letter, _, name = quantity.partition("_")
+        element = self.elements.get(name)
+        if quantity in self._declared or element is None or not self._incident[name]:
+            return None
+        of = {"f": ONE_PORTS | {"1"}, "e": ONE_PORTS | {"0"}, "p": {"I"}, "q": {"C"}}
+        return (letter, self._incident[name][0].number) if element.kind in of.get(letter, ()) else None
 
     @cached_property
     def _declared(self) -> frozenset[str]:
@@ -768,21 +804,42 @@ class Builder:
         return graph
 
     def _written(self) -> dict[str, Any]:
-        """A copy of the graph so far, by the fields that a graph and a part share."""
+        """A copy of the graph so far, by the fields that a graph and a part share; resistors that heat in two halves."""
+        elements, bonds = dict(self._elements), list(self._bonds)
+        for rubbing in (e for e in self._elements.values() if e.kind == "RS"):
+            _heated(rubbing, elements, bonds)
         return {
-            "elements": dict(self._elements),
-            "bonds": tuple(self._bonds),
+            "elements": elements,
+            "bonds": tuple(bonds),
             "displacements": dict(self._displacements),
             "signals": tuple(self._signals),
             "parameters": dict(self._parameters),
         }
 
 
+def _heated(element: Element, elements: dict[str, Element], bonds: list[Bond]) -> None:
+    """Write a resistor with a thermal port as R and a source of the entropy that its power makes: S' = e f/T."""
+    name, own = element.name, [k for k, b in enumerate(bonds) if element.name in b[1:]]
+    hot = next((k for k in reversed(own) if bonds[k].tail == name and elements[bonds[k].head].kind == "0"), None)
+    if len(own) != 2 or hot is None:
+        raise GraphError(
+            f"RS:{name}: found {len(own)} bonds, expected two: one that brings its power, and one from it to the 0-junction "
+            f'of the body that it heats, as bond("{name}", BODY)'
+        )
+    side = next(bonds[k] for k in own if k != hot)
+    body, source = bonds[hot].head, f"{name}.heat"
+    elements[name] = element._replace(kind="R")
+    law = Function(lambda e, f, T: side.sign(name) * e * f / T, ("e", "f", "T"), (f"e_{name}", f"f_{name}", f"e_{body}"))
+    elements[source] = Element("Sf", source, law, "", element.part)
+    bonds[hot] = bonds[hot]._replace(tail=source)
+
+
 def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
     law = element.law
     if isinstance(law, Function):
         fixed = (TIME, OWN.get(element.kind))
-        return law.renamed({old: new for old, new in displacements.items() if old not in fixed})
+        read = {f"{letter}_{old}": f"{letter}_{new}" for old, new in elements.items() for letter in "fepq"}
+        return law.renamed({old: new for old, new in {**read, **displacements}.items() if old not in fixed})
     if isinstance(law, Modulus | Law):
         return law._replace(motion=law.motion._replace(of=elements.get(law.motion.of, law.motion.of)))
     return law

@@ -42,6 +42,15 @@ class Audit(NamedTuple):
     dissipated: Array
     supplied: Array
 
+    def __repr__(self) -> str:
+        """Three lines: power, energy, and what became of the energy in the run."""
+        gained = self.stored[-1] - self.stored[0]
+        return (
+            f"power: {self.power:.2g} of the greatest is not accounted for, at {self.power_at}\n"
+            f"energy: {self.energy:.2g} of the greatest is missing\n"
+            f"supplied {self.supplied[-1]:.6g} J, stored {gained:.6g} J more, dissipated {self.dissipated[-1]:.6g} J"
+        )
+
 
 class Auditor:
     """What elements ask of flows and efforts by their laws, and nothing by the equations of the motion."""
@@ -55,6 +64,8 @@ class Auditor:
         self.efforts = {number: _filled(value, times.shape) for number, value in at.efforts.items()}
         self.places: dict[str, Any] = {TIME: times, **self.state}
         self.places |= {name: signal(*[times] * len(signal.of)) for name, signal in dynamics.signals.items()}
+        for letter, values in (("f", self.flows), ("e", self.efforts)):
+            self.places |= {f"{letter}_{name}": values[self.graph.at(name)[0].number] for name in self.graph.elements}
         self.displacement_of = {d.of: d.name for d in reversed(dynamics.form.displacements)}
 
     def law(self, name: str, own: Any = None) -> Array:

@@ -67,7 +67,8 @@ def _bends(form: Formulation, group: Group) -> bool:
     if group.loop and moving:
         where = form.graph.title(moving[0].element.name)
         raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
-    return bool(curved) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
+    reads = [p for p in ports if any(form.read(p, name) is not None for name in getattr(p.element.law, "of", ()))]
+    return bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
 
 
 def _weighed(form: Formulation) -> tuple[int, ...]:
@@ -147,10 +148,11 @@ class Walk:
         self.outputs: list[Any] = [None] * len(self.form.column)
         for k, port in enumerate(self.form.stores):
             self.outputs[k] = self.stored(port, self.state[k])
-        self._gain()
+        self.gain: Any = None
         self._values: dict[int, Any] = {}
         self._weighed: list[Any] | None = None
         self._biased: dict[int, Any] | None = None
+        self._gain()
         self.balance: Balance | None = None
         self._act()
 
@@ -224,9 +226,30 @@ class Walk:
                 values.append(own)
             elif argument in self.graph.parameters:
                 values.append(self.graph.parameter(argument, name))
-            else:
+            elif argument in self._places:
                 values.append(self._places[argument])
+            else:
+                values.append(self._read(argument, name))
         return values
+
+    def _read(self, argument: str, name: str) -> Any:
+        """A flow, effort, momentum or displacement that the law of an element reads."""
+        found = self.graph.reading(argument)
+        assert found is not None
+        letter, bond = found
+        form, where = self.form, self.graph.where(name)
+        if letter in "pq":
+            place = next((k for k, p in enumerate(form.stores) if p.bond == bond), None)
+            if place is None:
+                raise GraphError(f"{where} reads {argument}, which is no state: {form.strokes.follows[argument[2:]]}")
+            return self.state[place]
+        variable = (form.flow if letter == "f" else form.effort)[bond]
+        if self.gain is not None:
+            return self.value(variable)
+        column = form.column.get(variable, len(form.stores))  # a modulus is needed before all that follows by it
+        if column >= len(form.stores):
+            raise GraphError(f"{where} reads {argument}, which no store gives from its state: a modulus may read such alone")
+        return self.outputs[column]
 
     def _law(self, name: str, own: Any = None) -> Any:
         law = self.graph.elements[name].law
@@ -316,6 +339,10 @@ class Walk:
             return 1.0
         if name in self.tables.owner_of:
             return self.value(self.tables.owner_of[name])
+        if name not in self.tables.signals:
+            raise GraphError(
+                f"the rate of {name} is needed, for a store follows by it: only displacements and signals have one"
+            )
         signal = self.tables.signals[name]
         return self._call(lambda t: signal.partials(t)[1][0], (self.t,)) if signal.of else 0.0
 
@@ -334,7 +361,7 @@ class Walk:
         """Of every variable, {column: gain}."""
         for ratio, name in self.tables.moduli:
             self.moduli[id(ratio)] = self._modulus(ratio, name)
-        self.gain: list[dict[int, Any]] = [{} for _ in self.form.support]
+        self.gain = [{} for _ in self.form.support]
         for variable, k in self.form.column.items():
             self.gain[variable] = {k: 1.0}
         for step in self.form.steps:
@@ -414,6 +441,13 @@ class Walk:
             name, sign, w = port.element.name, port.sign, self.value(port.input)
             gains = [self.gain[port.input].get(k, 0.0) for k in columns]
             law = port.element.law
+            if port.element.kind in SOURCES:  # it reads flows or efforts of the loop
+                assert isinstance(law, Function)
+                value, partials = self._partials(law, name)
+                residual.append(given - value)
+                more = self._sensed(port, law, partials, columns)
+                slopes.append([(1.0 if k == row else 0.0) - m for k, m in enumerate(more)])
+                continue
             if self.graph.is_curve(name):
                 assert isinstance(law, Function)
                 named = self.graph.own(name) or ""
@@ -421,12 +455,13 @@ class Walk:
                 argument = (w if effort else sign * w) if native else (given if effort else sign * given)
                 value, partials = self._partials(law, name, argument)
                 a, b = (sign * value, sign * partials[own]) if effort else (value, sign * partials[own])
+                more = [(sign if effort else 1.0) * m for m in self._sensed(port, law, partials, columns)]
                 if native:  # z = law(w)
                     residual.append(given - a)
-                    slopes.append([(1.0 if k == row else 0.0) - b * g for k, g in enumerate(gains)])
+                    slopes.append([(1.0 if k == row else 0.0) - b * g - more[k] for k, g in enumerate(gains)])
                 else:  # law(z) = w
                     residual.append(a - w)
-                    slopes.append([(b if k == row else 0.0) - g for k, g in enumerate(gains)])
+                    slopes.append([(b if k == row else 0.0) - g + more[k] for k, g in enumerate(gains)])
                 continue
             factor = sign * self._resistance(name)
             if port.gives == "e":
@@ -436,6 +471,11 @@ class Walk:
                 residual.append(factor * given - w)
                 slopes.append([(factor if k == row else 0.0) - g for k, g in enumerate(gains)])
         return residual, slopes
+
+    def _sensed(self, port: Port, law: Function, partials: Sequence[Any], columns: Sequence[int]) -> list[Any]:
+        """How the value of a law changes with the outputs of a loop by the flows and efforts that it reads."""
+        read = [(self.form.read(port, name), partial) for name, partial in zip(law.of, partials, strict=True)]
+        return [total(d * self.gain[v].get(k, 0.0) for v, d in read if v is not None) for k in columns]
 
     def _closed(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of linear resistors in a loop."""

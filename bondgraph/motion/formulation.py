@@ -233,7 +233,17 @@ class Formulation:
             speed, own = self.variable(law.motion.of), self.flow[port.bond]
             seen = {"speed": speed, "flow": own}
             return tuple(v for name, v in seen.items() if law.moving and name in law.sees)
-        return (port.input,) if kind == "R" else ()
+        read = [v for name in getattr(law, "of", ()) if (v := self.read(port, name)) is not None]
+        return (*((port.input,) if kind == "R" else ()), *read)
+
+    def read(self, port: Port, name: str) -> int | None:
+        """The variable that a law reads under a name; None where it reads none, but a state or what is declared."""
+        if name == self.graph.own(port.element.name):
+            return None
+        found = self.graph.reading(name)
+        if found is None or found[0] in "pq":
+            return None
+        return (self.flow if found[0] == "f" else self.effort)[found[1]]
 
     def _ordered(self) -> Iterator[Group]:
         """Acting ports in an order in which each finds what it needs, loops as one."""

@@ -60,7 +60,7 @@ _AUDITED, _AUDITED_ROUGHLY = 1e-6, 100.0  # what an audit may find unless told, 
 _BALANCED = 1e-9  # of the larger of both: a value given to a store that follows others
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """A simulated motion.
 
@@ -90,6 +90,11 @@ class Run:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Run, tuple(getattr(self, one.name) for one in fields(self))
+
+    def __repr__(self) -> str:
+        """Its extent and error, instead of every step."""
+        names, error = ", ".join(self.dynamics.state.names) or "no state", f"error={self.error:.2g}"
+        return f"Run({len(self.stretches)} steps to t = {self.stretches[-1].end:g} s, {names}, {self.method}, {error})"
 
     @property
     def t(self) -> Array:
@@ -254,6 +259,7 @@ def simulate(
     start = _start(dynamics, initial or {})
     stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
     run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
+    run = replace(run, messages=(*run.messages, *_lost_heat(dynamics.graph)))
     if tolerance is None and step is None:
         tolerance = max(_AUDITED, _AUDITED_ROUGHLY * rtol)
     if tolerance is not None:
@@ -264,6 +270,17 @@ def simulate(
         if not run.audit.energy <= tolerance:
             raise GraphError(f"energy audit: {run.audit.energy:.3g} of the energy is missing, {tolerance:g} allowed")
     return run
+
+
+def _lost_heat(graph: BondGraph) -> Iterator[str]:
+    """A line for every resistor that takes power out of a thermal network, in which energy is kept."""
+    for element in graph.of_kind("R"):
+        domain = graph.domain(graph.bond_of(element.name))
+        if domain is not None and domain.name == "thermal" and f"{element.name}.heat" not in graph.elements:
+            yield (
+                f"{graph.where(element.name)} takes power out of a thermal network, as if heat could vanish: give it as RS, "
+                "with a bond to the 0-junction of the body that it heats"
+            )
 
 
 class _Stepper:
@@ -418,7 +435,8 @@ class _Stepper:
     def _longest(self) -> float:
         """A step's longest time: loads that vary are looked at often, so that no step passes over one unseen."""
         graph = self.dynamics.graph
-        varying = any(graph.depends_on(e.name) for e in graph.of_kind("Se", "Sf", "R"))
+        given = {TIME, *graph.displacements, *graph.signals, *graph.motions}
+        varying = any(given.intersection(graph.depends_on(e.name)) for e in graph.of_kind("Se", "Sf", "R"))
         return self.until / _LEAST_STEPS if varying and not self.breaks and not self.times else np.inf
 
     def _run(

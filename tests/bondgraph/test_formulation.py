@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from bondgraph import (
+    RS,
     Builder,
     C,
     Dynamics,
@@ -224,3 +225,96 @@ def test_the_flow_of_a_junction_starts_the_store_that_settles_it_through_a_gear(
     b = Builder().one("motor").one("wheel").on("motor", Se("M", 0.0)).on("wheel", I("J", 2.0))
     run = simulate(b.transform("motor", "wheel", 0.25).build(), 1.0, initial={"motor": 8.0})
     assert_allclose(run.states(0.0)["p_J"], 4.0, rtol=1e-15)
+
+
+# Laws that read the motion, and resistors that heat.
+
+
+def test_a_series_motors_constant_is_its_own_current():
+    b = Builder().one("arm").one("rot").on("arm", Se("U", 10.0), R("R", 1.0), I("L", 0.1))
+    b.on("rot", I("J", 0.02), R("b", 0.01))
+    graph = b.gyrate("arm", "rot", lambda f_arm: 0.5 * f_arm, name="k").build()
+    assert_allclose(Dynamics(graph).rates(0.0, 0.2, 0.06), [10.0 - 2.0 - 1.0 * 3.0, 1.0 * 2.0 - 0.03], rtol=1e-14)
+    assert_allclose(state_equations(graph).numeric()(0.0, [0.2, 0.06]), [5.0, 1.97], rtol=1e-14)
+    run = simulate(graph, 1.0)
+    assert run.audit.power < 1e-14
+    assert run.audit.energy < 1e-12
+
+
+def test_eulers_body_keeps_its_energy_and_angular_momentum():
+    b = Builder()
+    for name, inertia in (("x", 1.0), ("y", 2.0), ("z", 3.0)):
+        b.one(name).on(name, I(f"J{name}", inertia))
+    b.gyrate("x", "y", lambda p_Jz: p_Jz).gyrate("y", "z", lambda p_Jx: p_Jx).gyrate("z", "x", lambda p_Jy: p_Jy)
+    run = simulate(b.build(), 5.0, initial={"x": 1.0, "y": 0.1, "z": 0.3}, rtol=1e-9)
+    assert_allclose(run.dynamics.rates(0.0, 1.0, 2.0, 3.0), [-1.0, 2.0, -1.0], rtol=1e-14)  # p' = p x omega
+    assert_allclose((run.ends**2).sum(axis=1), 1.0 + 0.04 + 0.81, rtol=1e-9)
+    assert run.audit.energy < 1e-9
+
+
+def test_a_controller_reads_a_flow_and_an_effort():
+    b = Builder().one("m").on("m", I("M", 2.0), Se("F", lambda f_m, e_node: 1.0 - 3.0 * f_m + e_node)).zero("node")
+    graph = b.bond("m", "node").on("node", C("c", 0.5)).build()
+    assert_allclose(Dynamics(graph).rates(0.0, 4.0, 0.7), [1.0 - 6.0 + 1.4 - 1.4, 2.0], rtol=1e-14)
+    assert simulate(graph, 2.0).audit.energy < 1e-9
+
+
+def test_a_law_reads_what_a_resistor_settles_after_it_is_settled():
+    """Two resistors in series, and a source beside them that reads the effort between."""
+    b = Builder().one("line").zero("mid").bond("line", "mid").on("line", Se("U", 6.0), R("a", 1.0)).on("mid", R("b", 2.0))
+    graph = b.one("m").on("m", I("M", 1.0), Se("F", lambda e_mid: 10.0 * e_mid)).build()
+    assert_allclose(Dynamics(graph).rates(0.0, 0.0), [40.0], rtol=1e-14)
+
+
+def test_a_modulus_may_read_no_flow_that_is_not_a_state():
+    b = Builder().one("a").one("b").on("a", Se("U", 1.0), R("r", 1.0)).on("b", I("J", 1.0))
+    with pytest.raises(GraphError, match=r"reads f_a, which no store gives from its state: a modulus may read such alone"):
+        Dynamics(b.gyrate("a", "b", lambda f_a: f_a, name="k").build()).at(0.0, [1.0])
+    b = Builder().one("a").one("b").on("a", I("L", 1.0)).on("b", I("m", 1.0)).transform("a", "b", lambda f_a: f_a, name="T")
+    with pytest.raises(GraphError, match="the rate of f_a is needed, for a store follows by it"):
+        Dynamics(b.build()).at(0.0, [1.0])
+
+
+def bodies(joined):
+    """Two bodies, T = 300 exp(S/C), joined by a wall."""
+    b = Builder().zero("hot", "thermal").zero("cold", "thermal").one("wall", "thermal")
+    b.bond("hot", "wall").bond("wall", "cold").on("wall", joined)
+    for name, capacity in (("hot", 50.0), ("cold", 80.0)):
+        b.on(name, C(f"C_{name}", lambda q, capacity=capacity: 300.0 * np.exp(q / capacity)))
+    return b.bond("wall.k", "cold").build() if joined.kind == "RS" else b.build()
+
+
+def test_heat_that_goes_from_body_to_body_is_neither_made_nor_lost():
+    run = simulate(bodies(RS("wall.k", 2.0)), 500.0, initial={"C_hot": 10.0})
+    heat = [300.0 * c * np.expm1(run.displacement(f"C_{n}") / c) for n, c in (("hot", 50.0), ("cold", 80.0))]
+    assert_allclose(heat[0] + heat[1], heat[0][0], rtol=1e-9)
+    temperatures = [300.0 * np.exp(run.displacement(f"C_{n}", 500.0) / c) for n, c in (("hot", 50.0), ("cold", 80.0))]
+    assert_allclose(temperatures[0], temperatures[1], rtol=1e-6)
+    assert run.messages == ()
+    (line,) = simulate(bodies(R("wall.k", 2.0)), 1.0, initial={"C_hot": 10.0}).messages
+    assert line.startswith("R:wall.k (bond 3) takes power out of a thermal network, as if heat could vanish: give it as RS")
+
+
+def test_a_brake_heats_its_drum_by_all_that_the_wheel_loses():
+    b = Builder().one("wheel", "rotation").zero("drum", "thermal")
+    b.on("wheel", I("J", 2.0), RS("rub", lambda f: 0.3 * f + f**3))
+    graph = b.bond("rub", "drum").on("drum", C("heat", lambda q: 300.0 * np.exp(q / 50.0))).build()
+    run = simulate(graph, 3.0, initial={"wheel": 4.0}, rtol=1e-10)
+    kept = 0.5 * 2.0 * run.flow("wheel") ** 2 + 300.0 * 50.0 * np.expm1(run.displacement("heat") / 50.0)
+    assert_allclose(kept, 16.0, rtol=1e-9)
+    with pytest.raises(GraphError, match=r'RS:rub: found 1 bonds, expected two: .* as bond\("rub", BODY\)'):
+        Builder().one("wheel").on("wheel", I("J", 2.0), RS("rub", 1.0)).build()
+
+
+def test_a_domain_without_momentum_has_no_inertia():
+    b = Builder().one("a", "thermal").on("a", I("m", 1.0), Se("T", 300.0))
+    with pytest.raises(GraphError, match=r"I:m \(bond 1\): the thermal domain has no momentum, and so no inertia"):
+        b.build()
+
+
+def test_a_run_and_its_audit_are_told_in_a_few_lines():
+    run = simulate(Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0), R("d", 1.0)).build(), 1.0)
+    assert repr(run).startswith(f"Run({len(run.stretches)} steps to t = 1 s, p_M, DOP853, error=")
+    lines = str(run.audit).splitlines()
+    assert [line.split()[0] for line in lines] == ["power:", "energy:", "supplied"]
+    assert all(len(line) < 100 for line in lines)
