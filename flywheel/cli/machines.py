@@ -488,7 +488,7 @@ def _draw_curves(
 
 # -- tradeoff --------------------------------------------------------------------------------------------------------
 
-_QUIET = 2.0  # seconds before anything is told
+_QUIET = 2.0  # seconds before the first output
 _EVERY, _EVERY_ON_TERMINALS = 5.0, 0.25  # seconds between two words
 
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
-_ROWS = 4  # positions of a motion whose instant centres are told where none were asked for
+_ROWS = 4  # positions of a motion whose instant centres are printed by default
 
 
 def _place(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:

@@ -399,7 +399,7 @@ def _largest(need: Need) -> Body | None:
 
 
 _THICK = 0.2  # thickness over mean radius from which a thin rim is off by 1 % of its inertia, 20 % of its bore stress
-ROUNDING = 1e-9  # of an allowable value: what passes it by no more is within it
+ROUNDING = 1e-9  # of an allowable value: tolerance
 
 
 @dataclass(frozen=True)
@@ -536,7 +536,7 @@ def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
     return found
 
 
-_EXACT = 1e-9  # of a step: what lies that near a multiple of it is that multiple
+_EXACT = 1e-9  # of a step: tolerance of a multiple of it
 
 
 def rounded(need: Need, body: Body) -> Body:

@@ -551,7 +551,7 @@ def lock_fault(path: str, length: float, expected: str, angles: Iterable[float])
 
 # -- ends of a port's stroke ---------------------------------------------------------------------------------------------
 
-_FLAT = 1e-12  # of a stroke: what rounding may take back
+_FLAT = 1e-12  # of a stroke: rounding
 
 
 class Ends(NamedTuple):

@@ -184,7 +184,7 @@ def _with_both_locks(linkage: Linkage, error: SceneError) -> SceneError:
 
 # -- proven bounds over stretches --------------------------------------------------------------------------------------
 
-_SHARED = 0.3  # units: how far a displacement may go within a stretch that can be proven
+_SHARED = 0.3  # units: greatest displacement within a stretch that can be proven
 _BOUND_ROUNDING = 1e-12
 
 

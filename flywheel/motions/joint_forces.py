@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 EVENLY = 500  # times of a motion that was followed, where none are named
-_BESIDE = 1e-7  # of a stretch of motion: how near to its ends its forces are looked at
+_BESIDE = 1e-7  # of a stretch of motion: distance from its ends at which forces are evaluated
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
 _TOPS = 4  # samples of a curve about which its greatest value is looked for

@@ -540,9 +540,9 @@ def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: 
 _QUANTITIES = ("position", "velocity", "acceleration")
 _WIDEST = TURN / 8  # of a cell, in the angle of the fastest shaft: 21 nodes then resolve plain sines to rounding
 _FEWEST, _SIZE = 16, 20_000_000  # cells; values of all curves at the nodes of all cells
-_JUMP = 1e-6  # of the greatest value: what a breakpoint changes at least
-_INSIDE = 1e-6  # of half a cell: how far within it the errors of its ends are taken
-_STILL = 1e-7  # of the greatest speed: what a point has at most where it turns back
+_JUMP = 1e-6  # of the greatest value: least jump at a breakpoint
+_INSIDE = 1e-6  # of half a cell: distance from its ends at which their errors are taken
+_STILL = 1e-7  # of the greatest speed: greatest speed of a point that turns back
 
 
 class Survey(NamedTuple):

@@ -37,7 +37,7 @@ from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
-_STILL = 1e-10  # speeds that this share of the greatest is left of, rounding decides: I* below its square is zero
+_STILL = 1e-10  # of the greatest speed: smaller ones are rounding, and I* below its square is zero
 _PROBES = 33  # positions over the cycle from which the scale of I* is taken
 _MOST_CELLS = 4096
 _LEVEL = 1e-11  # a share's slope across a cell within which it counts as constant

@@ -35,7 +35,7 @@ from flywheel.sizing.results import Sizing
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-DRIVER, TIME = "driver", "time"  # what a motion is shown over
+DRIVER, TIME = "driver", "time"  # variables of the horizontal axis
 
 
 class Motion(NamedTuple):
@@ -134,7 +134,7 @@ def works_of(trail: Trail) -> Works:
     return Works(parts, meshes, np.append(0.0, np.cumsum(steps)))
 
 
-_TOPS = 64  # how many of the highest samples are looked at more closely
+_TOPS = 64  # number of the highest samples that are refined
 
 _FINER, _ROUNDS = 33, 4  # times between the neighbours of a top, and how often they are laid closer
 
@@ -231,7 +231,7 @@ def switching(trail: Trail) -> tuple[Array, Indices]:
     return np.repeat(trail.t[last + 1], 2), np.column_stack((last, last + 1)).ravel()
 
 
-_EDGE_TIE = 1e-9  # of a cycle: how near to an edge of the machine a step that ends there may end
+_EDGE_TIE = 1e-9  # of a cycle: tolerance of the end of a step at an edge of the machine
 
 
 def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indices]:

@@ -46,9 +46,9 @@ _TIGHTER_AGAIN = 0.3  # the same of further runs, at the most
 _COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared, evenly, and within steps at the most
 _WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
 _SAME_STEP = 1e-3  # of a step: two runs whose steps differ by less take the same ones
-_UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
+_UNSURE = 500.0  # roundings within which the net work of a cycle counts as zero
 _STANDING = 1e-9  # of the greatest speed: slower than this a shaft does not turn back
-SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
+SAFETY = 2.0  # factor on the error of a run, which between steps does not fall in proportion to its tolerance
 
 
 @np.errstate(all="ignore")  # a step that tries too much leaves the floating-point range, and is tried again shorter

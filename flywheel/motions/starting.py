@@ -28,11 +28,11 @@ _SPEEDS = 160  # rows of a torque map, evenly from rest to the speed that is to 
 _WIDEST, _CLOSER = 1 / 12, 1 / 8  # of the cycle: a cell of a torque map; of the way, where a start takes less than a cycle
 _SAME_EDGE = 1e-9  # of the cycle: edges nearer than this are one
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
-_SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
-_OFF = 0.01  # of the greatest push of a drive: with less it is off
-_MOST_TURNS = 5_000  # that a run-up is followed for
+_SEEN = 9  # speeds, and times, at which the push of a drive is evaluated
+_OFF = 0.01  # of the greatest push of a drive: below it the drive is off
+_MOST_TURNS = 5_000  # of a run-up
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0  # of a square at both ends of a step and in its middle
-_SAME_SPEED = 1e-9  # share of the energy that a cycle must add, or the machine stays at its speed
+_SAME_SPEED = 1e-9  # share of the energy below which a cycle leaves the speed constant
 
 
 # -- at rest -----------------------------------------------------------------------------------------------------------

@@ -120,11 +120,11 @@ def until(text: str) -> Until:
 
 MOST_CYCLES = 1000.0
 SHARE = 0.95
-_MOST_TIME = 20.0  # times as long as those cycles take at the machine's own speed
-_CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or never will
-_SUDDEN = 1e-6  # of the time gone: a machine that would stop within this has stopped
-_SETTLED = 1e-6  # of the speed: what is still missing to the regime
-_SHORT = 1e-9  # the same, before a speed counts as out of reach
+_MOST_TIME = 20.0  # times the duration of those cycles at the machine's own speed
+_CREEPING = 1e-12  # of the speed at the start: a slower machine counts as at rest
+_SUDDEN = 1e-6  # of the time elapsed: a machine that would stop within this has stopped
+_SETTLED = 1e-6  # of the speed: distance from the regime
+_SHORT = 1e-9  # the same, for a speed to count as out of reach
 _SHORT_OF_IT = ("stop", "stall", "creep", "stroke")
 _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
 _BALANCED = 64 * ROUNDING

@@ -23,9 +23,9 @@ MIDDLE = ORDER // 2
 ROUNDING = float(np.finfo(np.float64).eps)
 
 NODES: Array = np.sin(np.pi * (np.arange(ORDER) - MIDDLE) / ORDER)
-_MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; a step after which none is needed: its square counts
+_MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; last step, whose square is negligible
 _DEGREES = np.arange(ORDER + 1)
-_OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
+_OF_ROUNDING = 24  # units of rounding: greatest error of the fit of a constant
 MOST_CELLS = 40_000
 _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
 SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great

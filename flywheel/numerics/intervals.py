@@ -302,7 +302,7 @@ NAMESPACE = SimpleNamespace(
 
 
 _GREATEST_EXPONENT = 1e300  # exponents beyond are taken for this: their products with 0 stay 0
-_FOLDED = Interval(1 - 2e-15, 1 + 2e-15)  # what rounding can make of a product of numeric factors
+_FOLDED = Interval(1 - 2e-15, 1 + 2e-15)  # rounding of a product of numeric factors
 Powers = dict[Hashable, tuple[Any, Any]]  # under the key of each exponent: its value a, and its coefficient c
 
 

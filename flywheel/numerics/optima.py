@@ -35,19 +35,19 @@ Rows = Callable[[Array], Array]
 
 KEPT = 1e-9
 """How far a constraint, of the size of 1, may be above 0 and be kept."""
-_PENALTY = 1e3  # of a constraint that is not kept, beside the function's own size
-_NO_VALUE = 1e9  # what SLSQP sees where there is no value
+_PENALTY = 1e3  # of a violated constraint, relative to the function's own size
+_NO_VALUE = 1e9  # value for SLSQP where there is none
 _STEPS, _BUNDLE = 60, 60  # of SLSQP; of linear programs
 _SLSQP_CHANGE = 1e-13  # relative change at which SLSQP stops
 _RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.02, 1e-10, 0.25  # of the interval between bounds
-_LEAST_GAIN = 1e-13  # of the function: a gain that is none
+_LEAST_GAIN = 1e-13  # of the function: a smaller gain is rounding
 _FINEST = 2.0**-28  # of a variable's scale, over which slopes are taken as the radius becomes small
 _TANGENT_RADII, _MANY = 8.0, 40  # radii within which a tangent counts; how many do
 _WEIGHT, _TANGENT_DIFFERENCE = 1e-6, 1e-3  # of a tangent that decides a step; relative difference of tangents of one piece
 _CURVED = 40  # steps along ridges
 _AWAY, _STEP = 1e-3, 1.25e-4  # shares of the interval: from a corner to where a piece is taken; over which it is
 _NEARBY, _TANGENT_STEP, _BESIDE = 2e-5, 1e-7, 0.02  # radius of tangents around a point; their steps; radii beside corners
-_CERTAIN = 0.5  # of what a program gains: what is won of it for it to be right
+_CERTAIN = 0.5  # of the gain predicted by a program: least real gain that confirms it
 STATIONARY = 2e-5
 """Up to which slope of `descent` a function counts as least at a point."""
 

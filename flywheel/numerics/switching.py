@@ -224,7 +224,7 @@ def _with_zeros(part: Expression, edges: Array, env: Enclosures, env_value: Valu
     return roots_in_pieces(enclose, value, edges)
 
 
-RESOLUTION_CAP = 10_000  # that are added by halving: more would take seconds
+RESOLUTION_CAP = 10_000  # cells added by halving: more would take seconds
 FINEST_CELL = 1e-14  # of the range: narrower cells are no longer split
 
 _ROOTED = 1e-12  # of the range: in narrower cells rounding of the angle would take nodes across a root's branch point

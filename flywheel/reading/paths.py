@@ -24,7 +24,7 @@ from flywheel.scene.scene import Document, Scene
 _NO_NUMBERS = ("title", "source", "name", "file", "column")
 _LAWS = ("force", "torque", "x", "theta", "lift")
 _INDEX = re.compile(r"\[(\d+)\]")
-_MOST_NUMBERS = 10_000  # of numbers: a table of a hundred thousand rows is not looked through for a path
+_MOST_NUMBERS = 10_000  # of numbers: longer tables are not searched for a path
 
 
 class Number(NamedTuple):

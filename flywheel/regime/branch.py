@@ -37,8 +37,8 @@ from flywheel.regime.periodic_motion import OwnMotion
 COARSE = 1e-4
 """Error of a motion with which a search is content that the effort allows no closer."""
 
-_HIGHEST, _STEPS = 64.0, 25  # times a motion's speed: up to where a drive may still drive; speeds looked at on the way
-_TURNS, _RETURNS = 60, 1e-5  # cycles followed; share of the speed by which one may be off that has come back
+_HIGHEST, _STEPS = 64.0, 25  # times a motion's speed: range in which a drive may still drive; speeds tried in it
+_TURNS, _RETURNS = 60, 1e-5  # cycles followed; closure, as a share of the speed, of one that has returned
 _RTOL = 1e-7  # of steps in time
 _WORK = 20_000.0  # walks of a rotor's graph, about a second
 _STOP_SPEED = 1e-6  # of the speed at the start: as good as a stop
@@ -278,7 +278,7 @@ class Branch:
 _CYCLES = 20
 _FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
 _RTOL_OF_ENDING = 1e-6
-_HURRIED = 12_000.0  # walks of a rotor's graph: a message is worth no more
+_HURRIED = 12_000.0  # walks of a rotor's graph: limit for a message
 _ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
 
 

@@ -24,16 +24,16 @@ from flywheel.scene.scene import Scene
 
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
-_AT_ONCE = 200_000  # values on the mesh that are worked on together
+_AT_ONCE = 200_000  # values on the mesh that are computed together
 _SPEED_STEP = 1e-3  # of a speed: between those whose net works are compared
-_WORK_ROUNDING = 1e-12  # of the net work: differences that are none
-_NEAR_HUMP = 1e-8  # in the logarithm of a speed: how near a hump of the net work is looked for
-_FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
+_WORK_ROUNDING = 1e-12  # of the net work: smaller differences are rounding
+_NEAR_HUMP = 1e-8  # in the logarithm of a speed: resolution of the search for a hump of the net work
+_FLAT = 1e-3  # of the net work: humps that fall less to the next speed cannot reach zero
 _BALANCES = 60
 _MOST_ROUNDS = 12
-_SLOPE_STEP = 1e-6  # of a speed: how far off a slope is taken
+_SLOPE_STEP = 1e-6  # of a speed: step for a slope
 _CLOSINGS = 5  # Newton steps towards a cycle without net work
-_MOST_CHANGE = 1e-3  # of a speed: what such a step changes at most
+_MOST_CHANGE = 1e-3  # of a speed: greatest change by such a step
 _MOST_SWITCHES = 4_000
 _PER_SPEED = 0.05  # of what a node takes in a Newton step
 

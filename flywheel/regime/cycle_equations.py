@@ -24,19 +24,19 @@ from flywheel.numerics.collocation import Changes
 from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
-_PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
-_PER_STEP = 50  # nodes that would take as long as what a Newton step takes whatever their number
+_PER_SEARCH = 1000  # nodes whose cost equals that of reducing the machine on its cells
+_PER_STEP = 50  # nodes whose cost equals the fixed cost of a Newton step
 _HALVINGS = 30  # of a Newton step
 _LAST_STEP = 1e-13  # of the fluctuation of speed: a step smaller than this is the last
 _UNCONVERGED_STEP = 1e-9  # of the fluctuation: steps that stay above it have not converged
-_ROUNDING_STEP = 1e-3  # of the fluctuation: steps that stay below it lack digits, not direction
+_ROUNDING_STEP = 1e-3  # of the fluctuation: steps that stay below it are limited by rounding
 _NET_WORK = 1e-6  # of the work exchanged: net work of a cycle that does not close
-_LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
-_REFERENCE_DISTANCE = 20.0  # fluctuations: a reference speed that is twice as far off costs a digit
-_KEPT = 0.25  # of omega²: a step takes no more than the rest
-_NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
+_LEAST_GUESS = 1.0  # of omega²: greatest variation of a first guess
+_REFERENCE_DISTANCE = 20.0  # fluctuations: a reference speed twice as far away loses a digit
+_KEPT = 0.25  # of omega²: least share that a step leaves
+_NO_EFFECT = 1e-9  # of the total work of a balance: net work that counts as zero
 _WIDEST, _SPEED_STEPS, _NEARLY = 64.0, 60, 1e-6  # speeds of balance: times the reference, steps, and how near
-_STEADY = 1e-9  # of what makes up the rates of an even motion: what its speed, a root, may leave over
+_STEADY = 1e-9  # of the terms in the rates of a motion at constant speed: residual of its speed
 _MOST_GROWTH = 700.0  # exponent that a float still holds
 _BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
 _STOPS = "the motions tried stop within the cycle"

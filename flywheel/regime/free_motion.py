@@ -40,7 +40,7 @@ from flywheel.scene.scene import Scene
 
 # -- times at which laws switch ------------------------------------------------------------------------------------------
 
-_WINDOW = 100.0  # turns at the machine's typical speed: how far ahead switches are looked for where no end is known
+_WINDOW = 100.0  # turns at the machine's typical speed: range of the search for switches where no end is known
 
 
 class SwitchingTimes:
@@ -142,8 +142,8 @@ def straight(name: str, state: int, level: float, slope: float) -> Goal:
 
 # -- cycles that return ---------------------------------------------------------------------------------------------------
 
-FEWEST = 20  # cycles still to come, below which nothing is looked into
-_NET_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
+FEWEST = 20  # cycles still to come, below which no repetition is sought
+_NET_ROUNDING = 1e-13  # of the work exchanged: error by quadrature of a net work of zero
 
 
 def returns(machine: Machine, balance: float) -> bool:
@@ -297,14 +297,14 @@ def too_short(error: StepError) -> Fault:
 
 _MOST_STEPS = 1_000_000
 _LEAST_SPEED = 1e-3  # of the typical speed: below this, errors of speed count as if it were this
-_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
-_FARTHER, _FARTHEST = 10.0, 1e-3  # factor of that for each change of side at one instant; of a piece: the limit of it
+_AHEAD = 1e-7  # of a piece: distance beyond a switch at which its side is evaluated
+_FARTHER, _FARTHEST = 10.0, 1e-3  # factor on that distance for each change of side at one instant; its limit, of a piece
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
 _SMALL_INERTIA, _ZERO_INERTIA = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
-_RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: how far off a cycle may be that comes back to its speed
-_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
+_RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: closure of a cycle that returns to its speed
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: places at which its inertia is evaluated
 _SHORTER = 0.7  # of steps beside
 _CAREFUL = 0.6  # of the longest step of the stretch before
 _REST_SPEED = 1e-9  # of the typical speed: slower than this it stands

@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 _CELL_ERROR = 1e-11  # of the largest moment: error of a cell that is left as it is
 _FRICTION_ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
 _LEAST_WIDTH = 1e-9  # of the cycle: cells that are not cut any more
-_MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
+_MOST_CELLS = 2000  # above which no cell is cut; the rest is part of the error
 _SCAN_POINTS = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
-_END_DISTANCE = 1e-9  # of a cell: how near to its ends that goes
+_END_DISTANCE = 1e-9  # of a cell: distance of the outermost positions from its ends
 _PROBES = (-0.93, -0.41, 0.37, 0.88)  # places in a cell, off its nodes, where the fit is checked
 _BALANCE_ERROR = 1e-12
 _MOST_BALANCES = 60

@@ -50,30 +50,30 @@ MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
 
 _ROUNDS = 120
-_MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
-_MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
-_SWITCH_MOVE = 1e-12  # of the cycle: switches that move less than this stand still
+_MOST_MOVES = 8  # of the switches, before the cells are halved although the switches have not settled
+_MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far is taken
+_SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
-_MOST_ROUGH, _MANY = 16, 1000  # rounds that it is given; cells from which on it is given none
+_MOST_ROUGH, _MANY = 16, 1000  # rounds for such a motion; cells above which it has none
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
-_HARDLY = 0.1  # of J + I*: a sized flywheel in greater doubt is none
-_STIFF, _UNLIKE = 3e3, 8.0  # exponent by which a change fades in a cycle; how far a slope may be off a difference
-_MOST_ERROR = 0.5  # relative error past which a motion says nothing
+_HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
+_STIFF, _UNLIKE = 3e3, 8.0  # exponent of the decay in a cycle; greatest ratio of a slope to a difference
+_MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
-_DIRECT_SHARE = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
-_PASSING_ERROR = 1e-4  # error of motions that are only passed on the way
-_LAYER = 8.0  # exponent: how much of what a jump makes has faded in the first cell behind it
-_PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, at the beginning; cells that it may ask for
+_DIRECT_SHARE = 0.5  # of the irregularity asked for: above it the flywheel is sought directly
+_PASSING_ERROR = 1e-4  # error of intermediate motions
+_LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
+_PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
 _EVER_HEAVIER = (1.0, 30.0, 1e3, 3e4)  # flywheels from which lighter ones are found, where the one before fails
 _MOST_LIGHTER, _LITTLE = 60, 3e-3  # flywheels on that way; share of the inertia below which a step is not halved
-_SHARE_OF_WORK = 0.4  # of what is left for a search: what one way to a motion may take before the next is tried
-_FLEETING = 1e-6  # of the fluctuation of work: what may be done on the wrong branch of a law, told as an error
-_WEIGHTLESS = 1e-13  # of the greatest inertia: what rounding may leave where nothing weighs
-_VANISHING = 1e-4  # of the greatest inertia: a flywheel that stands for none
+_SHARE_OF_WORK = 0.4  # of the rest of a search's budget: share of one method before the next is tried
+_FLEETING = 1e-6  # of the fluctuation of work: work on the wrong branch of a law, counted as error
+_WEIGHTLESS = 1e-13  # of the greatest inertia: rounding where the inertia is zero
+_VANISHING = 1e-4  # of the greatest inertia: a flywheel that represents none
 _LEAST_SHARE = 1e-3  # of what makes a motion uneven: a step that is not halved
-_NEARER = 0.3  # of what an irregularity lacks of 2: from one motion to the next
+_NEARER = 0.3  # of the distance of an irregularity from 2: step from one motion to the next
 
 
 class OwnMotion(NamedTuple):

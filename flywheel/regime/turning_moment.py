@@ -22,10 +22,10 @@ from flywheel.scene.scene import Scene
 EVALUATION = 4 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
 SHIFT = 4 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
 INERTIA_EVALUATION = 24 * ROUNDING  # error of I* relative to it
-_BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
-_EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
-_MOST_FOR_BALANCE = 2_000  # cells that the last digit of a balance alone is worth, beside those of the machine's own mesh
-_MOST_FOR_PERIOD = 4_000  # that the time of a cycle is worth, beside those of the cycle itself
+_BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
+_EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
+_MOST_FOR_BALANCE = 2_000  # cells added to the machine's own mesh for the last digit of a balance
+_MOST_FOR_PERIOD = 4_000  # cells for the time of a cycle, in addition to those of the cycle itself
 _CELL_END = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 

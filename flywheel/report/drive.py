@@ -20,7 +20,7 @@ from flywheel.tables.power import entries, given, place, sentence, with_and_with
 from flywheel.tables.rows import SI
 from flywheel.tables.sizing import limit_names
 
-_MOST_POINTS = 30  # of a curve that a table shows
+_MOST_POINTS = 30  # of a curve in a table
 
 
 def motor(known: Context) -> Section | None:
@@ -154,7 +154,7 @@ def _verdict(share: float | None) -> str:
 
 # -- limits -----------------------------------------------------------------------------------------------------------
 
-_LIMITS = {  # what each is, as a formula
+_LIMITS = {  # formulas of the limits
     "irregularity": "epsilon = (omega_max - omega_min)/omega",
     "motor_torque": "u_max = greatest(abs(T), t)/T_n",
     "motor_rms": "u_T = sqrt(integral(T**2, t, 0, tau)/tau)/T_n",
@@ -285,7 +285,7 @@ def engine(known: Context) -> Section | None:
 # -- the line of shafts ------------------------------------------------------------------------------------------------
 
 
-_ANGLES = 721  # at which the greatest power of the loads is looked for
+_ANGLES = 721  # for the greatest power of the loads
 
 
 def train(known: Context) -> Section | None:

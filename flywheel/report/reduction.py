@@ -31,7 +31,7 @@ from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_tex
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
 
-_NO_SHARE = 1e-3  # of the largest: a share below it tells nothing at an angle
+_NO_SHARE = 1e-3  # of the largest: a smaller share is not shown at an angle
 _MOST_COLUMNS = 6
 _MOST_TERMS = 12
 _LONGEST = 160  # characters of an expression that is shown

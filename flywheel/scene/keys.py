@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from flywheel.numerics.functions import is_recorded
 
-_TINIEST = 1e-50  # what is above 0 is at least this: squares and products of less leave the floating-point range
+_TINIEST = 1e-50  # least positive number: squares and products of smaller ones leave the floating-point range
 
 
 class Range(NamedTuple):

@@ -35,7 +35,7 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.motor import IRREGULARITY, MotorShaft, of_motor, shares
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
 
-_HOPELESS = 0.5  # relative error past which a figure says nothing
+_HOPELESS = 0.5  # relative error above which a figure is meaningless
 _MOST_EVALUATIONS = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
 _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
@@ -354,13 +354,13 @@ def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float
 
 # -- one cycle by steps, in scaled variables that keep their digits however little the speed varies ----------------------
 
-_COUNTED = 12  # evaluations that are counted at once: those of a step
+_COUNTED = 12  # evaluations of a step, counted together
 _MOST_STEPS = 4_000  # steps
 _FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
-_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_AHEAD = 1e-7  # of a piece: distance beyond a switch at which its side is evaluated
 _MOST_CROSSINGS = 500  # of switches in a cycle
 _TRIES = 8  # changes of side at one place, before they are no longer looked for
-_SLIGHT = 1e-3  # of the size of a motor's states: what is smaller need not be as exact
+_SLIGHT = 1e-3  # of the size of a motor's states: smaller ones have this absolute error
 
 
 class SlidingError(ValueError):

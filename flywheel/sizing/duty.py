@@ -38,9 +38,9 @@ from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
 
 LONGEST = 600.0
 """Period (s) of a duty that the mean of its heat speaks for, unless another is agreed on: IEC 60034-1 has 10 minutes."""
-_FADED = 0.05  # of a change of speed: what is left of it when it has settled
-_TOO_LONG = 0.05  # of a phase: what settling may take of it
-_ROUGHLY = 1e-6  # relative error from which on a start is taken to grow evenly with the flywheel
+_FADED = 0.05  # fraction of a change of speed left when it has settled
+_TOO_LONG = 0.05  # fraction of a phase that settling may take
+_ROUGHLY = 1e-6  # relative error above which a start is taken as linear in the flywheel
 
 
 class Stretch(NamedTuple):
@@ -336,7 +336,7 @@ def _irregularity(sizing: Sizing) -> float:
 # -- the motor over the duty -------------------------------------------------------------------------------------------
 
 _FIGURES = ("mean_power", "rms_torque", "rms_torque_share", "heat", "heat_share", "current_rms")
-_SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # what counts by its square
+_SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # figures averaged by their squares
 
 
 class _Start(NamedTuple):

@@ -37,22 +37,22 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.motor import IRREGULARITY, MotorShaft, Share, of_motor, shares
 from flywheel.sizing.results import Limit, Regime, Sizing
 
-_COARSE = 1e-4  # error of motions that are only looked at
+_COARSE = 1e-4  # error of trial motions
 _PER_DECADE, _PER_DECADE_SWINGING = 4, 12
-_LARGEST = 1e-3  # irregularity that the heaviest flywheel of the grid leaves, about
+_LARGEST = 1e-3  # irregularity with the heaviest flywheel of the grid, about
 _LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
-_HEAVY = 1e3  # times the heaviest of the grid: as good as infinite, up to what falls like 1/J
-_SECOND = 1e-2  # of what falls so: what may fall faster, at those inertias
+_HEAVY = 1e3  # times the heaviest of the grid: practically infinite, apart from terms in 1/J
+_SECOND = 1e-2  # of those terms: share of faster ones at such inertias
 _LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where such a machine stalls
-_OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked for
-_BESIDE = 1e-3  # of an inertia: how far off a slope is taken
+_OF_EXTREME = 1e-3  # of an inertia: resolution of the search for an extreme of a figure
+_BESIDE = 1e-3  # of an inertia: distance of the points for a slope
 _IN_TURN = 3  # flywheels without a motion, after which lighter ones are looked at from none up
 _MOST_HALVINGS = 24  # halvings of a bracket, or widenings of it
-_MOST_STEPS, _THROUGH = 100, 4  # towards a crossing; flywheels that one is interpolated from
-_APART = 1e-6  # of an inertia: flywheels nearer than this tell no slope
+_MOST_STEPS, _THROUGH = 100, 4  # steps towards a crossing; flywheels from which it is interpolated
+_APART = 1e-6  # of an inertia: flywheels nearer than this give no slope
 _GOLDEN = 0.381966011250105
-_EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the machine keeps turning
-_NEAR_UNKNOWN = 0.1  # of an inertia: how near one of which nothing is known
+_EDGE = 1e-4  # of an inertia: resolution of the lightest one with which the machine keeps turning
+_NEAR_UNKNOWN = 0.1  # of an inertia: resolution beside one whose state is unknown
 
 
 class Smallest(NamedTuple):

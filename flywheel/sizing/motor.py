@@ -26,7 +26,7 @@ SPEED_STEP = 1e-6
 """Share by which a speed is changed to see what depends on it."""
 
 _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
-_MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
+_MOST_CELLS = 4_000  # of a mean over time, in addition to those of the cycle itself
 
 
 def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> Array:

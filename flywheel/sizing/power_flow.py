@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["power_flow"]
 
-_MOST_CELLS = 2_000  # that powers are worth, beside those of the cycle itself
+_MOST_CELLS = 2_000  # of the powers, in addition to those of the cycle itself
 
 
 class _Part(NamedTuple):

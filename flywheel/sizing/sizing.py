@@ -46,13 +46,13 @@ from flywheel.sizing.results import (
 if TYPE_CHECKING:
     from flywheel.machine.reactions import MachineMotion
 
-_MOST_ROUNDS = 12  # of motion and friction in turn
-_LEFT = 0.05  # of the error asked for: what these may leave
-_MIXED = 4  # rounds, the motions of which are mixed
+_MOST_ROUNDS = 12  # iterations between motion and friction
+_LEFT = 0.05  # of rtol: fraction that friction rounds may leave unresolved
+_MIXED = 4  # rounds whose motions are combined
 _COMPARED = 181  # angles at which their speeds are compared
-_DEPENDENT = 1e-6  # of the largest change: what is less says nothing of the others
-_SLOWER = 0.25  # of the least square of a speed: what a mixture may fall to
-_SLOWEST = 0.95  # of a round's change: what the next may change and be trusted to settle
+_DEPENDENT = 1e-6  # of the largest change: smaller changes are left out of the combination
+_SLOWER = 0.25  # of the least square of a speed: lower bound of a combination
+_SLOWEST = 0.95  # of a round's change: greatest change of the next round that counts as convergence
 _TITLES = {
     "exact": "exact inertia",
     "approximate": "approximate inertia",

@@ -24,15 +24,15 @@ from flywheel.sizing import limits
 from flywheel.sizing.motor import of_motor
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
-_LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
-_UNHELD = 0.01  # relative error of a speed that is hardly held
+_LEAST_DAMPING = 1e-12  # of 1 less the multiplier: below it the speed is fixed by rounding alone
+_UNHELD = 0.01  # relative error of a speed that the torques hardly fix
 _LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
 _WIDENINGS = 60  # of a bracket, and steps within it
-_STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
-_NO_INERTIA = 1e-4  # of the greatest inertia: less of it is next to nothing
-_MANY = 200  # cells that the laws ask for
-_LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
+_STEEP = 1e4  # decay times of a change of speed within a cycle: steeper torques need too many cells
+_NO_INERTIA = 1e-4  # of the greatest inertia: a smaller one is negligible
+_MANY = 200  # cells that the laws need
+_LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 
 
 def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:

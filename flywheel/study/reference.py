@@ -32,12 +32,12 @@ Panel = NDArray[np.intp]
 Force = Callable[[Long, Long, Long, Long, Panel], Long]
 
 _ORDER = 24  # of Gauss' rule on a panel
-_SAME_VALUE = 1e-15  # relative change by a halving that is none; two of them in turn, as one may be chance
+_SAME_VALUE = 1e-15  # relative change by a halving that counts as zero; two in succession, as one may be chance
 _FIRST, _MOST_HALVINGS, _MOST_PANELS = 2, 9, 20_000
 _SAMPLES = 12  # in a panel, between which extremes are looked for
 _LONG = np.finfo(np.longdouble).eps
 _LEVELS = 80
-_NO_FLUCTUATION = 1e-13  # of the work exchanged: a fluctuation that is none
+_NO_FLUCTUATION = 1e-13  # of the work exchanged: a smaller fluctuation counts as zero
 
 
 class Question(NamedTuple):
@@ -273,8 +273,8 @@ def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callab
 
 _TIGHTEST = 1e-14
 _IN_TIME = 1e-12
-_SHARE = 0.01  # of a flywheel, by which it is changed to see what that does
-_EVEN = 1e-13  # an irregularity that is none
+_SHARE = 0.01  # of a flywheel: change for a slope
+_EVEN = 1e-13  # a smaller irregularity counts as zero
 _LEAST = 16 * ROUNDING  # error bound of two routes that happen to agree
 
 

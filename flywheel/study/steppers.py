@@ -113,8 +113,8 @@ def _irregularity(greatest: float, least: float) -> float:
 _GUESS = 360  # angles of the grid that the search starts from
 _MOST_RUNS = 60
 _DIFFERENCE = 1e-3  # of an unknown's scale, by which it is first varied: above the noise of rough steps
-_OFF = 0.01  # of an irregularity, by which the end of a search may lack what is wanted
-_STOPS = 1e3  # what a machine that does not get through its cycle lacks
+_OFF = 0.01  # of an irregularity: tolerance at the end of a search
+_STOPS = 1e3  # residual of a machine that stops within its cycle
 
 
 class NoAnswerError(ValueError):

@@ -170,13 +170,13 @@ FAMILIES = (
 """Families in the order in which they are told; any other comes after them."""
 
 _TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
-_ANY = 0.01  # an irregularity, where which one does not matter
+_ANY = 0.01  # an irregularity, where its value does not matter
 _SEARCH = 0.1  # tolerance of a search to that of the steps that it searches with
 _OVER_JUMPS = 100.0  # the same where steps run over jumps, and end in noise far above their tolerance
 _JUMPS = "that loads jump within steps"
 _FEW = (("RK4", (36, 360)), ("Euler", (360,)))  # steps a cycle
 _MANY = (("Euler", (3600,)), ("RK4", (3600,)))
-_FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a fixed length: below what these come to
+_FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a fixed length: below their error
 
 
 class Method(NamedTuple):

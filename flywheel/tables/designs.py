@@ -218,7 +218,7 @@ _DEGREE = pi / 180
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
 _NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
-_WEAK = 1e-3  # per cent: a change whose derivative's error is not told
+_WEAK = 1e-3  # per cent: a change whose derivative's error is not printed
 
 
 def shown(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
@@ -602,7 +602,7 @@ _MOTOR_UNITS = {
 
 
 _HEADER = ("", "error", "keeps", "time, ms", "ratio", "positions", "runs", "")
-_RATIO = 4  # the column that is left out where nothing keeps rtol
+_RATIO = 4  # the column left out where no method keeps rtol
 
 
 def tradeoff_text(found: Tradeoff) -> str:

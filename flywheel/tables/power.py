@@ -31,7 +31,7 @@ from flywheel.tables.rows import DEGREES, SI, encoded, page
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
 _DIGITS = 6
-_NEAR = 0.9  # of the breakdown torque: a torque past it is told of
+_NEAR = 0.9  # of the breakdown torque: a greater torque gets a remark
 _LONG = 30.0  # s: in a longer cycle windings warm up and cool down
 
 

@@ -293,7 +293,7 @@ def _explained() -> Iterator[None]:
 # -- forces in the joints -------------------------------------------------------------------------------------------------
 
 
-_UNBALANCED = 1e-9  # relative residual of the equations above which it is told
+_UNBALANCED = 1e-9  # relative residual of the equations above which it is printed
 
 
 def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = None) -> str:

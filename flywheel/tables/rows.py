@@ -21,7 +21,7 @@ from flywheel.sizing.findings import FULL, shown
 from flywheel.sizing.results import Sizing
 
 _FIVE = 5
-_FEW = 3  # digits: where an error leaves no more, it is told
+_FEW = 3  # digits: where an error leaves no more, it is printed
 _LONGEST = 1e7  # numbers from here on have an exponent
 _RPM = 60.0 / (2.0 * math.pi)
 _POUND, _INCH, _GRAVITY = 0.45359237, 0.0254, 9.80665

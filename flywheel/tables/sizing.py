@@ -412,7 +412,7 @@ def limit_names() -> dict[str, str]:
 # -- the whole table ------------------------------------------------------------------------------------------------------
 
 
-CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
+CONCLUSIVE = 0.01  # greatest relative error of a simulation that confirms
 
 
 def text(sizing: Sizing) -> str:
@@ -538,7 +538,7 @@ def _speeds(sizing: Sizing) -> list[str]:
 
 # -- how a motion whose torques depend on speed holds itself ---------------------------------------------------------
 
-_LEFT = 0.01  # of a change, when it counts as gone
+_LEFT = 0.01  # fraction of a change at which it counts as gone
 _NEAR_ONE = 0.01  # of a multiplier to 1: the difference then says more
 _DAMPING_ROUNDING = 1e-12  # of a damping that rounding makes
 _ALIKE = 1e-9  # a multiplier, and 1 less the damping, of a motor with a current too: theirs may turn

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from flywheel.sizing.results import Synchronism
 
 WIDTH = 80
-_LINES, _MOST = 24, 26  # of the page, and with what no shorter form takes out
-_LEAST = 6  # lines that the machine takes at least, however long the rest is
+_LINES, _MOST = 24, 26  # lines of the summary, and with the parts that have no shorter form
+_LEAST = 6  # least lines for the machine, however long the rest is
 _SAME_FLYWHEEL = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
 _MILLION = 1e-6

@@ -131,11 +131,11 @@ _SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the positi
 _FAR = 0.3  # rad, or units: farther from where it began, no iteration is followed
 _SETTLED = 1e-11
 _TOUCHES = 1e-11  # a singular position closes within this; one that is only nearly reached does not
-_ALONG = 0.05  # rad, or units: how far along a null vector another member of a family is looked for
+_ALONG = 0.05  # rad, or units: distance along a null vector at which another member of a family is sought
 _MEETS = 1e-8  # residual there: that of a double root is some 1e-3
 _SMALL = 1e-6  # of the largest rate, length or singular value: nothing
 _TAKES_PART = 0.05
-_FLAT = 1e-7  # of the longest bar: how nearly bars must be in line, or alike
+_FLAT = 1e-7  # of the longest bar: tolerance of bars in line, or of equal length
 _PARALLELOGRAM, _KITE = "a parallelogram", "a kite"
 _CHANGE_POINT = "a four-bar whose shortest and longest bars are together as long as the others"
 

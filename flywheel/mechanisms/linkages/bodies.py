@@ -664,8 +664,8 @@ def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> Accele
     return Accelerations(found[..., : model.masses.size], found[..., model.masses.size :])
 
 
-_PROJECTED = 4e-16  # of the length: what rounding leaves open
-_LOST = 1e-9  # of the length: what is still open after all corrections is no closure
+_PROJECTED = 4e-16  # of the length: rounding of a closure
+_LOST = 1e-9  # of the length: greatest gap of a closure after all corrections
 _CORRECTIONS = 4
 
 

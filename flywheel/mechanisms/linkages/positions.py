@@ -64,11 +64,11 @@ def placed(equations: Equations, movement: Movement) -> tuple[Array, Array, Arra
 # -- continuation ------------------------------------------------------------------------------------------------------
 
 _MOST_STEPS = 100_000
-_NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
+_NEAR = 1e-5  # rad, or units: smaller steps start a search for a lock
 _LEAST = 1e-12
-_NOTHING = 1e-13  # rad, or units: no step is worth while
+_NOTHING = 1e-13  # rad, or units: least step
 _SHORT = 0.02
-_SHARED = 0.3  # units (or shares of it): how far a displacement may move in a step
+_SHARED = 0.3  # units (or shares of it): greatest displacement in a step
 _CONTRACTION = 0.25
 _RESIDUAL = 1e-9
 
@@ -214,8 +214,8 @@ def _lost(equations: Equations, z: Array) -> Fault:
 
 _REFINEMENTS = 3
 _MOST_RECORDED = 3  # Newton steps in what is recorded
-_BEYOND = 1e-9  # of the range: how far outside it a position may be asked for
-_RETURNS = 1e-9  # rad, or units: how near to where it was a linkage returns
+_BEYOND = 1e-9  # of the range: tolerance of a position outside it
+_RETURNS = 1e-9  # rad, or units: tolerance of a linkage that returns
 
 
 class Solution:

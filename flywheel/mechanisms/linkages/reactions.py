@@ -71,7 +71,7 @@ Array = NDArray[np.float64]
 Gravity = tuple[float, float] | None
 
 _FORCE_ROUNDING = 1e-12  # of the largest force: smaller ones are none
-_FOLLOWS = 1e-8  # how well a released motion must respect all other constraints
+_FOLLOWS = 1e-8  # tolerance of all other constraints in a released motion
 
 
 class Extreme(NamedTuple):

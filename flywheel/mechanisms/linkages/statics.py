@@ -54,11 +54,11 @@ OPEN = 1e-7
 _LOCKED = 1e-13  # of the largest singular value: below it the equations depend on one another
 _STILL = 1e-12  # share of the largest rate below which a rate is rounding, and the joint at rest
 _LIMIT = 30
-_RESIDUAL_SETTLED = 1e-12  # share of the largest size left over where the iteration stops
+_RESIDUAL_SETTLED = 1e-12  # residual, as a share of the largest size, at which the iteration stops
 _TOLERATED = 1e-11  # and where it still counts as converged: rounding
 _SETTLED = 1e-15  # of the largest size: a change after which the iteration of forces that keep their signs stops
 _SQUARED = 1e-9  # change after which one more step is the last
-_LOST = 1e-9  # and what it must have come to
+_LOST = 1e-9  # and its greatest value then
 _NO_LENGTH = float(np.finfo(float).tiny)  # N, of a force that has no direction
 _STAGES = np.linspace(0.1, 1.0, 10)  # in which friction is raised where Newton's iteration alone fails
 
