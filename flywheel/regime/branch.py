@@ -2,10 +2,11 @@
 
 For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
 followed in time comes to a stop; or neither within the effort spent. Who looks through many flywheels asks one `Branch` for
-all of them: each motion is found from its nearest neighbour, so that they lie on one branch.
+all of them: each motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct
+way fails the machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
 
 Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
-Let go above every speed at which anything drives it, it stays above every periodic motion; where it stops, there is none.
+Let go above every speed that a periodic motion can have, it stays above all of them; where it stops, there is none.
 With a motor's own states it is let go in the neighbouring motion, and where that stops the branch has ended.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapters 4 (continuation) and 7
@@ -27,6 +28,7 @@ import numpy as np
 from flywheel.machine.dynamics import ONSET, Dynamics, Start, Trail, dynamics_of
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import periodic_motion, turning_moment
@@ -136,7 +138,7 @@ class Branch:
         `near` is the motion to begin with; the nearest one that is known where it is left out.
         """
         near = self.nearest(inertia) if near is None else near
-        found = self._solved(inertia, rtol, near)
+        found = self._from(inertia, rtol, near)
         if found.motion is None and self.mean is None and self.machine.scene.unknown is None:
             followed = self._followed(inertia, near)
             if isinstance(followed, Stop):
@@ -144,19 +146,25 @@ class Branch:
             if followed is not None:
                 later = self._stable(inertia, partial(self._along, inertia, rtol, *followed))
                 found = found if later.motion is None else later
+        if found.motion is None:
+            found = self._searched(inertia, rtol)
         if found.motion is not None:
             self.motions[inertia] = found.motion
         return found
 
-    def _solved(self, inertia: float, rtol: float, near: OwnMotion | None) -> Finding:
-        """A motion from a neighbour, or from nothing, as coarsely as the effort allows."""
-        machine, wanted, found = self.machine, Demand(inertia, None, self.mean), Finding(inertia)
+    def _from(self, inertia: float, rtol: float, near: OwnMotion | None) -> Finding:
+        """A motion from a neighbour, or by the most direct way: neither takes long where it fails."""
+        machine, wanted = self.machine, Demand(inertia, None, self.mean)
+        search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
-            found = self._stable(inertia, partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol))
+            search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
+        return self._stable(inertia, search)
+
+    def _searched(self, inertia: float, rtol: float) -> Finding:
+        """A motion by every way, as coarsely as the effort allows."""
+        found, wanted = Finding(inertia), Demand(inertia, None, self.mean)
         for error in dict.fromkeys((rtol, max(rtol, COARSE))):
-            if found.motion is not None:
-                break
-            search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, error)
+            search = partial(periodic_motion.own_motion, self.machine, self.speed, wanted, 0.0, self.unknown, error)
             found = self._stable(inertia, search)
             if not isinstance(found.error, BudgetError):
                 break
@@ -201,11 +209,12 @@ class Branch:
             return None
         speed, phi, states = self.speed, 0.0, tuple(float(each) for each in moments.steady_states(self.speed))
         if moments.circuit is None:
-            highest = self._highest(moments)
+            highest, gained = self._highest(moments, inertia)
             if highest is None:
                 return None
             heaviest = float(moments.mesh.phi.ravel()[total.argmax()])  # none is faster there, by its energy
-            speed, phi = highest, 0.0 if total.max() <= (1.0 + _INERTIA_VARIATION) * total.flat[0] else heaviest
+            phi = 0.0 if total.max() <= (1.0 + _INERTIA_VARIATION) * total.flat[0] else heaviest
+            speed = math.sqrt(highest**2 + 2.0 * gained / float(total.max()))
         elif near is not None:
             edges = near.solved.state.edges[0]
             speed, states = self._speed_at_start(near), tuple(edges[1:].tolist())
@@ -238,7 +247,10 @@ class Branch:
 
     def _overloaded(self, moments: Moments) -> Stop | None:
         """The place where a machine without inertia lacks torque at every speed; None without one, or with more states."""
-        if moments.circuit is not None or (highest := self._highest(moments)) is None:
+        if moments.circuit is not None:
+            return None
+        highest, gained = self._highest(moments, 0.0)
+        if highest is None or gained > 0.0:
             return None
         speeds = np.concatenate(([0.0], highest * np.geomspace(_STOP_SPEED, 1.0, 4 * _STEPS)))
         shape = moments.mesh.phi.shape
@@ -247,16 +259,19 @@ class Branch:
             return None
         return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), highest, 0)
 
-    def _highest(self, moments: Moments) -> float | None:
-        """A crank speed (rad/s) from which on every torque slows the machine at every angle; None where there is none."""
-        speeds = self.speed * np.geomspace(1.0, _HIGHEST, _STEPS)
-        drives = [
-            float((moments.rate(np.full(moments.mesh.phi.shape, w), self.unknown, 0.0).moment).max())
-            for w in speeds.tolist()
-        ]
-        above = [k for k, most in enumerate(drives) if not most < 0.0]
-        last = above[-1] + 1 if above else 0
-        return float(speeds[last]) if last < speeds.size else None
+    def _highest(self, moments: Moments, inertia: float) -> tuple[float | None, float]:
+        """A crank speed (rad/s) below which every motion comes in a cycle, and the work (J) that it may gain above it.
+
+        With m(phi) the greatest moment at an angle at that speed or any higher one, the integral of m over a cycle is
+        negative: no periodic motion stays above. One that rises from there gains no more than the integral of m where m is
+        positive. None and nothing where there is no such speed.
+        """
+        speeds, shape = self.speed * np.geomspace(1.0, _HIGHEST, _STEPS), moments.mesh.phi.shape
+        each = np.array([moments.rate(np.full(shape, w), self.unknown, inertia).moment for w in speeds.tolist()])
+        greatest = np.maximum.accumulate(each[::-1])[::-1]
+        works = cells.integral(np.stack((greatest, np.maximum(greatest, 0.0))), moments.mesh.half).sum(axis=-1)
+        below = np.flatnonzero(works[0] < 0.0)
+        return (float(speeds[below[0]]), float(works[1, below[0]])) if below.size else (None, 0.0)
 
     @staticmethod
     def _speed_at_start(motion: OwnMotion) -> float:

@@ -109,7 +109,16 @@ class OwnMotion(NamedTuple):
         return self.inertia_bound > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
 
 
-def own_motion(machine: Machine, reference: float, demand: Demand, guess: float, unknown: float, rtol: float) -> OwnMotion:
+def own_motion(
+    machine: Machine,
+    reference: float,
+    demand: Demand,
+    guess: float,
+    unknown: float,
+    rtol: float,
+    *,
+    directly: bool = False,
+) -> OwnMotion:
     """The steady motion with a given flywheel, or with the one that an irregularity asks for, at an error within rtol.
 
     Args:
@@ -119,6 +128,7 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
         guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
+        directly: whether the first way alone is tried, of the several that may find a motion.
 
     Raises:
         NoRegimeError: where there is no such motion, or none that can be resolved.
@@ -132,7 +142,7 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
         return even
     if demand.inertia == 0.0 and search.weightless():
         return search.vanishing(unknown)
-    motion = _checked(search.motion(guess if demand.inertia is None else demand.inertia, unknown))
+    motion = _checked(search.motion(guess if demand.inertia is None else demand.inertia, unknown, directly=directly))
     if demand.inertia is not None or motion.inertia <= 0.0:
         return motion
     solved, inertia = motion.solved, motion.inertia
@@ -268,7 +278,7 @@ class _Search(NamedTuple):
         run = motion.run._replace(error=motion.run.error + off)
         return motion._replace(run=run, level_error=motion.level_error + level, vanishing=True)
 
-    def motion(self, inertia: float, unknown: float) -> OwnMotion:
+    def motion(self, inertia: float, unknown: float, *, directly: bool = False) -> OwnMotion:
         """The stable motion, by the first way that finds one; an unstable one where none does.
 
         Directly, from a motion that is even at first and grows uneven, from the speeds at which stiff torques balance, and
@@ -281,7 +291,7 @@ class _Search(NamedTuple):
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
         if self.fading(inertia, unknown) > _STIFF:
             ways[:2] = ways[1::-1]
-        for way in ways:
+        for way in ways[:1] if directly else ways:
             try:
                 with portion(_SHARE_OF_WORK if way != self.by_continuation else 1.0):
                     motion = way(inertia, unknown)
