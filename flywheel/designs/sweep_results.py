@@ -32,6 +32,7 @@ from flywheel.scene.scene import Scene
 _HEAD = "flywheel_sweep"  # the first array of a file: what it is a sweep of, as JSON
 _INTERVAL, _WRITING_SHARE = 10.0, 10.0  # seconds between two times of writing, and so many times what writing takes
 _ROWS = 10_000  # of a CSV, written at a time
+_PAIRS = 10_000  # of points that are compared at once
 _NOT_COMPARED = ("title", "source", "file", "remarks", "given_as", "document")
 WAYS = {0: "many at once", 1: "refined", 2: "one by one", 3: "refused", MISSING: "missing"}
 _CHECKED_FIGURES = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel", "irregularity", "accumulated_max")
@@ -320,19 +321,51 @@ def front(points: Array) -> NDArray[np.intp]:
 
     """
     order = np.lexsort(points.T[::-1])
-    if points.shape[1] <= 2 and order.size:  # each group of equal points is beaten by one before it, or by none
-        last = points[order, -1]
-        new = np.append(True, (np.diff(points[order], axis=0) != 0.0).any(axis=1))
-        least = np.append(np.inf, np.minimum.accumulate(last))[:-1] if points.shape[1] == 2 else np.append(np.inf, last[:-1])
-        good = np.flatnonzero(new)[(last < least)[new]]
-        return order[np.isin(np.cumsum(new), np.cumsum(new)[good])]
-    left, least_of = points[order], []
-    while left.size:
-        least_of.append(order[0])
-        stays = (left < left[0]).any(axis=1) | (left == left[0]).all(axis=1)
-        stays[0] = False
-        order, left = order[stays], left[stays]
-    return np.array(least_of, np.intp)
+    ordered = points[order]
+    new = np.append(True, (np.diff(ordered, axis=0) != 0.0).any(axis=1))[: order.size]  # equal points are beaten together
+    return np.asarray(order[_unbeaten(ordered[new])[np.cumsum(new) - 1]])
+
+
+def _unbeaten(points: Array) -> NDArray[np.bool_]:
+    """Tells of each of different points in lexical order whether no other one is at most as large in every coordinate.
+
+    Source: H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set of vectors, J. ACM 22 (1975), 469-476.
+    """
+    if len(points) < 2:
+        return np.ones(len(points), bool)
+    half = len(points) // 2
+    first, second = _unbeaten(points[:half]), _unbeaten(points[half:])
+    second[second] = ~_beaten(points[half:][second, 1:], points[:half][first, 1:])  # none of the others is less in the first
+    return np.concatenate((first, second))
+
+
+def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
+    """Tells of each point whether one of others is at most as large in every coordinate.
+
+    Both are split by the first coordinate until two are left, or few: below the split only what lies below it beats a point;
+    above it what lies above it does, or what lies below it in the other coordinates.
+    """
+    found = np.zeros(len(points), bool)
+    if not points.size or not by.size:
+        return found | bool(len(by) and not points.shape[1])
+    if points.shape[1] == 1:
+        return np.asarray(points[:, 0] >= by.min())
+    if points.shape[1] == 2:
+        by = by[np.argsort(by[:, 0])]
+        place = np.searchsorted(by[:, 0], points[:, 0], side="right")
+        return np.asarray(np.append(np.inf, np.minimum.accumulate(by[:, 1]))[place] <= points[:, 1]) & (place > 0)
+    if len(points) * len(by) <= _PAIRS:
+        return np.asarray((by <= points[:, None]).all(axis=2).any(axis=1))
+    values = np.unique(by[:, 0])
+    if values.size == 1:
+        above = points[:, 0] >= values[0]
+        found[above] = _beaten(points[above, 1:], by[:, 1:])
+        return found
+    split = values[values.size // 2]
+    low, above = by[:, 0] < split, points[:, 0] >= split
+    found[~above] = _beaten(points[~above], by[low])
+    found[above] = _beaten(points[above, 1:], by[low, 1:]) | _beaten(points[above], by[~low])
+    return found
 
 
 def needed(module: str, what: str) -> Any:

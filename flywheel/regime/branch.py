@@ -249,15 +249,12 @@ class Branch:
         """The place where a machine without inertia lacks torque at every speed; None without one, or with more states."""
         if moments.circuit is not None:
             return None
-        highest, gained = self._highest(moments, 0.0)
-        if highest is None or gained > 0.0:
-            return None
-        speeds = np.concatenate(([0.0], highest * np.geomspace(_STOP_SPEED, 1.0, 4 * _STEPS)))
+        speeds = np.concatenate(([0.0], self.speed * np.geomspace(_STOP_SPEED, _HIGHEST, 4 * _STEPS)))
         shape = moments.mesh.phi.shape
         best = np.max([moments.rate(np.full(shape, w), self.unknown, 0.0).moment for w in speeds.tolist()], axis=0)
         if not best.min() < 0.0:
             return None
-        return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), highest, 0)
+        return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), self.speed, 0)
 
     def _highest(self, moments: Moments, inertia: float) -> tuple[float | None, float]:
         """A crank speed (rad/s) below which every motion comes in a cycle, and the work (J) that it may gain above it.

@@ -336,13 +336,26 @@ def test_a_machine_without_a_motion_is_shown_to_stop_and_with_one_it_is_found():
 
     own, _ = settled(rates, [19.0], [0.0, math.pi / 3, TURN])
     assert found.motion.run.irregularity == pytest.approx(own, rel=1e-5)
+    fastest = found.motion.run.speed_max
     for inertia in (1.0, 0.0):
         found = every.at(inertia, 1e-9)
         assert found.existence is Existence.NONE
         assert found.motion is None
         assert found.stop.shortfall == pytest.approx(80.0, rel=1e-6)
         assert 0.0 <= found.stop.phi <= math.pi / 3
-        assert found.stop.speed >= 20.0  # nothing drives it faster than 20 rad/s
+        assert inertia == 0.0 or found.stop.speed >= fastest  # it starts above any motion that there could be
+
+
+@pytest.mark.parametrize("inertia", [0.0, 0.3])
+def test_a_stop_is_shown_where_a_weight_drives_at_any_speed(inertia):
+    """A weight of 30 N m drives for half a turn however fast the crank: a speed that nothing exceeds is that of its work."""
+    weight = {"on": "crank", "torque": "30*sin(phi)"}
+    falling = {"on": "crank", "torque": "40/(1 + 0.01*omega**2)"}  # it drives at any speed, too
+    load = {"on": "crank", "torque": -120, "from": "60 deg", "to": "120 deg"}
+    scene = {"load": [weight, load, falling, {"on": "crank", "torque": "-1.5*omega"}]}
+    found = branch(scene | {"drive": {"torque": "5-0.1*omega"}}).at(inertia, 1e-9)
+    assert found.existence is Existence.NONE
+    assert found.stop.shortfall > 0.0
 
 
 def test_the_angle_of_a_stop_is_that_of_the_motion_from_above():
