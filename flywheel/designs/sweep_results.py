@@ -355,7 +355,7 @@ def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
         place = np.searchsorted(by[:, 0], points[:, 0], side="right")
         return np.asarray(np.append(np.inf, np.minimum.accumulate(by[:, 1]))[place] <= points[:, 1]) & (place > 0)
     if len(points) * len(by) <= _PAIRS:
-        return np.asarray((by <= points[:, None]).all(axis=2).any(axis=1))
+        return np.asarray(np.any(np.all(by <= points[:, None], axis=2), axis=1))
     values = np.unique(by[:, 0])
     if values.size == 1:
         above = points[:, 0] >= values[0]
