@@ -732,7 +732,8 @@ class Sizing:
         """True if every estimated relative error is within rtol."""
         error = self.error
         flywheels = (error.exact, error.approximate, error.inertia_torque, error.inertia_torque_flywheel)
-        return all(error is None or error <= self.rtol for error in (*flywheels, error.simulation, error.work))
+        of_speed = None if self.cyclic is None else self.cyclic.level_error
+        return all(error is None or error <= self.rtol for error in (*flywheels, error.simulation, error.work, of_speed))
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON contract of `flywheel size`, SI throughout, plus the keys that this version adds."""

@@ -33,6 +33,7 @@ from flywheel.sizing.results import (
     Confirmation,
     Confirmed,
     ConstantSpeed,
+    Cyclic,
     Derivations,
     ElectricalTransients,
     Errors,
@@ -175,7 +176,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
     messages = (
-        *_missed(errors, rtol, remainder),
+        *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
@@ -459,13 +460,15 @@ def _binding(limits: Mapping[str, Limit]) -> str | None:
     return next((name for name, limit in limits.items() if limit.alone > 0.0), None)
 
 
-def _missed(errors: Errors, rtol: float, remainder: str) -> Iterator[str]:
+def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Cyclic | None = None) -> Iterator[str]:
     """A message for every figure whose estimated error is above rtol; one where that is work left over in the cycle."""
     found = [
         f"the {title} is good to {error:.2g}"
         for name, title in _TITLES.items()
         if (error := getattr(errors, name)) is not None and error > rtol
     ]
+    if cyclic is not None and cyclic.level_error > rtol:
+        found.append(f"the speed is good to {cyclic.level_error:.2g}")
     if found and remainder:
         yield f"rtol {rtol:.1g} not reached: {remainder} are left over in the cycle, and may belong anywhere in it: " + (
             ", ".join(found)
