@@ -286,7 +286,7 @@ def _explained() -> Iterator[None]:
     try:
         yield
     except GraphError as error:
-        expected, advice = "a graph with an algebraic loop", "give the machine inertia or a flywheel"
+        expected, advice = "a graph whose causality is complete", "give the machine inertia or a flywheel"
         raise SceneError([Fault("graph", line, expected, advice) for line in str(error).splitlines()]) from error
 
 

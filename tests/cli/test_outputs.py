@@ -252,7 +252,8 @@ def test_a_machine_without_any_inertia_is_refused_by_bond(tmp_path):
     scene.write_text(text + 'flywheel.inertia = 0\n[[load]]\non = "yoke"\nforce = 5\nfrom = 0\nto = 3\n')
     result = run_graph(scene)
     assert result.exit_code == 1
-    assert "graph: found MTF:crank->scotch-yoke.yoke: bond 1" in result.output
+    assert "graph: found MSe:drive.torque" in result.output
+    assert "both set the effort of MTF:crank->scotch-yoke.yoke" in result.output
     assert "give the machine inertia or a flywheel" in result.output
 
 
