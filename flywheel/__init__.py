@@ -185,7 +185,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name, or a part of the library, on first use (PEP 562): `import flywheel` itself costs nothing."""
+    """Imports a public name, or a part of the library, on first use (PEP 562): `import flywheel` itself costs nothing."""
     if name == "__version__":
         from importlib.metadata import version
 

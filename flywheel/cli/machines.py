@@ -88,7 +88,7 @@ def size(
     explain: bool,
     plot: Path | None,
 ) -> None:
-    """Size (or analyse) the flywheel of the machine in SCENE, a TOML file, and print what a designer acts on.
+    """Size (or analyse) the flywheel of the machine in SCENE, a TOML file, and print a summary.
 
     --full prints every figure there is, areas and reduced inertia among them.
     """

@@ -509,7 +509,7 @@ def motor(
     as_json: bool,
     as_csv: bool,
 ) -> None:
-    """Size SCENE with every motor of a table in place of its drive: those that do with their flywheel, the cheapest first.
+    """Size SCENE with every motor of a table in place of its drive; list the suitable ones, the cheapest first.
 
     The others are told with the reason: too weak to start the machine, or to carry it; too hot, running or on starting; a
     limit that no flywheel reaches. Each stays within its rated heat and torque unless [flywheel.limits] say otherwise.

@@ -227,7 +227,7 @@ class _Train:
 
 
 def _check_train(shafts: Mapping[str, Shaft], stages: Sequence[Stage]) -> None:
-    """Refuse numbers out of range and names that are no shafts."""
+    """Refuses numbers out of range and names that are no shafts."""
     faults = [] if shafts else [Fault("shafts", "nothing", "at least one shaft")]
     for name, shaft in shafts.items():
         faults += number_faults(f"{name}.inertia", shaft.inertia, NOT_NEGATIVE, "kg m²")

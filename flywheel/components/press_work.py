@@ -167,7 +167,7 @@ def speed_after(inertia: float, speed: float, energy: float) -> float:
 
 
 def check_order(high: float, low: float, faults: list[Fault], apart: bool = False) -> None:
-    """Refuse two speeds in the wrong order, with what else is wrong."""
+    """Refuses two speeds in the wrong order, with what else is wrong."""
     own = number_faults("high", high, POSITIVE, "rad/s") + number_faults("low", low, NOT_NEGATIVE, "rad/s")
     if not own and (low > high or (apart and low == high)):
         own = [Fault("low", f"{low:g} rad/s", f"a speed below high, {high:g} rad/s")]
@@ -526,7 +526,7 @@ def inertia_for_single_stroke(high: float, low: float, energy: float, driven_ine
 
 
 def _check(**quantities: tuple[float, str, str]) -> None:
-    """Refuse numbers that are not what they should be: name = (value, what is expected, unit)."""
+    """Refuses numbers that are not what they should be: name = (value, what is expected, unit)."""
     refuse(
         [fault for name, (value, wanted, unit) in quantities.items() for fault in number_faults(name, value, wanted, unit)]
     )

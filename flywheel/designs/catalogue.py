@@ -1,4 +1,4 @@
-"""The motors of a table that do for a machine, each with the flywheel that it needs, by what is paid in all.
+"""The suitable motors of a table for a machine, each with the flywheel that it needs, by total price.
 
 Every motor takes the place of the scene's drive in turn. One that cannot set the machine going from rest, that stalls, that
 no flywheel keeps within what is asked of it, or that its start with that flywheel overheats, is told with its reason. It is
@@ -162,7 +162,7 @@ class Terms(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class SuitableMotors:
-    """The motors of a table for a machine: those that do, by what is paid in all, then the others in the table's order.
+    """The motors of a table for a machine: the suitable ones by total price, then the others in the table's order.
 
     `on` is the flywheel's shaft; `ratio` "adjusted" where that of the motor's shaft was chosen for each, so that the crank
     turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". Those of `refused` whose `suits` is None are left
@@ -216,7 +216,7 @@ def suitable_motors(
     skip_faulty: bool = False,
     progress: bool | None = False,
 ) -> SuitableMotors:
-    """The motors of a table that do for a machine, with the flywheel that each needs and the start that it then has.
+    """Finds the suitable motors of a table for a machine, with the flywheel that each needs and its start.
 
     Args:
         scene: with a [drive], whose motor or torque the motors take the place of, and a flywheel that is asked for or given.
@@ -504,7 +504,7 @@ def _wheel_inertia(found: Sizing) -> float:
 
 
 def _short_of_it(run: RunUp, choice: MotorChoice) -> str:
-    """Why a start fails, or was not followed to its end."""
+    """Reason why a start fails, or was not followed to its end."""
     wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
     count = f"{figure(run.turns, most=3)} turns"
     if run.stop is not None:
@@ -684,7 +684,7 @@ def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
 
 
 def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
-    """Why a motor does not do though a flywheel was found, or given: its rating, the wheel's bounds or stresses."""
+    """Reason why a motor is unsuitable with the flywheel found or given: its rating, the bounds or stresses of the wheel."""
     if found.scene.inertia is not None:  # a given flywheel: it is looked at alone
         over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + TIE}
         if over:
@@ -704,7 +704,7 @@ def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
 
 
 def _told(fault: Fault) -> tuple[str, bool]:
-    """Why a motor does not do, from a fault of the machine with it; and whether that is known, or could not be computed."""
+    """Reason why a motor is unsuitable, by a fault of the machine with it; and whether it could be computed."""
     name = fault.path.removeprefix("flywheel.limits.")
     if name in _WORDS and (best := _BEST.search(fault.found)):
         return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}", True

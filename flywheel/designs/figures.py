@@ -213,7 +213,7 @@ def _parts(which: Index, size: int, threads: int) -> list[Index]:
 
 
 def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
-    """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
+    """Puts the figures of a chunk of designs into what was found; the designs that miss rtol."""
     missed = which[halvings < 0]
     good: Any = halvings >= 0 if missed.size else slice(None)
     consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend

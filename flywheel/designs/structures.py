@@ -273,7 +273,7 @@ def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Cond
 
 
 def _check(scene: Scene) -> None:
-    """Refuse what a program of position alone does not tell."""
+    """Refuses what a program of position alone does not tell."""
     drive = scene.drive
     for excluded, what in (
         (scene.areas is not None, "a diagram of areas has no machine"),

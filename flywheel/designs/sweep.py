@@ -64,7 +64,7 @@ def sweep(
     chunk: int | None = None,
     progress: bool | None = None,
 ) -> Sweep:
-    """Size many designs of a scene, in which some of its numbers vary.
+    """Sizes many designs of a scene, in which some of its numbers vary.
 
     Args:
         scene: one that was read.
@@ -195,7 +195,7 @@ class _SweptDesigns:
         return np.flatnonzero(self.batch.ways == MISSING)
 
     def add(self, which: NDArray[np.intp], batch: Batch) -> None:
-        """Put the figures of a chunk into their places."""
+        """Puts the figures of a chunk into their places."""
         for mine, theirs in ((self.batch.values, batch.values), (self.batch.errors, batch.errors)):
             for name, values in theirs.items():
                 if name not in mine:
@@ -206,7 +206,7 @@ class _SweptDesigns:
         self.keep()
 
     def keep(self, *, last: bool = False) -> None:
-        """Write what is finished into the file; a sweep whose file cannot be written goes on without it."""
+        """Writes what is finished into the file; a sweep whose file cannot be written goes on without it."""
         if self.keeper is None:
             return
         try:

@@ -267,15 +267,15 @@ class Sweep:
         flywheel.notebooks.save_picture(self, path)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write a table with a row for each design: its numbers, figures, errors, way and reason, SI throughout."""
+        """Writes a table with a row for each design: its numbers, figures, errors, way and reason, SI throughout."""
         write_csv(self, path)
 
     def to_npz(self, path: str | Path) -> None:
-        """Write everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
+        """Writes everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
         write_npz(self, path)
 
     def to_parquet(self, path: str | Path) -> None:
-        """Write the table of `to_csv` as Parquet; needs pyarrow."""
+        """Writes the table of `to_csv` as Parquet; needs pyarrow."""
         write_parquet(self, path)
 
     def to_pandas(self) -> Any:
@@ -510,7 +510,7 @@ class Keeper:
         return batch
 
     def keep(self, batch: Batch, *, last: bool = False) -> None:
-        """Write what is finished, unless that was done a moment ago."""
+        """Writes what is finished, unless that was done a moment ago."""
         if not last and monotonic() < self.next:
             return
         begun = monotonic()

@@ -432,7 +432,7 @@ def _derivative(of: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> D
 
 
 class _Reasons:
-    """Why figures have no derivative: what binds on one side and on the other of the numbers that a design has."""
+    """Reason why figures have no derivative: what binds on one side and on the other of the numbers that a design has."""
 
     def __init__(self, family: Variation, centre: Sizing) -> None:
         self.family, self.centre = family, centre

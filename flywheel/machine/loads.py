@@ -119,7 +119,7 @@ class Effort:
 
     @cached_property
     def senses(self) -> Senses | None:
-        """When its place moves forwards and when backwards; None where the load does not depend on that."""
+        """Ranges in which its place moves forwards and backwards; None where the load does not depend on that."""
         if not self.load.sense and "v" not in getattr(self._law, "names", ()):
             return None
         return self._given_senses() if callable(self._given_senses) else self._given_senses

@@ -478,7 +478,7 @@ class Machine:
                 yield from ((effort.path, angle) for angle in found)
 
     def _senses(self, place: str) -> Senses:
-        """When a place moves forwards and when backwards, by a closed form, or by the roots of its influence coefficient.
+        """Ranges in which a place moves forwards and backwards, in closed form or by roots of its influence coefficient.
 
         Between two dead centres of a closed form the port goes from its place at one to that at the next.
         """

@@ -157,7 +157,7 @@ class Programs:
                 yield effort + unknown * factor
 
     def _compare(self, program: Program, anchor: Anchor) -> None:
-        """Refuse a program that is not the walk all over the piece of its anchor, where both are defined."""
+        """Refuses a program that is not the walk all over the piece of its anchor, where both are defined."""
         edges = self.machine.breakpoints
         k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
         phi = edges[k] + _SHARES * (edges[k + 1] - edges[k])
@@ -190,7 +190,7 @@ def programs_of(machine: Machine) -> Programs:
 
 
 class UnrecordedError(ValueError):
-    """Why a machine cannot be followed with recorded numbers, in words."""
+    """Reason why a machine cannot be followed with recorded numbers, in words."""
 
 
 class RecordedMachine(Machine):

@@ -52,7 +52,7 @@ KINDS = Kinds(
 
 
 def register(kind: Kind) -> None:
-    """Make a family of mechanisms known to scenes, reference texts, sizing, reactions and pictures of this process.
+    """Makes a family of mechanisms known to scenes, reference texts, sizing, reactions and pictures of this process.
 
     Raises ValueError where another family bears its name.
     """

@@ -202,7 +202,7 @@ class Derivation(Protocol):
         """Loop equations, which are solved by what follows."""
 
     def part(self, title: str) -> None:
-        """Begin a stretch of steps."""
+        """Begins a stretch of steps."""
 
     def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
         """A step, with the library's own value where it has one."""
@@ -308,7 +308,7 @@ def _unrolled(angles: Iterable[float], low: float, high: float) -> list[float]:
 
 
 def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) -> None:
-    """Refuse a stroke on which the mechanism locks, or cannot be put together."""
+    """Refuses a stroke on which the mechanism locks, or cannot be put together."""
     assert mechanism.stroke is not None
     low, high = mechanism.stroke
 

@@ -267,7 +267,7 @@ def along_transient(scene: Scene, given: Transient | Motion) -> Course:
 
 
 def _within(t: Array, low: float, high: float) -> None:
-    """Refuse times outside a motion."""
+    """Refuses times outside a motion."""
     slack = 1e-12 * max(abs(low), abs(high))
     outside = (t < low - slack) | (t > high + slack)
     if outside.any():

@@ -313,7 +313,7 @@ def _scale(machine: Machine, flywheel: float) -> float:
 
 
 def _refuse_still(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) -> None:
-    """Refuse positions where nothing that has mass moves."""
+    """Refuses positions where nothing that has mass moves."""
     still = ~(inertia > _STILL**2 * scale)
     if still.any():
         symbol = "m* = 0" if sliding else "I* = 0"

@@ -399,7 +399,7 @@ class Transient:
 
     @property
     def time(self) -> float:
-        """When it ended, s."""
+        """Time of its end, s."""
         return float(self.motion.t[-1])
 
     @property

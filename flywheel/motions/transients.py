@@ -143,7 +143,7 @@ def transient(
     rtol: float = 1e-9,
     watching: Watching | None = None,
 ) -> Transient:
-    """Follow a machine from a start to an end: (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
+    """Follows a machine from a start to an end: (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.

@@ -58,7 +58,7 @@ class Meter:
 
 @contextmanager
 def metered() -> Iterator[Meter]:
-    """Measure what is done inside.
+    """Measures what is done inside.
 
     >>> with metered() as meter:
     ...     count(5)
@@ -75,7 +75,7 @@ class BudgetError(SceneError):
 
 @contextmanager
 def limited(work: float) -> Iterator[None]:
-    """Allow what is searched for inside so much work, the same on every machine; without it there is no limit.
+    """Allows what is searched for inside so much work, the same on every machine; without it there is no limit.
 
     >>> with limited(10):
     ...     spend(8)
@@ -89,7 +89,7 @@ def limited(work: float) -> Iterator[None]:
 
 @contextmanager
 def portion(share: float) -> Iterator[None]:
-    """Allow what is tried inside a share of the work that is left, so that something is left for what is tried after it.
+    """Allows what is tried inside a share of the work that is left, so that something is left for what is tried after it.
 
     >>> with limited(10):
     ...     with portion(0.5):
@@ -111,7 +111,7 @@ def portion(share: float) -> Iterator[None]:
 
 
 def spend(work: float) -> None:
-    """Count work done. Raises BudgetError once there was too much of it."""
+    """Counts work done. Raises BudgetError once there was too much of it."""
     left = _LEFT.get()
     if left is None:
         return

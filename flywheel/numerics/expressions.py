@@ -245,7 +245,7 @@ def _undefined(node: Node, at: Callable[[Node], float]) -> list[Node]:
 
 
 def _reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) -> str:
-    """Why a node has no finite value for finite operands, in words; `text` writes its parts."""
+    """Reason why a node has no finite value for finite operands, in words; `text` writes its parts."""
     if node.op in _VALID:
         what, outside = _VALID[node.op]
         short = f"{operands[0]:.6g}"
@@ -399,7 +399,7 @@ _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, a
 
 
 class ExpressionError(ValueError):
-    """Why a text is not an expression: what was `found` (and at which column), what was `expected`, some `advice`."""
+    """Reason why a text is not an expression: what was `found` (and at which column), what was `expected`, some `advice`."""
 
     def __init__(self, found: str, expected: str = _SYNTAX, advice: str = "") -> None:
         self.found, self.expected, self.advice = found, expected, advice
@@ -565,7 +565,7 @@ def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
 
 
 def _check_text(text: str, names: frozenset[str]) -> None:
-    """Refuse what Python's parser should not even see."""
+    """Refuses what Python's parser should not even see."""
     if not text.strip(" \t"):
         raise ExpressionError("an empty text")
     if len(text) > LENGTH_CAP:

@@ -58,7 +58,7 @@ class Fault(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A number of a scene that is a good one, but hardly the one that was meant: where, what it comes to, the mend.
+    """A number of a scene that is valid but unlikely to be intended: the place, its value, the remedy.
 
     >>> print(Remark("mechanism.crank.length", "80 m", 'write "80 mm" if millimetres are meant', line=5))
     mechanism.crank.length (line 5): 80 m; write "80 mm" if millimetres are meant

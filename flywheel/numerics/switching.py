@@ -335,7 +335,7 @@ def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[st
 def _refusal(
     expression: Expression, cells: _Cells, at: int, near: float, middle: Mapping[str, Any], finest: bool
 ) -> SwitchingError:
-    """Why no cells of bearable width and number follow an expression, naming the part for which one of them is too wide."""
+    """Reason why no cells within the limits follow an expression, with the part for which one of them is too wide."""
     node = next(node for node, mask in cells.wide if mask[at])
     part = expression.part(node)
     infinite = expression.undefined(middle, middle)

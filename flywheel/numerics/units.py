@@ -437,7 +437,7 @@ def _unknown(name: str, power: int, dimension: str | None) -> str:
 
 
 def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
-    """Why a unit does not fit a dimension, as advice; None where it does."""
+    """Reason why a unit does not fit a dimension, as advice; None where it does."""
     if dimension is None:
         return None
     wanted = DIMENSIONS[dimension]

@@ -128,7 +128,7 @@ class Draft:
     # -- another type
 
     def _of_type(self, place: Path, kind: str) -> Outline:
-        """Give a table another type: what fits stays, what does not goes, and what the new type needs is put in.
+        """Gives a table another type: what fits stays, what does not goes, and what the new type needs is put in.
 
         Of what could stay as much stays as the reader takes: a value that fits a key may not fit the others.
         """
@@ -158,7 +158,7 @@ class Beginning(NamedTuple):
 
 
 def _faults_within(changed: Outline, above: Path) -> int:
-    """Count the faults of a text at a table; a text that is read without any has none."""
+    """Counts the faults of a text at a table; a text that is read without any has none."""
     where = next((name for name, place in changed.places.items() if place == above), "")
     try:
         parse_scene(changed.text)

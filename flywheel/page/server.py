@@ -193,13 +193,13 @@ class _Worker:
                 self._turn.notify_all()
 
     def _overtake(self, page: str) -> None:
-        """Drop what the page asked before; what is being answered ends if it takes long."""
+        """Drops what the page asked before; what is being answered ends if it takes long."""
         for ticket in [*self._waiting, *filter(None, [self._busy])]:
             ticket.overtaken = ticket.overtaken or ticket.page == page
         self._waiting = [ticket for ticket in self._waiting if not ticket.overtaken]
 
     def overtake(self, page: str) -> None:
-        """Drop what the page asked before, for it asks something else now."""
+        """Drops what the page asked before, for it asks something else now."""
         with self._turn:
             self._overtake(page)
             self._turn.notify_all()
@@ -459,7 +459,7 @@ class PageServer(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def asked(self, request: socket.socket) -> None:
-        """Note that a request has come in whole, so that it is answered."""
+        """Notes that a request has come in whole, so that it is answered."""
         with self._lock:
             if request in self._open:
                 self._open[request] = float("inf")
@@ -537,7 +537,7 @@ class _Handler(BaseHTTPRequestHandler):
         raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED)
 
     def _answered(self, answer: Callable[[], Reply]) -> None:
-        """Send what a call answers, or why not; never a traceback."""
+        """Sends what a call answers, or why not; never a traceback."""
         try:
             reply = answer()
         except InvitedError:

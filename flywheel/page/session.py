@@ -31,7 +31,7 @@ _NO_FILE = ""  # what has been seen of a file that is not there
 
 
 class Refusal(Exception):
-    """Why a text is not saved, in a line."""
+    """Reason why a text is not saved, in a line."""
 
 
 class Conflict(Exception):
@@ -117,7 +117,7 @@ class Session:
         return {"text": on_disk(file).text, "name": file.name, "origin": name}
 
     def save(self, text: str, path: str | None, over: bool, seen: str) -> dict[str, Any]:
-        """Write the text into the scene's own file, or into one that is named relative to its folder.
+        """Writes the text into the scene's own file, or into one that is named relative to its folder.
 
         Raises:
             Conflict: the file is there and `over` is not set, or it is not what has been seen.

@@ -35,7 +35,7 @@ _ROUNDED = 1e-14  # N m, N, kg m² or kg: rounding makes as much of nothing
 
 
 def plot_reduction(scene: Scene, path: str | Path, *, of: Sequence[str] = (), speed: float | None = None) -> None:
-    """Draw the machine of a scene, reduced to its driver, over its cycle or stroke: PNG, SVG or PDF.
+    """Draws the machine of a scene, reduced to its driver, over its cycle or stroke: PNG, SVG or PDF.
 
     Args:
         scene: any with a machine.
@@ -153,7 +153,7 @@ _TIMES, _FEWEST, _MOST_WITHIN = 4000, 3, 200  # in all, and within a step of the
 
 
 def plot_transient(transient: Transient, path: str | Path) -> None:
-    """Draw a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+    """Draws a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """

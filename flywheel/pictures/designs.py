@@ -57,17 +57,17 @@ _WIDE = 30.0  # ratio of values from which on an axis is logarithmic
 
 
 def plot_sensitivities(result: Sensitivities, path: str | Path, names: Sequence[str] = ()) -> None:
-    """Draw them into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws them into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
     save(draw_sensitivities(result, names), path)
 
 
 def plot_tolerance(result: Tolerance, path: str | Path, names: Sequence[str] = ()) -> None:
-    """Draw a tolerance into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a tolerance into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
     save(draw_tolerance(result, names), path)
 
 
 def plot_optimum(result: Optimum, path: str | Path) -> None:
-    """Draw the course of an optimisation into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws the course of an optimisation into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
     save(draw_optimum(result), path)
 
 
@@ -257,7 +257,7 @@ _COLOURS = "cividis"
 
 
 def plot_sweep(result: Sweep, path: str | Path) -> None:
-    """Draw a sweep into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a sweep into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
     save(draw_sweep(result), path)
 
 
@@ -540,7 +540,7 @@ _OTHER = (BLACK, "h")
 
 
 def plot_tradeoff(result: Tradeoff, path: str | Path) -> None:
-    """Draw a comparison into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a comparison into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
     save(draw_tradeoff(result), path)
 
 
@@ -624,7 +624,7 @@ def _hollow(row: MethodRow, rows: list[MethodRow]) -> bool:
 
 
 def _arrange(made: Figure, panel: Axes, points: Array, marks: Array, texts: list[Any], lines: Sequence[Any]) -> None:
-    """Put labels beside their points, and draw thin leaders to them; lengths are counted in points (1/72 inch).
+    """Puts labels beside their points, and draws thin leaders to them; lengths are counted in points (1/72 inch).
 
     `marks` is half of every mark's width, `lines` the ends of lines in the panel's units.
     """

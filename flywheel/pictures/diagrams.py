@@ -63,7 +63,7 @@ _DIGITS = 5
 
 
 def _no_cycle(part: Part) -> str:
-    """Why there is no steady cycle."""
+    """Reason why there is no steady cycle."""
     scene = part.scene
     if scene.stroke is not None:
         return _("The driver goes one way, from one end of its stroke to the other: there is no cycle, and no flywheel.")
@@ -452,14 +452,14 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
 
 
 def _no_motion(sizing: Sizing) -> str:
-    """Why a speed never changes, or no energy is stored."""
+    """Reason why a speed never changes, or no energy is stored."""
     if sizing.energy_fluctuation:
         return _("Nothing in the machine stores energy.")
     return _("Nothing acts on the machine, or nothing in it has inertia: its speed never changes.")
 
 
 def _constant_inertia(sizing: Sizing, inertia: float) -> str:
-    """Why there is no loop, and how the flywheel follows without one."""
+    """Reason why there is no loop, and how the flywheel follows without one."""
     scene, square = sizing.scene, sizing.speed**2
     assert sizing.cycle is not None
     assert sizing.run is not None

@@ -105,7 +105,7 @@ def _box(view: View, poses: Poses) -> Array:
 
 
 def _scale_to_metres(panel: Axes, view: View, poses: Poses) -> None:
-    """Draw the bodies in metres."""
+    """Draws the bodies in metres."""
     metres = np.array([[0.0, 2.0], [0.0, 2.0]])  # a box from which no mm are taken
     _draw_bodies(panel, view, poses, metres)
 

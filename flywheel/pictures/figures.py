@@ -68,7 +68,7 @@ class Picture(Figure):
         self.later: list[Callable[[], None]] = []
 
     def draw(self, renderer: Any) -> None:
-        """Draw it; for the first time to give it its layout."""
+        """Draws it; for the first time to give it its layout."""
         later, self.later = self.later, []
         if later:
             super().draw(renderer)
@@ -88,7 +88,7 @@ def figure(width: float, height: float, title: str, apart: float = 0.08) -> Pict
 
 
 def save(made: Figure, path: str | Path) -> None:
-    """Write a figure as PNG, SVG or PDF, as the path ends; ValueError for any other ending, OSError where it cannot be."""
+    """Writes a figure as PNG, SVG or PDF, as the path ends; ValueError for any other ending, OSError where it cannot be."""
     import warnings
 
     kind = Path(path).suffix.lower().lstrip(".")
@@ -343,7 +343,7 @@ def settle(
     keep: int | None = None,
     leaders: bool = False,
 ) -> None:
-    """Put texts beside spots (k, 2), clear of lines (2, m) and of each other; all in the units of the panel's axes.
+    """Puts texts beside spots (k, 2), clear of lines (2, m) and of each other; all in the units of the panel's axes.
 
     `towards` (k, 2) are the directions in which texts would like to go. The panel must have its place already. Of the texts
     from number `keep` on, those that would lie upon another or outside are left out. With leaders a thin line joins a

@@ -57,7 +57,7 @@ class Line(NamedTuple):
 
 
 def plot(found: Kinematics, path: str | Path) -> None:
-    """Draw a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+    """Draws a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
 
     Raises ValueError for any other ending, SceneError for fewer than two positions, OSError where it cannot be written.
     """

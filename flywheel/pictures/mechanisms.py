@@ -77,7 +77,7 @@ _PENS = {
 
 
 def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = (), points: Sequence[str] = ()) -> Figure:
-    """Draw the mechanisms of a scene at chosen positions, the first one bold, and the paths of their points.
+    """Draws the mechanisms of a scene at chosen positions, the first one bold, and the paths of their points.
 
     Args:
         scene: any scene with a mechanism that is a linkage.
@@ -239,7 +239,7 @@ _BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre 
 
 
 def draw_centres(found: InstantCentres, path: str | Path | None = None) -> Figure:
-    """Draw mechanisms at positions with their instant centres: P(rod) of a body, P(crank, slider) of two.
+    """Draws mechanisms at positions with their instant centres: P(rod) of a body, P(crank, slider) of two.
 
     Centres that a joint makes for good bear no name of their own: a pin's is the pin. From the centre of a body rays go to
     its points, across which these move. What lies far away or at infinity is told above the picture.
@@ -451,7 +451,7 @@ class Stage(NamedTuple):
 
 
 def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) -> None:
-    """Write a GIF of the mechanisms of a scene through one cycle or stroke, with a marker that runs along the speed curve.
+    """Writes a GIF of the mechanisms of a scene through one cycle or stroke, with a marker that runs along the speed curve.
 
     The speed is that of the steady cycle with the scene's flywheel, given or sized. On a stroke, and without a flywheel, it
     is the velocity of the first driven slide at a constant speed of the driver; where none is given, per unit of that.
@@ -531,7 +531,7 @@ def _shown(q: Any, sliding: bool) -> Array:
 
 
 def show(made: Stage, k: int, scene: Scene) -> None:
-    """Put everything where it stands at frame k."""
+    """Puts everything where it stands at frame k."""
     for mechanism in made.mechanisms:
         for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
             _moved(artist, outline[:, :, k])

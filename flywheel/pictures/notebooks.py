@@ -127,7 +127,7 @@ def _number(value: float | None, most: int = 5) -> str:
 
 
 def _sizing(sizing: Sizing) -> Iterator[str]:
-    """The page of answers, and the turning moment with its work over the cycle."""
+    """The summary, and the turning moment with its work over the cycle."""
     from flywheel.pictures.forms import part_of
     from flywheel.tables.summary import summary
 

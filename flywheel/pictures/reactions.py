@@ -38,7 +38,7 @@ _WIDER = 1.01  # times the widest step: what the step that closes it may be
 
 
 def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
-    """Draw the reactions of joints over the motion, and save the picture if a file is named.
+    """Draws the reactions of joints over the motion, and saves the picture if a file is named.
 
     Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
     second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate;
@@ -71,7 +71,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
 
 
 def _check(found: Reactions, wanted: Sequence[str]) -> None:
-    """Refuse names of joints that there are not, and a single position."""
+    """Refuses names of joints that there are not, and a single position."""
     unknown = [name for name in wanted if name not in found.forces]
     if unknown:
         near = {name: nearest(name, list(found.forces)) for name in unknown}
@@ -82,7 +82,7 @@ def _check(found: Reactions, wanted: Sequence[str]) -> None:
 
 
 def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequence[Axes]) -> None:
-    """Draw the reaction of each joint and the driving action of the driver into their panels."""
+    """Draws the reaction of each joint and the driving action of the driver into their panels."""
     linkage, found = found.poses.linkage, found.cleared()
     found = found._replace(actions={linkage.driver: found.action})
     shown = found.poses.q
@@ -282,7 +282,7 @@ _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
 
 
 def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path | None = None, *, together: bool) -> Figure:
-    """Draw reactions and driving actions over the driver or the time, and save the picture if a file is named.
+    """Draws reactions and driving actions over the driver or the time, and saves the picture if a file is named.
 
     Every curve's least and greatest value are marked, and told beside its name.
 

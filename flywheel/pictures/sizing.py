@@ -53,7 +53,7 @@ _STEP = 30.0  # deg between two marks of the loop
 
 
 def plot(sizing: Sizing, path: str | Path) -> None:
-    """Draw a sizing into a file: PNG (1600 x 1600 pixels), SVG or PDF, as its ending says; the same one every time.
+    """Draws a sizing into a file: PNG (1600 x 1600 pixels), SVG or PDF, as its ending says; the same one every time.
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """
@@ -178,7 +178,7 @@ def _fill(
     axes: Mapping[str, Axes],
     rows: Mapping[str, tuple[Diagram | str, Row | None]],
 ) -> None:
-    """Draw panels; the names inside them get their places with the figure's layout."""
+    """Draws panels; the names inside them get their places with the figure's layout."""
     titles = {row: kind.title for kind in DIAGRAMS.values() for row in kind.rows}
     for key, panel in axes.items():
         diagram, row = rows[key]
@@ -193,7 +193,7 @@ def _fill(
 
 
 def draw_row(panel: Axes, part: Part, diagram: Diagram, row: Row) -> Later:
-    """Draw a row of any diagram: its fills, curves, bars or points, levels, marks and notes."""
+    """Draws a row of any diagram: its fills, curves, bars or points, levels, marks and notes."""
     across = {"A": _("area"), "S": _("crossing")}.get(row.ticks, _("crank angle φ, deg"))
     less = f" − {written(row.factor * row.origin, 6)} {row.unit}" if row.origin else ""
     name_axes(panel, row.title, across, f"{row.label}{less}, {row.unit}")

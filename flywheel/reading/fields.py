@@ -60,11 +60,11 @@ class Faults(list[Fault]):
         self.quantities: dict[str, Quantity] = {}
 
     def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
-        """Note one more fault."""
+        """Notes one more fault."""
         self.append(Fault(path, found, expected, advice))
 
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
-        """Note a name that does not exist here, with the nearest one that does, or the tables where it does."""
+        """Notes a name that does not exist here, with the nearest one that does, or the tables where it does."""
         advice = suggestion(name, valid) if len(self) < _SUGGESTIONS else ""
         if what.startswith("key"):
             advice = _home(name, valid, path.split(".")[-2] if "." in path else "") or advice
@@ -172,7 +172,7 @@ class Item(NamedTuple):
         return len(self.faults) == self.before
 
     def add(self, key: str, found: str, expected: str, advice: str = "") -> None:
-        """Note a fault of one key."""
+        """Notes a fault of one key."""
         self.faults.add(child(self.path, key), found, expected, advice)
 
     def given(self, *names: str) -> list[str]:
@@ -185,7 +185,7 @@ class Item(NamedTuple):
         return found[0] if len(found) == 1 else ""
 
     def without(self, names: Iterable[str], because: str, advice: str = "") -> None:
-        """Note those of some keys that make no sense here."""
+        """Notes those of some keys that make no sense here."""
         for name in self.given(*names):
             self.add(name, f"{name} {because}", "none", advice)
 

@@ -39,7 +39,7 @@ _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
 
 
 Window = tuple[float, float] | None
-"""When a load acts: from an angle to another (rad; m along a stroke); None: always."""
+"""Window of a load: from an angle to another (rad; m along a stroke); None: always."""
 UNREAD = (math.nan, math.nan)
 """The window of a load whose window could not be read."""
 
@@ -208,7 +208,7 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
 
 
 def _window(item: Item, every: float | None, setting: Setting) -> Window:
-    """When the load acts: its ends within one period, or along the stroke; None for always, `UNREAD` after a fault."""
+    """Window of the load: its ends within one period, or along the stroke; None for always, `UNREAD` after a fault."""
     start, end, stroke = item.fields["from"], item.fields["to"], setting.stroke
     missing = [key for key in ("from", "to") if key not in item.raw]
     if len(missing) == 2:

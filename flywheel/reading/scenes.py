@@ -409,7 +409,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
 
 
 def file_text(file: Path) -> str:
-    """The text of a scene's file, which must be a plain one of bearable size."""
+    """The text of a scene's file, which must be a plain file of limited size."""
     name, what, content = quote(file.name or str(file))[1:-1], "", b""
     try:
         if file.is_file():
@@ -624,7 +624,7 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
 
 
 def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Faults) -> None:
-    """Note what makes no sense of the crank, which meshes with nothing."""
+    """Notes what makes no sense of the crank, which meshes with nothing."""
     ratio, efficiency = fields["ratio"], fields["efficiency"]
     if ratio not in (None, 1.0):
         faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")

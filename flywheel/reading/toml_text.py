@@ -53,7 +53,7 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 
 class _Trouble(Exception):
-    """Why a text is no TOML, and where."""
+    """Reason why a text is no TOML, and where."""
 
     def __init__(self, at: int, found: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
         self.at, self.found, self.expected, self.advice = at, found, expected, advice

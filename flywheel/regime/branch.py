@@ -52,7 +52,7 @@ _STOPS, _RETURNED, _LOST = "stops", "returns", "open"
 
 @contextmanager
 def _walks(work: float, each: int = 1) -> Iterator[None]:
-    """Allow so many walks of a rotor's graph, of one that takes `each` of them; many positions at once count for more."""
+    """Allows a number of walks of a rotor's graph; a graph costs `each` of them, and many positions at once more."""
     known = 0
 
     def walked() -> None:
@@ -182,7 +182,7 @@ class Branch:
         return Finding(inertia, motion)
 
     def _along(self, inertia: float, rtol: float, trail: Trail, start: float) -> OwnMotion:
-        """The motion that one followed in time has come to by the time `start` (s) of its last cycle."""
+        """The motion that one followed in time has reached at the time `start` (s) of its last cycle."""
         times = np.linspace(start, float(trail.t[-1]), _SAMPLES)
         rows = trail.states(times)
         cycle = self.machine.scene.cycle
@@ -196,7 +196,7 @@ class Branch:
         )
 
     def _followed(self, inertia: float, near: OwnMotion | None) -> Stop | tuple[Trail, float] | None:
-        """The machine let go above all its motions, or in the one near by: where it stops, or how it comes back.
+        """The machine released above all its motions, or in the nearest one: the place of its stop, or its return.
 
         None where neither is seen within the effort allowed.
         """
@@ -314,7 +314,7 @@ class Ending(NamedTuple):
 
 
 def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
-    """The fate of a machine released at phi = 0, followed in time as a check of the verdict on it.
+    """The outcome of a machine released at phi = 0, followed in time to check the result of the search.
 
     Args:
         machine: the machine.

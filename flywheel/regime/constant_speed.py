@@ -1,4 +1,4 @@
-"""The machine as it would be at a constant speed: the net work of a cycle, the speeds at which it is zero, and the cycle.
+"""The machine at a constant speed: the net work of a cycle, the speeds at which it is zero, and the cycle.
 
 The approximate figures take torques that depend on speed so, and the iteration for the true motion starts from here. What
 keeps a machine from having a steady speed shows here first, and is named.
@@ -54,7 +54,7 @@ class SteadySpeed(NamedTuple):
 
 
 def check_steady(machine: Machine) -> None:
-    """Refuse a machine that can have no steady regime: a law depends on time, or nothing makes up for losses in meshes."""
+    """Refuses a machine without a steady regime: a law depends on time, or nothing balances the losses in meshes."""
     scene = machine.scene
     if machine.depends_on_time:
         paths = [effort.path for effort in machine.efforts if effort.uses_time]
@@ -71,7 +71,7 @@ def check_steady(machine: Machine) -> None:
 
 
 def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
-    """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
+    """The speed (rad/s) of the approximate figures, the unknown (SI) there, and remarks."""
     scene = machine.scene
     moments = moments_on(machine, machine.mesh, local=True)
     if scene.unknown is None:
@@ -94,7 +94,7 @@ def exchanged_work(moments: Moments, speed: float) -> float:
 
 
 def speed_error(machine: Machine, speed: float) -> float:
-    """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
+    """Relative error of a steady speed (rad/s) by rounding of the torques: the flatter they are, the greater."""
     moments = moments_on(machine, machine.mesh, local=True)
     if machine.keeps_step:
         return 24 * cells.ROUNDING
@@ -126,7 +126,7 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
 
 
 def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
-    """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out.
+    """Speeds tried, and the net work at each; those at which a law has no finite value are left out.
 
     In their place stand the speeds nearest to them, by bisection.
     """
@@ -147,7 +147,7 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
 
 
 def _grid(machine: Machine, decades: int) -> Array:
-    """Speeds to look at: evenly in their logarithm, and around those that a motor is known by."""
+    """Speeds to try: evenly in their logarithm, and around the characteristic speeds of a motor."""
     typical = machine.typical_speed
     even = typical * np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1)
     motor, drive = machine.scene.motor, machine.scene.drive
@@ -184,13 +184,13 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
 
 def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
-    """The speed (rad/s) at which a machine without a balance runs, and what is to be said of it.
+    """The speed (rad/s) of a machine without a balance, and remarks.
 
     Of several the greatest stable one is taken, that of a machine that runs already. Stable ones are found once more with
     cells that end where laws switch at that speed.
 
     Raises:
-        SceneError: where there is none, saying which kind of none.
+        SceneError: where there is none, with the reason.
 
     """
     machine, edges = moments.machine, moments.mesh.edges
@@ -309,7 +309,7 @@ GIVE_SPEED = 'give a constant speed: --speed "60 rpm" (in Python speed=6.28)'
 
 
 def no_speed(scene: Scene, wanted: str = "at which to take what depends on it") -> Fault:
-    """The fault of a scene without the speed (rad/s; m/s of a slide) that something is asked for at."""
+    """The fault of a scene without the speed (rad/s; m/s of a slide) that a result needs."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     path, example = ("regime" if scene.stroke is None else "stroke"), "0.1 m/s" if sliding else "60 rpm"
     give = GIVE_SPEED.replace("60 rpm", example).replace("6.28", "0.1" if sliding else "6.28")
@@ -317,7 +317,7 @@ def no_speed(scene: Scene, wanted: str = "at which to take what depends on it") 
 
 
 def operating_point_errors(machine: Machine, speed: float | None, *, given: bool = False) -> tuple[float, float]:
-    """Relative errors of what `operating_point` finds, the speed and the unknown; 0 for what it does not look for.
+    """Relative errors of the speed and the unknown of `operating_point`; 0 for those it does not seek.
 
     given: the speed is not one that was found.
     """

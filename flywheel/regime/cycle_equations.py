@@ -126,18 +126,18 @@ class Periodic(NamedTuple):
 
 
 class NoRegimeError(NoMotionError):
-    """No periodic motion was found; the message says what became of the iteration."""
+    """No periodic motion was found; the message gives the outcome of the iteration."""
 
 
 class UndefinedError(NoRegimeError):
-    """A law has no finite value at speeds that the iteration comes to; `fault` says which and why."""
+    """A law has no finite value at a speed of the iteration; `fault` says which and why."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(f"{fault.path} comes to {fault.found}")
 
 
 class LostError(NoRegimeError):
-    """A motion was found whose figures rounding leaves nothing of; the message says which."""
+    """A motion was found whose figures are lost in rounding; the message says which."""
 
 
 class UnresolvedError(NoRegimeError):
@@ -187,7 +187,7 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
 
 
 def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
-    """The motion that torques taken at a constant speed would give, with that speed at phi = 0.
+    """The motion under torques at a constant speed, with that speed at phi = 0.
 
     The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
     """
@@ -214,7 +214,7 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
 
 
 def even_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
-    """A constant speed and constant states of a motor's own: the motion itself where loads are even."""
+    """A constant speed and constant states of a motor: the motion itself where loads are constant."""
     variation, square = _Inertia(moments), reference**2
     at_nodes = [0.5 * square * variation.nodes, *(np.full(moments.mesh.phi.shape, value) for value in own)]
     at_edges = [0.5 * square * variation.edges, *(np.full(variation.edges.shape, value) for value in own)]
@@ -318,7 +318,7 @@ def unevenness(moments: Moments, reference: float, even: State) -> Array:
 
 
 def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
-    """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if those would stop it.
+    """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if it would stop.
 
     The first is right for loads that know no speed, the second for those that know little else.
     """
@@ -358,7 +358,7 @@ def speeds(state: State, moments: Moments, reference: float) -> Array | None:
 
 
 class _Inertia:
-    """I* over the cycle as its value at phi = 0 and what it differs from that, at nodes and edges."""
+    """I* over the cycle as its value at phi = 0 and the difference from that, at nodes and edges."""
 
     def __init__(self, moments: Moments) -> None:
         mesh = moments.mesh

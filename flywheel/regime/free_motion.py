@@ -65,7 +65,7 @@ class SwitchingTimes:
         self._times: list[float] = []
 
     def every(self) -> list[float]:
-        """All of them, before an end that is finite; looked for in one go, so that no window's end is among them."""
+        """All of them, before a finite end; found in a single search, so that no window's end is among them."""
         self._window = self.until
         found = [self.after(0.0)]
         while found[-1] < self.until:
@@ -164,7 +164,7 @@ def returns(machine: Machine, balance: float) -> bool:
 def copies(
     cycle: Sequence[Stretch], period: float, way: float, count: int, goals: Sequence[Goal]
 ) -> Iterator[list[Stretch]]:
-    """A cycle again and again, each a period (s) and a way (rad) on, as often as counted and while no goal is in sight.
+    """Repetitions of a cycle, each a period (s) and an angle (rad) later, up to a count and until a goal is near.
 
     Goals are looked for at a few instants of every step.
     """
@@ -183,7 +183,7 @@ def copies(
 
 
 class Rest(NamedTuple):
-    """A machine at rest from a time on, at a position within the cycle: of its states a motor's own alone go on."""
+    """A machine at rest from a time on, at a position within the cycle: only the motor's own states vary."""
 
     dynamics: Dynamics
     time: float
@@ -198,7 +198,7 @@ class Rest(NamedTuple):
         return found
 
     def release(self, stop: float) -> Release | None:
-        """When it moves on and which way, at the latest at a time with direction 0; None where it stands for good.
+        """Time and sense of its release, at the latest at a time with direction 0; None where it rests for good.
 
         That is where nothing that time changes acts on it. Forwards, where either way were possible.
         """
@@ -246,7 +246,7 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
 
 
 def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
-    """Why a machine stays at rest at a position within the cycle, in words."""
+    """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
     unit = "N" if machine.scene.reduction_element == "slide" else "N m"
@@ -288,7 +288,7 @@ def stiffness(machine: Machine) -> float:
 
 
 def too_short(error: StepError) -> Fault:
-    """The fault of a motion of which no step is short enough."""
+    """The fault of a motion that the smallest step cannot follow."""
     found = f"a motion that the smallest step cannot follow, after {error.time:.6g} s"
     return Fault(
         "simulation", found, "a motion that can be followed", "look for a mass, length or resistance that is zero there"
@@ -442,7 +442,7 @@ class _Motion:
         return Trail(self.dynamics, self.start, stretches, goal, stuck, *counts)
 
     def _add(self, stretches: list[Stretch]) -> None:
-        """Keep stretches that end now; in none of them does the speed go against the direction that its laws are for.
+        """Keeps stretches that end now; in none of them does the speed go against the direction that its laws are for.
 
         So no dry law gives energy: its moment is against that direction.
         """
@@ -457,7 +457,7 @@ class _Motion:
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
 
     def _check_friction(self) -> None:
-        """Refuse to follow a motion that turns back where friction is a moment of position, known for one sense alone."""
+        """Refuses a motion that turns back where friction is a moment of position, known for one sense alone."""
         stroke = self.machine.scene.stroke
         sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
@@ -613,7 +613,7 @@ class _Motion:
         return plain
 
     def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
-        """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
+        """Refuses a motion into a position without inertia: the driver moves there while all masses are at rest."""
         own = self.state[3:].tolist()
 
         def lightness(phi: float) -> float:
@@ -661,7 +661,7 @@ class _Motion:
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0]), np.array(own)
 
     def _events(self, anchor: Anchor, coming: Array) -> Events | None:
-        """Goals, what changes its sign where the stretch ends, and last the speed of what may be held at rest.
+        """Goals, values that change their sign where the stretch ends, and last the speed of what may be held at rest.
 
         coming: a motor's own states at the anchor.
         """

@@ -203,7 +203,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
 
 
 def _checked(motion: OwnMotion) -> OwnMotion:
-    """The motion, with what the last digits u of the speed make of a stiff torque in its errors; refused if it cannot be.
+    """The motion, with the effect of the speed's last digits on a stiff torque in its errors; refused if too large.
 
     F is off by |dF/domega| omega u where the speed is extreme, and the energy by the integral of that from where the cell
     begins. No cells mend that: it comes to the errors when the search for cells is over.
@@ -229,13 +229,13 @@ def _checked(motion: OwnMotion) -> OwnMotion:
 
 
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
-    """Of a flywheel that its irregularity leaves open."""
+    """The error of a flywheel that its irregularity leaves open."""
     what = f"what about {motion.inertia:.2g} kg m² on the crank change of it is lost in rounding"
     return UnresolvedError(f"an irregularity almost independent of the flywheel: {what}")
 
 
 class _Search(NamedTuple):
-    """A machine, a speed near that of its motion, what is asked of it, and the error allowed."""
+    """A machine, a speed near that of its motion, its requirements, and the error allowed."""
 
     machine: Machine
     reference: float
@@ -257,12 +257,12 @@ class _Search(NamedTuple):
         return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, self.machine.typical_speed)))
 
     def weightless(self) -> bool:
-        """Tells whether the machine without a flywheel weighs nothing somewhere: all its masses stand at a dead centre."""
+        """Tells whether the machine without a flywheel lacks inertia at some angle: all masses rest at a dead centre."""
         least, greatest = cells.extents(cells.fit(self.moments(self.machine.mesh, np.zeros(0), local=True).inertia))
         return float(least.min()) <= _WEIGHTLESS * float(greatest.max())
 
     def vanishing(self, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
-        """The limit of ever lighter flywheels, by one that hardly weighs; its error has what half as much again changes.
+        """The limit for ever lighter flywheels, by a very light one; its error includes the change by one half heavier.
 
         Where nothing weighs no torque tells how fast the crank goes on: there the limit is the speed at which they balance.
         """
@@ -322,7 +322,7 @@ class _Search(NamedTuple):
         return None if solved is None else _described(solved, self.demand)
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from what torques at a constant speed would give; with a motor's own states, from an even one."""
+        """The motion found from that under torques at a constant speed; with states of a motor, from a constant speed."""
         base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
@@ -344,7 +344,7 @@ class _Search(NamedTuple):
         return self.from_start(start, base, cuts)
 
     def from_even(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from the even one by what varies it, little of that at first and ever more."""
+        """The motion found from the one at constant speed, as the varying moment is increased from little to all of it."""
         if self.demand.inertia is None:
             raise NoRegimeError("the irregularity of a constant speed is 0")
         base, cuts = self.layers(self.narrow(inertia, unknown), np.zeros(0), self.reference, inertia, unknown)
@@ -369,7 +369,7 @@ class _Search(NamedTuple):
         return self.from_start(start, base, cuts)
 
     def own_states(self, moments: Moments) -> list[float]:
-        """A motor's own states where they stand still at the reference speed."""
+        """A motor's own states in equilibrium at the reference speed."""
         return [float(value) for value in moments.steady_states(self.reference)]
 
     def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
@@ -425,7 +425,7 @@ class _Search(NamedTuple):
         return (_without(merged([*edges, *found], float(edges[-1])), edges, base) if found else base), cuts
 
     def narrow(self, inertia: float, unknown: float) -> Array:
-        """Edges of cells as narrow as the swings of a motor's own states ask for; the machine's own without such states."""
+        """Edges of cells as narrow as the swings of a motor's own states need; the machine's own without such states."""
         base = self.machine.mesh
         moments = self.moments(base, np.zeros(0))
         if moments.circuit is None or not inertia + float(moments.inertia.min()) > 0.0:
@@ -435,7 +435,7 @@ class _Search(NamedTuple):
         return np.array([*np.concatenate(pieces), base[-1]])
 
     def refinement(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
-        """The motion at an error within rtol, or the best that can be had, from one on cells between edges and cuts.
+        """The motion at an error within rtol, or the best possible, from one on cells between edges and cuts.
 
         Cells are cut anew until the switches stand still, and then halved; what does not settle may be no more than what
         the cells leave open, so that they are halved then too. Where the iteration fails, all are.
@@ -650,7 +650,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
 
 
 def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
-    """A motion whose moment may have done so much work (J) too much or too little, with that in its errors."""
+    """A motion whose moment has an error of work (J), with that in its errors."""
     solved, run = motion.solved, motion.run
     least = float(solved.state.inertia + solved.moments.inertia.min())
     level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0

@@ -65,7 +65,7 @@ class MachineState(NamedTuple):
 def reduce(
     machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = None, speed: float | None = None
 ) -> MachineState:
-    """Reduce a machine to its crank at any angles: I* = sum I g², dI*/dphi = 2 sum I g g', M* = sum e g.
+    """Reduces a machine to its crank at any angles: I* = sum I g², dI*/dphi = 2 sum I g g', M* = sum e g.
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
@@ -162,7 +162,7 @@ def state_errors(
 
 
 def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machine]:
-    """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike.
+    """Two machines with the lengths of all mechanisms changed by a few roundings, each differently, but equal ones alike.
 
     friction: False leaves out the moment of friction in their joints, which takes long to find.
     """

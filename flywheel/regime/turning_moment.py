@@ -186,7 +186,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
 
 
 def check_cycle(scene: Scene) -> None:
-    """Refuse a scene that goes one way: without a cycle nothing balances, and there is nothing for a flywheel to do."""
+    """Refuses a scene with a stroke: without a cycle nothing balances, and a flywheel has no task."""
     if scene.stroke is not None:
         found = "a one-way stroke, which has no cycle and so no flywheel"
         advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
@@ -211,7 +211,7 @@ class Extent(NamedTuple):
 
 
 def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
-    """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
+    """The extremes of I* by its own series: the integral of its slope would lose a small I* beside a large one.
 
     Each is as doubtful as its own cell is, or as another cell may be beyond it. They stand at ends of cells and at roots of
     dI*/dphi, which are among those given, or else are looked for.
@@ -242,7 +242,7 @@ def weightless(machine: Machine, phi: float, total: float) -> Fault:
 
 
 def check_weighs(machine: Machine, cycle: Cycle, extent: Extent, inertia: float) -> None:
-    """Refuse to run a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
+    """Refuses a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
 
     All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
     """

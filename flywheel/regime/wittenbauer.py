@@ -226,7 +226,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
 
 
 def _at_hand(cycle: Cycle, unit: float) -> float:
-    """The inertia (kg m²) that errors are relative to where a figure is but rounding: of the machine, or of all its work."""
+    """The inertia (kg m²) to which errors are relative where a figure is rounding alone: of the machine, or by its work."""
     return max(float(np.abs(cycle.series[2]).sum(axis=-1).max()), cycle.exchanged / unit, 1e-300)
 
 

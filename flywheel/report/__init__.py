@@ -20,7 +20,7 @@ _HOMES = {"html": "contents", "worked": "contents", "write": "contents"}
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first use."""
+    """Imports a public name on first use."""
     from importlib import import_module
 
     if name not in _HOMES:

@@ -89,7 +89,7 @@ def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | Non
 
 
 def _missing(scene: Scene) -> str:
-    """Why there can be no steady regime with a flywheel; nothing where there can."""
+    """Reason why there can be no steady regime with a flywheel; nothing where there can."""
     if scene.stroke is not None:
         return _("The machine moves one way, from one end of its stroke to the other: it has no cycle, and so no flywheel.")
     if not scene.has_flywheel:
@@ -518,7 +518,7 @@ def write(
     page: str = "all",
     inputs: Iterable[str | Path] = (),
 ) -> None:
-    """Write a report into a file, HTML or PDF as its ending says, whole or not at all.
+    """Writes a report into a file, HTML or PDF as its ending says, whole or not at all.
 
     Args:
         given: as in `html`, as are language, units and printed.

@@ -53,7 +53,7 @@ class Sheet:
         self.give(self.driver, psi, "m" if self.driver == "x" else "°")
 
     def part(self, title: str) -> None:
-        """Begin a stretch of steps."""
+        """Begins a stretch of steps."""
         self.sections.append((title, []))
 
     def give(self, symbol: str, value: Any, unit: str) -> None:

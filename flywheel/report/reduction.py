@@ -658,7 +658,7 @@ def _model(at: Steps, effort: Effort) -> str:
 
 
 def _window(at: Steps, effort: Effort) -> str:
-    """When a load acts, and its sense, in words."""
+    """Window of a load, and its sense, in words."""
     load, told = effort.load, []
     if load.start is not None and load.end is not None:
         low, high = (position_cell(at, q) for q in (load.start, load.end))

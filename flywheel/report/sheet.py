@@ -1,6 +1,6 @@
 """The first page of a report: what a designer signs. Machine, motor, train, flywheel, what binds, speed, remarks.
 
-It says what the page of answers says, set as a sheet of A4 beside the picture of the train, with lines for who designed and
+It has the contents of the summary, set as a sheet of A4 beside the picture of the train, with lines for who designed and
 who checked it. Texts go in as text, never as markup.
 """
 
@@ -73,7 +73,7 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
 
 
 def _block(block: Block, head: str) -> str:
-    """A block of the page of answers: its rows, its table, its sentences."""
+    """A block of the summary: its rows, its table, its sentences."""
     wide = ' class="wide"' if block.name in ("machine", "flywheel", "notes") else ""
     parts = [f"<section{wide}>", f"<h2>{escape(head or block.title or block.name)}</h2>"]
     if block.table:

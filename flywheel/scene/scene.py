@@ -400,7 +400,7 @@ class Scene(Frozen):
         return self.irregularity is not None or self.inertia is not None or bool(self.limits)
 
     def with_flywheel(self, inertia: float) -> Scene:
-        """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
+        """The scene with a given flywheel (kg m² at its own shaft), in place of its requirements."""
         return replace(self, irregularity=None, limits={}, inertia=inertia)
 
     @property
@@ -457,7 +457,7 @@ def _thawed(value: Any) -> Any:
 
 
 def _put(tables: dict[str, Any], path: object, value: Any) -> Fault | None:
-    """Put a value into nested tables and lists at a path, or take out what stands there if it is None; or the fault."""
+    """Puts a value into nested tables and lists at a path, or removes what is there if it is None; or the fault."""
     if not isinstance(path, str):
         return Fault("changes", show(path), "a path such as mechanism.crank.length")
     place: Any = tables

@@ -1,4 +1,4 @@
-"""One steady cycle found again on a route of its own; how far it agrees with what it confirms is the error reported.
+"""Confirmation of one steady cycle by an independent route; their difference is the error reported.
 
 In time: (J + I*) alpha + ½ dI*/dphi omega² = M* is integrated on I* and M* straight from the bond graph, M* at the speed of
 the moment. It shares no cell, quadrature or closed form with the sizing.
@@ -45,11 +45,11 @@ _LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
 
 class UnconfirmedError(ValueError):
-    """A motion that cannot be confirmed in bounds, or is lost in its own error; the message says why."""
+    """A motion that cannot be confirmed within the work allowed, or is lost in its own error; the message says why."""
 
 
 class SteadyCycle(NamedTuple):
-    """One steady cycle as a route of its own finds it: rad/s and s; `closure` is omega(T)/omega(0) - 1.
+    """One steady cycle by an independent route: rad/s and s; `closure` is omega(T)/omega(0) - 1.
 
     `limited` are the figures of the motor that are limited, by their names.
     """
@@ -364,7 +364,7 @@ _SLIGHT = 1e-3  # of the size of a motor's states: smaller ones have this absolu
 
 
 class SlidingError(ValueError):
-    """A motion that does not get on: it slides along a law that drives it back from both sides."""
+    """A motion that cannot continue: it slides along a law that drives it back from both sides."""
 
 
 def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:

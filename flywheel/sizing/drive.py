@@ -198,7 +198,7 @@ def synchronism(sizing: Sizing) -> Synchronism | None:
 
 
 def harmonics(sizing: Sizing, period: float, natural: float, damping: float, inertia: float) -> tuple[Harmonic, ...]:
-    """The harmonics of what would accelerate the machine at a constant speed: F - ½ omega² dI*/dphi.
+    """Harmonics of the moment that accelerates the machine at a constant speed: F - ½ omega² dI*/dphi.
 
     Args:
         sizing: of the machine.

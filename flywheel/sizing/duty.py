@@ -96,7 +96,7 @@ def root_mean_square(stretches: Iterable[Stretch]) -> float:
 
 
 def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene], Sizing]) -> Sizing:
-    """The sizing of the phase that decides on the flywheel, with the duty.
+    """The sizing of the phase that decides the flywheel, with the duty.
 
     Limits of irregularity, torque and current are kept in every phase, those of the motor's heat and of the root mean
     square of its torque over the whole duty.
@@ -169,7 +169,7 @@ def _of(phase: Phase) -> str:
 
 
 def ranges(sizing: Sizing) -> list[Span]:
-    """The flywheels (kg m² at their own shaft) with which a sized machine keeps what is asked, and those that break it."""
+    """The flywheels (kg m² at their own shaft) with which a sized machine keeps its limits, and those that break them."""
     exact, broken = sizing.inertia or 0.0, sizing.flywheel.broken
     found = [Span(State.BROKEN, 0.0, exact), Span(State.KEPT, exact, inf, sizing.error.exact or 0.0)][exact == 0.0 :]
     for each in broken:
@@ -190,7 +190,7 @@ def _smallest(spans: Iterable[Span]) -> float:
 
 
 def _hardness(alone: Sizing, run: Sizing) -> tuple[float, float]:
-    """By what phases are ordered: the flywheel that one needs, and how evenly it runs."""
+    """Order of the phases: by the flywheel that each needs, then by its irregularity."""
     return alone.inertia or 0.0, _irregularity(run)
 
 
@@ -210,7 +210,7 @@ def _without(scene: Scene, names: Mapping[str, float]) -> Scene:
 
 
 def analysed(scene: Scene, inertia: float) -> Scene:
-    """The scene with a given flywheel (kg m² at its own shaft), in place of what is asked of it."""
+    """The scene with a given flywheel (kg m² at its own shaft), in place of its requirements."""
     return scene if scene.inertia == inertia else scene.with_flywheel(inertia)
 
 
@@ -228,7 +228,7 @@ def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
 
 
 class _Branches:
-    """The steady motions of all phases of a duty over its flywheel, and what of the motor's limits they come to."""
+    """The steady motions of all phases of a duty over its flywheel, and their figures of the motor's limits."""
 
     def __init__(self, scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], names: Iterable[str]) -> None:
         self.scene, self.running, self.alone, self.names = scene, running, alone, tuple(names)
@@ -420,7 +420,7 @@ def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, fl
 
 
 def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
-    """The drive's load in a steady regime, and the errors of what is known of it, in the same units."""
+    """The drive's load in a steady regime, and errors of the known figures, in the same units."""
     energy, scene, cycle = sizing.energy, sizing.scene, sizing.cycle
     assert energy is not None
     rated = None if scene.motor is None else scene.motor.rated

@@ -1,4 +1,4 @@
-"""The estimated errors of a sizing's figures: `Errors` is what it estimates on its way, all others follow from that."""
+"""Estimated errors of a sizing's figures: those of `Errors` are found by the sizing, all others follow from them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _READ = 4 * ROUNDING  # of a figure that is the scene's own, or a product of a f
 
 
 class _DriveErrors(NamedTuple):
-    """Absolute errors of what the drive does: of its work in a cycle (J), of its moment on the crank anywhere (N m)."""
+    """Absolute errors of the drive: of its work in a cycle (J), of its moment on the crank anywhere (N m)."""
 
     work: float
     moment: float
@@ -133,7 +133,7 @@ def _relative(error: float, figure: float, scale: float) -> float:
 
 
 def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
-    """The errors of what the drive does along the motion; None without a drive or a cycle."""
+    """The errors of the drive along the motion; None without a drive or a cycle."""
     cycle, machine = sizing.cycle, sizing.machine
     if cycle is None or machine is None or machine.scene.drive is None or sizing.drive_work is None:
         return None
@@ -172,7 +172,7 @@ def _inertia_error(cycle: Cycle) -> tuple[float, float]:
 
 
 def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | None) -> float | None:
-    """One for the whole block: what is off in works, moments, speeds and the time, and between the nodes."""
+    """One error for the whole block: of works, moments, speeds and the time, and between the nodes."""
     energy, cycle, run, machine = sizing.energy, sizing.cycle, sizing.run, sizing.machine
     if energy is None or of_drive is None or cycle is None or run is None or machine is None:
         return None
@@ -189,7 +189,7 @@ def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | 
 
 
 def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
-    """Of exp(integral of dF/dE), relative to the larger of it and 1: what the speed's error and the cells change of it."""
+    """Error of exp(integral of dF/dE), relative to the larger of it and 1, by the speed's error and the cells."""
     cyclic, cycle, run, machine = sizing.cyclic, sizing.cycle, sizing.run, sizing.machine
     if cyclic is None or cycle is None or run is None or machine is None:
         return None

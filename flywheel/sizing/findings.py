@@ -295,7 +295,7 @@ def finding(key: str) -> Finding:
 
 
 def shown(page: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
-    """The figures that a page shows as rows like any other, with their values; those that a sizing has."""
+    """The figures shown as ordinary rows, with their values; those that a sizing has."""
     for one in FINDINGS:
         if page in one.pages and (value := one.of(sizing)) is not None:
             yield one, float(value)

@@ -1,4 +1,4 @@
-"""The smallest flywheel that keeps limits: an irregularity, and shares of what a motor is rated for.
+"""The smallest flywheel that keeps limits: an irregularity, and shares of a motor's rated figures.
 
 Each limit's figure is taken along the steady periodic motion with a flywheel, the torque, heat and current of the motor at
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
@@ -140,7 +140,7 @@ class Point(NamedTuple):
     shares: Mapping[str, Share] = {}
 
     def beyond(self, name: str, asked: float) -> float:
-        """By how much a figure is beyond its limit: not above 0 where it is kept, or where its error leaves that open."""
+        """Excess of a figure over its limit: not above 0 where the limit is kept, or where the error leaves that open."""
         if not self.motions:
             return np.inf
         share = self.shares[name]
@@ -186,7 +186,7 @@ class Search:
         self.grid = self._scanned()
 
     def closely(self, inertia: float) -> Point:
-        """The figures with a flywheel at the error asked for, or as near to it as they can be had."""
+        """The figures with a flywheel at the error asked for, or at the least error possible."""
         if inertia not in self.known:
             found = self.at(inertia, 0.5 * self.rtol)
             self.known[inertia] = found if found.motions else self.at(inertia, _COARSE)
@@ -225,7 +225,7 @@ class Search:
 
     @cached_property
     def ultimate(self) -> dict[str, Share]:
-        """The figures at infinite inertia, from two that are nearly so: they go there like 1/J, or faster."""
+        """The figures at infinite inertia, extrapolated from two large ones: they converge like 1/J, or faster."""
         light, heavy = (self.closely(factor * _HEAVY * self.heaviest).shares for factor in (1.0, 2.0))
         found = {}
         for name in self.limits if light and heavy else ():
@@ -262,12 +262,12 @@ class Search:
 
     @staticmethod
     def _begin(spans: list[Span], state: State, first: float, error: float) -> None:
-        """Let the next range begin where the last one ends."""
+        """Lets the next range begin where the last one ends."""
         spans[-1] = spans[-1]._replace(last=first)
         spans.append(Span(state, first, np.inf, error))
 
     def _narrow(self, name: str, asked: float) -> None:
-        """Look closer where flywheels that keep a limit stand beside those that have no motion, or are not known to."""
+        """Refines the grid between flywheels that keep a limit and those without a motion, or of unknown state."""
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
                 states, gap = (before.state(name, asked), after.state(name, asked)), after.inertia - before.inertia
@@ -289,7 +289,7 @@ class Search:
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
     def _ultimately(self, name: str, asked: float) -> float:
-        """By how much a figure is beyond its limit at infinite inertia; nothing where its error leaves it open."""
+        """Excess of a figure over its limit at infinite inertia; None where its error leaves that open."""
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
@@ -402,7 +402,7 @@ class Search:
         return sorted(found, key=lambda point: point.inertia)
 
     def _extreme(self, name: str, asked: float, sign: float, points: Sequence[Point]) -> Point:
-        """The flywheel with which a figure is least (sign +1) or greatest, or one that lies beyond the limit already.
+        """The flywheel with which a figure is least (sign +1) or greatest, or one that is already beyond the limit.
 
         Args:
             name: of the limit.
@@ -485,7 +485,7 @@ def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) 
 
 
 def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
-    """Inertias (kg m² on the crank) below which a machine hardly changes, and with which its speed is nearly constant.
+    """Inertias (kg m² on the crank): one too small to matter, and one with which the speed is nearly constant.
 
     Args:
         fluctuation: of energy at a constant speed, J.
@@ -541,7 +541,7 @@ def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) ->
 
 
 def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by_irregularity: OwnMotion | None) -> Smallest:
-    """The motion with the smallest flywheel that keeps all that is asked of a scene.
+    """The motion with the smallest flywheel that keeps all limits of a scene.
 
     Args:
         machine: a machine whose torques depend on speed.
@@ -589,7 +589,7 @@ def _percent(share: float, error: float = 0.0) -> str:
 
 
 def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: float, *, duty: bool = False) -> None:
-    """Refuse limits that no flywheel reaches.
+    """Refuses limits that no flywheel reaches.
 
     Args:
         search: the search.
@@ -604,7 +604,7 @@ def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: f
 
 
 def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
-    """Refuse limits that are kept each by some flywheels, but by none together."""
+    """Refuses limits that are kept each by some flywheels, but by none together."""
     if any(span.state is State.KEPT for span in together(spans.values())):
         return
     told = "; ".join(
@@ -616,7 +616,7 @@ def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
 
 
 def _unreached(search: Search, name: str, spans: Sequence[Span], square: float, *, duty: bool) -> Fault:
-    """The fault of a limit that no flywheel reaches, with the best that there is."""
+    """The fault of a limit that no flywheel reaches, with the best value possible."""
     (least, error, inertia), asked = search.best(name), _percent(search.limits[name])
     where = "at a constant speed" if inertia == np.inf else f"with a flywheel of {figure(inertia / square, most=5)} kg m^2"
     best = _percent(least, error)
@@ -637,7 +637,7 @@ def _range(span: Span, square: float) -> str:
 
 
 def _unknown(spans: Iterable[Span], square: float) -> str:
-    """The flywheels of which nothing is known, in words; empty where there are none."""
+    """The flywheels whose state is unknown, in words; empty where there are none."""
     return " and ".join(_range(span, square) for span in spans if span.state is State.UNKNOWN)
 
 

@@ -1,4 +1,4 @@
-"""A motor along a motion: the speed, torque and current of its shaft, its heat, and the figures of it that are limited.
+"""A motor along a motion: the speed, torque and current of its shaft, its heat, and its limited figures.
 
 Cycle, duty, limits, confirmation and catalogue take these from here. `MotorShaft` follows the shaft over a steady cycle;
 means over time and extremes follow from it, each with its error.

@@ -54,7 +54,7 @@ class _Part(NamedTuple):
 
 
 class _Flows(NamedTuple):
-    """All powers on a mesh: of the shafts' meshes what enters each shaft (N m, on the crank), and what the crank misses."""
+    """All powers on a mesh: what enters each shaft through its mesh (N m, on the crank), and the crank's residual."""
 
     mesh: Cells
     omega: Array
@@ -329,7 +329,7 @@ def _period(sizing: Sizing) -> tuple[float, float]:
 
 
 def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iterator[ShaftFlow]:
-    """Every shaft with its speed, and what its mesh carries on its own side."""
+    """Every shaft with its speed, and the torque and power of its mesh on its own side."""
     scene, half, omega = train.scene, found.mesh.half, found.omega
     irregularity = 0.0 if sizing.run is None else sizing.run.irregularity
     for name in ("crank", *train.outwards):
@@ -358,7 +358,7 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
 
 
 def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> float:
-    """Relative error of all powers: by cells, rounding, what the crank misses of its balance, and the speed's own error."""
+    """Relative error of all powers: by cells, rounding, the crank's residual, and the speed's own error."""
     cycle, machine, half = sizing.cycle, train.machine, found.mesh.half
     assert cycle is not None
     off = cycle.errors.work + cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)

@@ -75,7 +75,7 @@ class Confirmation(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """A limit of `[flywheel.limits]`, and what became of it; shares of the motor's rated figures, but for irregularity.
+    """A limit of `[flywheel.limits]`, and its result; shares of the motor's rated figures, but for irregularity.
 
     `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) that it alone would need. `simulated` is
     what the confirmation in time finds instead of `reached`, None without one. The errors are those of `reached`, relative
@@ -136,7 +136,7 @@ class JointFriction(NamedTuple):
 
 
 class Confirmed(NamedTuple):
-    """A motion that was found, its error relative to what it confirms, that of its period, and what is to be said of it.
+    """A motion that was found, its error relative to the figures it confirms, that of its period, and remarks.
 
     `limited` are the figures that the scene limits, by their names, as a route of its own finds them.
     """
@@ -149,7 +149,7 @@ class Confirmed(NamedTuple):
 
 
 class Regime(NamedTuple):
-    """The steady regime of a machine with its given, its exact or no flywheel: what is confirmed, and what a wheel runs in.
+    """The steady regime of a machine with its given, its exact or no flywheel: the basis of confirmation and wheel.
 
     `figures` are those of the areas, at a constant speed where torques depend on it; `motion` is the one that they give, or
     that was solved for; `run` is the same, but None where nothing stores energy, and even where nothing varies the speed.
@@ -443,7 +443,7 @@ class Beside(NamedTuple):
 
     @property
     def difference(self) -> float:
-        """By which share the first differs from the second."""
+        """Difference of the first from the second, as a share."""
         return self.two_axis / self.static - 1.0 if self.static else 0.0
 
 
@@ -500,7 +500,7 @@ class PhaseLoad(NamedTuple):
 
 
 class Duty(NamedTuple):
-    """A duty with one flywheel, and its motor's load. `governing` is the phase that decides on the flywheel.
+    """A duty with one flywheel, and its motor's load. `governing` is the phase that decides the flywheel.
 
     `type` is that of IEC 60034-1 where it is S1, S3, S4 or S6; `period`, `running` and `cooled` (s): all of it, the part in
     which the motor is on, and what counts for cooling. `cyclic_duration_factor` is the share of the period in which the
@@ -594,7 +594,7 @@ class Sizing:
     cost: Cost = FREE
 
     def __repr__(self) -> str:
-        """The flywheel and what it gives; `figures` has all of them."""
+        """The flywheel and its result; `figures` has all of them."""
         wheel, title = self.flywheel, notebook.quoted(self.scene.title)
         what = f"inertia={wheel.inertia}" if self.scene.inertia is not None else f"exact={wheel.exact}"
         motion = "" if self.simulation is None else f", irregularity={self.simulation.irregularity}"
@@ -768,7 +768,7 @@ class HtmlPage(str):
 
 
 class Sizings(tuple[Sizing, ...]):
-    """Several sizings, a sweep: shown as a table of what differs between them.
+    """Several sizings, shown as a table of their differences.
 
     >>> import flywheel
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": 10},

@@ -71,7 +71,7 @@ def size(
     simulate: bool | None = None,
     accuracy: str | None = None,
 ) -> Sizing:
-    """Size (or analyse) the flywheel of a machine, and confirm it by a time simulation unless told not to.
+    """Sizes (or analyses) the flywheel of a machine, and confirms it by a time simulation unless that is switched off.
 
     Exact:        I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)²
     Approximate:  I = (max W - min W)/(eps w²) - min I*
@@ -122,7 +122,7 @@ def size(
 
 
 def check_complete(scene: Scene) -> None:
-    """Refuse a scene that lacks what a sizing, or an analysis, is of: a cycle, a flywheel, a speed.
+    """Refuses a scene without a cycle, a flywheel or a speed, which a sizing or an analysis needs.
 
     Without a speed the machine needs torques or losses that depend on it, and nothing else that is unknown.
     """
@@ -140,7 +140,7 @@ def check_complete(scene: Scene) -> None:
 
 
 def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizing:
-    """The sizing of a machine: every stage takes what those before it return, and the record is made at the end."""
+    """The sizing of a machine: every stage takes the results of those before it, and the record is made at the end."""
     scene = machine.scene
 
     # cycle, figures and motion, with friction in joints as it is along that motion
@@ -238,7 +238,7 @@ def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
 
 
 def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost], JointFriction]:
-    """The steady regime of a machine whose joints rub, with their friction at its own speeds and accelerations.
+    """The steady regime of a machine with friction in its joints, taken at its own speeds and accelerations.
 
     Friction follows the motion, flywheel and balance, and these follow friction: from that of a constant speed on, one is
     found from the other until what the rounds to come may change is next to nothing beside the error asked for. Each
@@ -461,7 +461,7 @@ def _binding(limits: Mapping[str, Limit]) -> str | None:
 
 
 def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Cyclic | None = None) -> Iterator[str]:
-    """A message for every figure whose estimated error is above rtol; one where that is work left over in the cycle."""
+    """A message for every figure whose estimated error is above rtol; a single one where the cause is net work."""
     found = [
         f"the {title} is good to {error:.2g}"
         for name, title in _TITLES.items()
@@ -498,7 +498,7 @@ def _wheel(
     fluctuation: float = 0.0,
     error: float = 0.0,
 ) -> tuple[SelectedWheel | None, tuple[str, ...]]:
-    """The wheel that the scene asks for, with the irregularity that it gives as it is built, and what is to be said of it.
+    """The wheel that the scene asks for, the irregularity with it as built, and remarks.
 
     The wheel carries the exact inertia (or the given one), at the greatest speed of its shaft unless the scene says the
     mean. Where no torque is given for its arms, they pass on what accelerates it: J times the greatest acceleration.

@@ -39,7 +39,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     """The steady regime of such a machine, its figures at estimated errors within rtol, and what the motion costs.
 
     Raises:
-        SceneError: if it has no steady motion, and which kind of none: nothing holds a speed, the drive cannot carry the
+        SceneError: if it has no steady motion, with the reason: no torque fixes the speed, the drive cannot carry the
             mean load, it stops within the cycle, it is unstable.
 
     """
@@ -228,7 +228,7 @@ def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
 def _inertialess_regime(
     machine: Machine, figures: Figures, run: Run, omega: Array, rtol: float, messages: tuple[str, ...]
 ) -> Regime:
-    """The regime of a machine without inertia that runs as evenly as asked: its speed by the balance of torques alone."""
+    """The regime of a machine without inertia that keeps its irregularity: its speed by the balance of torques alone."""
     cycle, speed = run.cycle, run.speed
     assert cycle is not None
     assert speed is not None
@@ -374,7 +374,7 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
-    """The fault of a search that was given up, with what the machine shows to be the reason, and nothing else.
+    """The fault of a search that was given up, with the reason where the machine shows one.
 
     With the given flywheel; where one is sought, light ones are tried as well, and so with none.
     """

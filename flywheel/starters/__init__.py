@@ -39,7 +39,7 @@ def starter(kind: str) -> str:
 
 
 def write_starter(kind: str, path: str | Path) -> None:
-    """Write a starter scene into a new file. Raises FileExistsError rather than touch a file that is there."""
+    """Writes a starter scene into a new file. Raises FileExistsError rather than touch a file that is there."""
     text = starter(kind)
     path = Path(path)
     with path.open("x", encoding="utf-8") as file:

@@ -445,14 +445,14 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
 def _end_and_extremes(
     missing: Callable[[float], float], omega: Callable[[Array], Array], times: Array
 ) -> tuple[float, float, float]:
-    """When (s) a motion is over, as nothing is missing to its end; the greatest and the least speed until then."""
+    """Time (s) at which a motion is over; the greatest and the least speed until then."""
     end = root(missing, 0.0, float(times[-1]))
     until = np.append(times[times < end], end)
     return end, _summit(omega, until, 1.0), _summit(omega, until, -1.0)
 
 
 def obstacle(machine: Machine) -> str | None:
-    """Why a machine cannot be run by multipliers; None where it can."""
+    """Reason why a machine cannot be run by multipliers; None where it can."""
     scene = machine.scene
     if len(scene.mechanisms) != 1:
         return "it takes machines with one mechanism"

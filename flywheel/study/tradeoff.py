@@ -351,7 +351,7 @@ class OutOfTimeError(Exception):
 
 @contextmanager
 def limited(end: float) -> Iterator[Tally]:
-    """Count what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
+    """Counts what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
 
     def check() -> None:
         if time.perf_counter() > end:
@@ -362,7 +362,7 @@ def limited(end: float) -> Iterator[Tally]:
 
 
 def measured(methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0) -> Measured:
-    """Run methods until all are done, the budget (s) is spent, or the user interrupts.
+    """Runs methods until all are done, the budget (s) is spent, or the user interrupts.
 
     What is `spent` already counts, but half of the budget is left for methods whatever it was. A method is left out where a
     rougher setting of the same has already taken too long.
@@ -442,7 +442,7 @@ _NOISE = 1.1  # two times closer than this factor are level
 def tradeoff(
     machine: Machine | Scene, rtol: float | None = None, *, budget: float = 60.0, progress: Progress | None = None
 ) -> Tradeoff:
-    """Run every method that can answer a scene, and measure what each costs and how far off it is.
+    """Runs every method that can answer a scene, and measures the cost and error of each.
 
     All answer the same question: the flywheel for the irregularity asked, or the irregularity of the flywheel given. Errors
     are true ones, against a reference found by two independent routes. Times hold for a machine that is built already.

@@ -488,7 +488,7 @@ _WIDE = 20  # characters of a motor's name
 
 
 def motors_text(found: SuitableMotors, rows: int = 20) -> str:
-    """The motors that do, by what is paid in all, in at most so many rows; then the others with their reasons."""
+    """The suitable motors by total price, in at most so many rows; then the others with their reasons."""
     count = len(found.suitable) + len(found.refused)
     title = f"Suitable motors: {len(found.suitable)} of {count}"
     if found.missing:
@@ -717,7 +717,7 @@ def _names(rows: list[MethodRow], found: Tradeoff) -> str:
 
 
 def unfinished(found: Tradeoff) -> list[str]:
-    """Why a table is not whole, in a sentence; nothing where it is.
+    """Reason why a table is not whole, in a sentence; nothing where it is.
 
     >>> from flywheel.study.reference import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)

@@ -290,7 +290,7 @@ class Explanation:
 def explain(
     machine: Machine | Scene, rtol: float | None = None, *, simulate: bool | None = None, accuracy: str | None = None
 ) -> Explanation:
-    """Size a machine as `flywheel.size` does, and tell how that was done and why so.
+    """Sizes a machine as `flywheel.size` does, and explains the method of solution.
 
     Args:
         machine: a `Machine`, or a `Scene`.

@@ -71,7 +71,7 @@ class Block(NamedTuple):
 
 
 def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple[Block, ...]:
-    """The page of answers, in the language in use; blocks that have nothing to say are left out.
+    """The summary, in the language in use; empty blocks are left out.
 
     Args:
         sizing: what `flywheel.size` gives.

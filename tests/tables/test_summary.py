@@ -1,4 +1,4 @@
-"""Answers in text: page of answers, explanation, what is left out."""
+"""Answers in text: summary, explanation, what is left out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests import regimes, scenes
 from tests.limits import sample
 from tests.references.test_references import FOLDER
 
-# The page of answers: it fits every machine, shows what the sizing found, and hides no warning.
+# The summary: it fits every machine, shows what the sizing found, and hides no warning.
 
 
 ROOT = Path(__file__).parents[2]

@@ -45,7 +45,7 @@ class Constant(Motor):
     title: ClassVar[str] = "constant torque"
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         refuse(wrong_numbers(self, ("value",)))
 
     def law(self) -> Expression:
@@ -53,7 +53,7 @@ class Constant(Motor):
         return parse(expression_of(self.value))
 
     def facts(self) -> Iterator[Fact]:
-        """That its torque stays."""
+        """Fact that its torque is constant."""
         yield Fact(_("Its torque is the same at every speed."))
 
     @property
@@ -96,7 +96,7 @@ class Line(Motor):
     title: ClassVar[str] = "motor with a straight line"
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         refuse(wrong_numbers(self, ("at_rest", "fall")))
 
     def law(self) -> Expression:
@@ -214,7 +214,7 @@ class Curve(Motor):
         return tuple(map(Point, self.speeds, self.torques))
 
     def __post_init__(self) -> None:
-        """Refuse rows that make no curve."""
+        """Refuses rows that make no curve."""
         faults = wrong_numbers(self)
         for name, column in (("speed", self.speeds), ("torque", self.torques)):
             faults += [fault for i, number in enumerate(column) for fault in number_faults(f"{name}[{i}]", number)]
@@ -363,7 +363,7 @@ class Engine(Motor):
     governed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         faults = wrong_numbers(self, ("speed", "droop"), ("idle", "braking_torque"))
         if self._rows is None:
             faults += number_faults("torque", self.full_load, POSITIVE)
@@ -480,7 +480,7 @@ class Hydraulic(Motor):
     title: ClassVar[str] = "hydraulic motor"
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         shares = ("volumetric_efficiency", "mechanical_efficiency")
         faults = wrong_numbers(self, ("displacement", "flow", "pressure", *shares), ("override",))
         refuse(faults)

@@ -86,7 +86,7 @@ class DC(Motor):
     takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         refuse(wrong_numbers(self, ("voltage", "resistance", "constant"), ("inductance", "friction")))
 
     @cached_property

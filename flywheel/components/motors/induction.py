@@ -237,7 +237,7 @@ class Induction(Motor):
     takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, and those that contradict each other."""
+        """Refuses values out of range, and those that contradict each other."""
         poles, ratio = number_faults("poles", self.poles), number_faults("breakdown_ratio", self.breakdown_ratio)
         if not poles and (self.poles < 2 or self.poles % 2):
             poles = [Fault("poles", f"{self.poles:g}", "an even number, 2 or more")]
@@ -258,7 +258,7 @@ class Induction(Motor):
         self._check_plate()
 
     def _check_plate(self) -> None:
-        """Refuse what the plate says where it is out of range, or contradicts the rest."""
+        """Refuses what the plate says where it is out of range, or contradicts the rest."""
         given = {name: value for name, value in self.plate._asdict().items() if value is not None}
         faults = [fault for name, value in given.items() for fault in number_faults(name, value, POSITIVE)]
         shares = ("power_factor", "efficiency", "stator_share")

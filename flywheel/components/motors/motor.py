@@ -209,7 +209,7 @@ class Circuit(ABC):
 
 
 class Switch(NamedTuple):
-    """When a connection ends: at a time after switching on (s), or when its shaft first comes to a speed (rad/s)."""
+    """End of a connection: at a time after switching on (s), or when its shaft first reaches a speed (rad/s)."""
 
     time: float | None = None
     speed: float | None = None

@@ -31,14 +31,14 @@ _TAKEN = {
 
 
 def check_start(motor: Motor, kind: str) -> None:
-    """Refuse a start that a type of motor does not have."""
+    """Refuses a start that a type of motor does not have."""
     if kind not in motor.starts:
         found, expected = _TAKEN[kind]
         raise SceneError([Fault("type", found.format(kind=kind, motor=motor.title), expected)])
 
 
 def _checked(untils: Sequence[Switch]) -> None:
-    """Refuse switches that do not follow each other: times that fall, speeds that fall."""
+    """Refuses switches that do not follow each other: times that fall, speeds that fall."""
     for i, until in enumerate(untils):
         value, earlier = (
             until.speed or until.time,
@@ -208,7 +208,7 @@ class Started(Motor):
 
     @property
     def no_load_speed(self) -> float | None:
-        """That of the motor as it runs, rad/s."""
+        """No-load speed of the motor as it runs, rad/s."""
         return self.own.no_load_speed
 
     @property

@@ -154,7 +154,7 @@ class Synchronous(Motor):
     takes_power: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         faults = wrong_numbers(self, ("power", "frequency"), ("damping", "saliency", "field_time"))
         poles, ratio = number_faults("poles", self.poles), number_faults("pull_out_ratio", self.pull_out_ratio)
         if not poles and (self.poles < 2 or self.poles % 2):
@@ -295,7 +295,7 @@ class Synchronous(Motor):
         yield Fact(_("The load angle turns on with the slip: along the motion dδ/dt = p (ω_s − ω) is solved with it."))
 
     def heat_facts(self, energy: Energy) -> Iterator[Fact]:
-        """That its load angle judges it."""
+        """Fact that its load angle decides."""
         yield Fact(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."))
 
     @cached_property

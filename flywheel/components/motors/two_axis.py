@@ -83,7 +83,7 @@ class EquivalentCircuit:
     magnetizing_reactance: float
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
+        """Refuses values out of range."""
         may_be_none = ("stator_resistance", "stator_reactance")
         pairs = [(one.name, NOT_NEGATIVE if one.name in may_be_none else POSITIVE) for one in fields(self)]
         refuse([fault for name, expected in pairs for fault in number_faults(name, getattr(self, name), expected)])
@@ -162,7 +162,7 @@ class TwoAxisInduction(Induction):
     impedances: Impedances
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, and a circuit that is not that of the plate."""
+        """Refuses values out of range, and a circuit that is not that of the plate."""
         super().__post_init__()
         faults = number_faults("voltage", self.voltage)
         faults += [f for name, value in self.impedances._asdict().items() for f in number_faults(name, value)]

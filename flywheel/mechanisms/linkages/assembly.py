@@ -541,7 +541,7 @@ def assembled(equations: Equations) -> Array:
 
 
 def _check_guesses(loops: Loops, isolated: Array, chosen: Array, guesses: dict[int, float]) -> None:
-    """Refuse guesses that fit an assembly which the sides rule out, and not the one that the sides choose."""
+    """Refuses guesses that fit an assembly which the sides rule out, and not the one that the sides choose."""
     contrary = _contrary(loops, isolated, chosen, guesses)
     if contrary.any():
         names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
@@ -674,7 +674,7 @@ def _starts(loops: Loops) -> Array:
 
 
 def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
-    """Put starting points onto every gear and rolling pair, by the variable that has to turn most, and is not given.
+    """Puts starting points onto every gear and rolling pair, by the variable that has to turn most, and is not given.
 
     A pinion may have to turn many times for its rack's travel, and no bounded step would take it there.
     """

@@ -217,7 +217,7 @@ class Model:
         )
 
     def _turning(self, x: Array, v: Array, turns: Complex, value: Array, gradient: Array, bend: Array) -> None:
-        """Put in the relations whose direction turns with a moving body: slides and slots on it."""
+        """Puts in the relations whose direction turns with a moving body: slides and slots on it."""
         which, steady = self.guides, self.steady
         swung, turned = self.swung[which], self.turned[which]
         directions = turns @ turned.T
@@ -344,7 +344,7 @@ class Model:
         return np.linalg.slogdet(np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale)[0]
 
     def heavy(self, inertia: float, q: float) -> None:
-        """Refuse a reduced inertia that is not above 0."""
+        """Refuses a reduced inertia that is not above 0."""
         if not inertia > 0.0:
             found = f"I* = {inertia:g} at {self.where(q)}"
             raise UnreachableError(Fault(self.linkage.path, found, "an inertia above 0", "give a body mass"))
@@ -426,7 +426,7 @@ class Closure:
         self.sense = model.sense(state, state.along)
 
     def put(self, q: float, x: Array) -> None:
-        """Go on from a pose x that is known at the driver's coordinate q."""
+        """Goes on from a pose x that is known at the driver's coordinate q."""
         state = self.model.state(x)
         self.q, self.x, self.g = q, x, self.model.influence(state, state.along)
 
@@ -543,7 +543,7 @@ class Interpolant:
         return np.cos(_TERMS * acos(min(max(share, -1.0), 1.0)))
 
     def _enter(self, q: float) -> None:
-        """Go to the cell that holds q; it is found when the motion first comes there."""
+        """Goes to the cell that holds q; it is found when the motion first comes there."""
         left = None if self.series is None else (edge := self.low if q < self.low else self.high, self._pose(edge))
         for depth in range(_HALVINGS + 1):
             width = self.width / 2**depth
@@ -743,7 +743,7 @@ def integrate(
     dense: bool = False,
     longest: float = np.inf,
 ) -> Steps:
-    """Follow dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
+    """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
 
     rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
     state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the

@@ -118,7 +118,7 @@ class Resistances:
         self.reach = np.where(sliding, model.length, 1.0)  # size of each slip for bodies of unit speed
 
     def determined(self) -> None:
-        """Refuse friction that follows a reaction which redundant constraints leave open."""
+        """Refuses friction that follows a reaction which redundant constraints leave open."""
         model = self.model
         left, sizes, _ = np.linalg.svd(model.state(model.start).jacobian)
         null = left[:, int((sizes > RANK * sizes.max()).sum()) :]
@@ -254,7 +254,7 @@ class RoughByDriver:
         return np.concatenate(([y[1], self.acceleration(y, instant, amounts), instant.power], instant.push * amounts))
 
     def acceleration(self, y: Array, instant: UnitResponses, amounts: Array) -> float:
-        """That of the driver."""
+        """Component of the driver."""
         return float(instant.own + instant.by @ amounts)
 
     def slips(self, y: Array, ahead: float = 0.0) -> Array:
@@ -263,7 +263,7 @@ class RoughByDriver:
         return np.asarray(found[: self.rub.reach.size] / (self.rub.reach * found[self.rub.reach.size]))
 
     def speed(self, y: Array) -> float:
-        """That of the driver."""
+        """Component of the driver."""
         return float(y[1])
 
     def place(self, y: Array) -> float:
@@ -315,7 +315,7 @@ class RoughInAllCoordinates:
         return np.concatenate((y[n : 2 * n], instant.own + instant.by @ amounts, [instant.power], instant.push * amounts))
 
     def acceleration(self, y: Array, instant: UnitResponses, amounts: Array) -> float:
-        """That along the tangent."""
+        """Component along the tangent."""
         return float(self.tangent @ (instant.own + instant.by @ amounts))
 
     def slips(self, y: Array, ahead: float = 0.0) -> Array:
@@ -329,7 +329,7 @@ class RoughInAllCoordinates:
         return np.asarray(state.slips @ g / (self.rub.reach * np.linalg.norm(g / model.scale)))
 
     def speed(self, y: Array) -> float:
-        """That along the tangent."""
+        """Component along the tangent."""
         return float(self.tangent @ y[self.n : 2 * self.n])
 
     def place(self, y: Array) -> float:
@@ -341,7 +341,7 @@ class RoughInAllCoordinates:
         return np.concatenate((y[: self.n], np.zeros(self.n), y[2 * self.n :]))
 
     def correct(self, y: Array) -> Array:
-        """Put a state back onto the closures, within its assembly; the tangent turns with it."""
+        """Puts a state back onto the closures, within its assembly; the tangent turns with it."""
         model, n = self.model, self.n
         state, drift = projection(model, y[:n], y[n : 2 * n])
         self.drifts.append(drift)

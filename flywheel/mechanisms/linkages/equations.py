@@ -76,7 +76,7 @@ _NUMBERS: dict[type, dict[str, str]] = {
 
 
 def check(linkage: Linkage) -> None:
-    """Refuse a linkage whose description is wrong, with every fault in a line.
+    """Refuses a linkage whose description is wrong, with every fault in a line.
 
     Args:
         linkage: bodies, joints, couplings and driver.

@@ -402,7 +402,7 @@ class Solution:
 
 
 def solve(linkage: Linkage, low: float, high: float) -> Solution:
-    """Follow a linkage over the range [low, high] of its driver's coordinate, rad, or m where it slides.
+    """Follows a linkage over the range [low, high] of its driver's coordinate, rad, or m where it slides.
 
     Args:
         linkage: bodies, joints, couplings and driver.
@@ -433,7 +433,7 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
 
 
 def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
-    """Follow a linkage over the least range that holds driver's coordinates q, which may be a single one.
+    """Follows a linkage over the least range that holds driver's coordinates q, which may be a single one.
 
     Args:
         linkage: bodies, joints, couplings and driver.
