@@ -392,7 +392,8 @@ def reactions(
             result, dense_forces = _along(run, count, breaks, kinds)
         else:
             kinds["speed"] = None if speed is None else speed_of(speed, slides(given), "--speed")
-            result, dense_forces = _at(given, coordinates(at, slides(given)), count, breaks, kinds)
+            backwards = over == "time" and (kinds["speed"] or 0.0) < 0.0
+            result, dense_forces = _at(given, coordinates(at, slides(given)), count, breaks, kinds, backwards)
         dense = dense_forces() if dense_forces is not None and (plot is not None or not as_data) else None
         if plot is not None:
             drawn = dense or joint_forces(given, np.unique(result.motion.phi), **kinds)
@@ -417,18 +418,20 @@ def reactions(
 
 
 def _at(
-    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any]
+    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any], backwards: bool
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
-    """Forces at positions, evenly where none are named, and what gives them close to one another."""
+    """Forces at positions, evenly where none are named, and what gives them close to one another; in the order of time."""
     import numpy as np
 
     from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import close_angles, closely, joint_forces, spread
 
     machine = Machine(scene)
-    result = joint_forces(machine, places or spread(scene, count), **kinds)
+    order = slice(None, None, -1 if backwards else 1)
+    result = joint_forces(machine, places or spread(scene, count)[order], **kinds)
     if breaks:
-        result = joint_forces(machine, np.unique(np.concatenate((result.motion.phi, close_angles(result, 2)))), **kinds)
+        every = np.unique(np.concatenate((result.motion.phi, close_angles(result, 2))))
+        result = joint_forces(machine, every[order], **kinds)
 
     def along(phi: Array) -> JointForces:
         return joint_forces(machine, phi, **kinds)

@@ -27,7 +27,7 @@ from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
-from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit
+from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit, round_speed
 from flywheel.reading.fields import Faults
 from flywheel.reading.scenes import build_scene, load
 from flywheel.reading.tables import read_columns
@@ -107,7 +107,8 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
     speed = float(speed)
     if speed == 0.0:
         raise SceneError([Fault("speed", "0", "a speed that is not 0", "leave it out for curves per unit of the driver")])
-    first = scene.origin if speed > 0.0 or stroke is None else scene.origin + scene.cycle
+    ends = scene.origin, scene.origin + scene.cycle
+    first = ends[0] if speed > 0.0 or (stroke is None and over == TIME) else ends[1]
 
     def at(q: Array, t: Array | None) -> Driver:
         if t is None:
@@ -139,7 +140,7 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
 def _speed(scene: Scene, speed: float) -> str:
     if scene.sliding:
         return f"{figure(speed)} m/s"
-    return f"{figure(speed)} rad/s ({figure(speed * 30 / np.pi)} rpm)"
+    return round_speed(speed)
 
 
 # -- the steady regime -------------------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
+from flywheel.numerics.units import round_speed
 from flywheel.regime import constant_speed, state
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
@@ -115,9 +116,9 @@ def joint_forces(
         SceneError: for a scene without mechanisms, or with a law, which has no joints; where there is no speed; for times
             outside the motion.
 
-    At a constant speed time counts from crank angle 0 (from where a stroke begins). Friction in joints opposes the motion of
-    the instant; in a standstill that lasts it takes no side, and is left out. A joint's reaction is what its first body
-    does to its second; see `flywheel.kinetostatics`.
+    At a constant speed time counts from crank angle 0 (from where a stroke begins), at a negative one from the other end.
+    Friction in joints opposes the motion of the instant; in a standstill that lasts it takes no side, and is left out. A
+    joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
@@ -221,14 +222,15 @@ def _at_speed(machine: Machine, positions: Array, speed: float | None, accelerat
         still = np.zeros(positions.size)
         return MachineMotion(positions, still, still, creeps=True), "creeping forwards"
     rates = np.full(positions.size, speed), np.full(positions.size, acceleration)
-    time = (positions - scene.origin) / speed if speed and not acceleration else None
+    first = scene.origin + (scene.cycle if speed < 0.0 else 0.0)
+    time = (positions - first) / speed if speed and not acceleration else None
     if time is None and machine.depends_on_time:
         paths = [effort.path for effort in machine.efforts if effort.uses_time]
         expected = "a constant speed without acceleration, so that every position has its time"
         advice = "or follow the machine in time (--from rest --until ...)"
         raise SceneError([Fault(path, "a law that depends on time", expected, advice) for path in paths])
     unit = _unit_of_speed(scene)
-    words = f"at {number(speed)} {unit}"
+    words = f"at {number(speed)} {unit}" if scene.sliding else f"at {round_speed(speed)}"
     return MachineMotion(positions, *rates, time), f"{words} and {number(acceleration)} {unit}²" if acceleration else words
 
 

@@ -484,6 +484,15 @@ def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
     return f"{value:.{max(digits, 1)}g}"
 
 
+def round_speed(speed: float) -> str:
+    """An angular speed (rad/s) with its unit, rpm or rad/s: that in which its number is the shorter one.
+
+    >>> round_speed(-4 * math.pi), round_speed(5.0)
+    ('-120 rpm', '5 rad/s')
+    """
+    return min((f"{figure(speed * 30 / math.pi)} rpm", f"{figure(speed)} rad/s"), key=len)
+
+
 def short(value: float) -> str:
     """A small error or tolerance: two digits."""
     return f"{value:.2g}"

@@ -429,7 +429,7 @@ def test_a_transient_begins_where_it_is_told(motion_scene):
         motion_scene, "--from", "rest", "--at", "90 deg", "--until", "0.05 s", "--of", "crank", "--at", "0 s"
     )
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "motion from 90 deg, 0 rad/s" in result.stdout
+    assert "motion from 90 deg, 0 rpm" in result.stdout
     assert "t = 0 s, phi = 90 deg" in result.stdout
 
 
@@ -689,6 +689,9 @@ def test_curves_of_some_joints_are_listed_over_the_time(reactions_scene: Path) -
     assert lines[2:4] == ["guide", "  t (s)     phi (deg)  normal (N)  moment (N m)  resultant (N)"]
     assert "least and greatest" in lines
     assert not any(line == "crank_pin" for line in lines)
+    back = run_reactions(reactions_scene, "--speed", "-30 rpm", "--over", "time", "--csv", "--points", 5).stdout
+    times = [float(row["t [s]"]) for row in csv.DictReader(io.StringIO(back))]
+    assert times == pytest.approx([0.4, 0.8, 1.2, 1.6, 2.0])
 
 
 @pytest.mark.slow

@@ -454,6 +454,8 @@ def test_a_constant_speed_has_its_time_and_so_have_its_loads() -> None:
     scene = flywheel.load(PUSHED)
     found = joint_forces(scene, [0.5, 1.0], speed=10.0)
     np.testing.assert_allclose(found.motion.time, [0.05, 0.1])
+    back = joint_forces(scene, [0.5, 1.0], speed=-10.0)
+    np.testing.assert_allclose(back.motion.time, [(scene.cycle - 0.5) / 10.0, (scene.cycle - 1.0) / 10.0])
     held = PUSHED | {"load": [{"on": "slider", "force": f"{-600 - 50 * float(np.sin(1.0))!r} - 3*v"}]}
     same = joint_forces(flywheel.load(held), [0.5], speed=10.0)
     actions = [f.mechanisms["slider-crank"].action[0] for f in (found, same)]

@@ -338,6 +338,22 @@ def test_a_constant_speed_is_the_influence_coefficients_scaled():
     assert np.allclose(over_time.q, 5.0 * over_time.t)
 
 
+def test_at_a_negative_speed_time_runs_forward():
+    scene = flywheel.load(ALONE)
+    over_driver = flywheel.motion(scene, speed=-5.0, points=5)
+    assert np.allclose(over_driver.t, (2 * np.pi - over_driver.q) / 5.0)
+    over_time = flywheel.motion(scene, speed=-5.0, over="time", points=5)
+    assert np.allclose(over_time.q, -5.0 * over_time.t)
+    slider, same = (found["slider"].position for found in (over_driver, over_time))
+    assert np.allclose(slider[::-1], same)
+
+
+def test_a_speed_is_told_in_the_unit_in_which_it_is_round():
+    scene = flywheel.load(ALONE)
+    words = [flywheel.motion(scene, speed=speed, points=3).condition for speed in (4 * np.pi, 5.0, -np.pi)]
+    assert words == ["at 120 rpm", "at 5 rad/s", "at -30 rpm"]
+
+
 def test_a_transient_moves_everything_within_its_own_error():
     rotor = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}}, "drive": {"torque": 6}}
     scene = flywheel.load({**rotor, "inertia": [{"on": "crank", "value": 2}]})

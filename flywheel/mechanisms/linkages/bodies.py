@@ -354,9 +354,9 @@ class Model:
         return f"{q:.9g} m" if self.linkage.sliding else f"{np.degrees(q):.9g} deg"
 
     def locked(self, q: float) -> UnreachableError:
-        """A linkage that cannot follow its driver."""
-        found = f"a lock at {self.where(q)}"
-        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, "a motion that the joints allow"))
+        """A linkage that cannot follow its driver, in whose dead centre its other bodies may go on all the same."""
+        found, advice = f"a lock at {self.where(q)}", "the route multipliers goes on where only the driver turns back"
+        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, "a motion that the joints allow", advice))
 
     def branched(self, q: float) -> UnreachableError:
         """Assemblies that meet, so that it is open in which one the motion goes on."""
