@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     )
     from bondgraph.graph import Bond, BondGraph, Builder, Part
     from bondgraph.laws import Function, GraphError, function
+    from bondgraph.linear import Linear, Mode, equilibrium, linearize
     from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
     from bondgraph.motion.simulation import Run, simulate
@@ -72,6 +73,7 @@ _NAMES = {
         "drop_zero_velocity merge_double_differences merge_equal_junctions procedure simplify"
     ),
     "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
+    "linear": "Linear Mode equilibrium linearize",
     "motion.audit": "Audit",
     "motion.simulation": "Run simulate",
     "motion.dynamics": "Dynamics",
@@ -81,65 +83,13 @@ _NAMES = {
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
-    "DOMAINS",
-    "GY",
-    "RS",
-    "TF",
-    "Action",
-    "Audit",
-    "Bond",
-    "BondGraph",
-    "Builder",
-    "C",
-    "Causality",
-    "Displacement",
-    "Domain",
-    "Dynamics",
-    "Element",
-    "Function",
-    "GraphError",
-    "I",
-    "Law",
-    "Modulus",
-    "Motion",
-    "MotionEquation",
-    "One",
-    "Part",
-    "Procedure",
-    "R",
-    "Reduced",
-    "Reduction",
-    "Run",
-    "Se",
-    "Sf",
-    "Simplified",
-    "StateEquations",
-    "Table",
-    "Zero",
-    "absorb_junctions",
-    "as_data",
-    "causality",
-    "draw",
-    "drop_dangling",
-    "drop_two_bond_junctions",
-    "drop_zero_sources",
-    "drop_zero_velocity",
-    "from_data",
-    "function",
-    "generic",
-    "generic_equation",
-    "load",
-    "merge_double_differences",
-    "merge_equal_junctions",
-    "motion_equation",
-    "procedure",
-    "reduce",
-    "save",
-    "simplify",
-    "simulate",
-    "state_equations",
-    "svg",
-    "table",
+    "DOMAINS", "GY", "RS", "TF", "Action", "Audit", "Bond", "BondGraph", "Builder", "C", "Causality", "Displacement",
+    "Domain", "Dynamics", "Element", "Function", "GraphError", "I", "Law", "Linear", "Mode", "Modulus", "Motion",
+    "MotionEquation", "One", "Part", "Procedure", "R", "Reduced", "Reduction", "Run", "Se", "Sf", "Simplified",
+    "StateEquations", "Table", "Zero", "absorb_junctions", "as_data", "causality", "draw", "drop_dangling",
+    "drop_two_bond_junctions", "drop_zero_sources", "drop_zero_velocity", "equilibrium", "from_data", "function",
+    "generic", "generic_equation", "linearize", "load", "merge_double_differences", "merge_equal_junctions",
+    "motion_equation", "procedure", "reduce", "save", "simplify", "simulate", "state_equations", "svg", "table",
 ]  # fmt: skip
 
 

@@ -1,0 +1,315 @@
+"""Operating points and what a graph does near them: equilibrium, linear equations, modes, transfer functions.
+
+At a state x0 with inputs u0 the equations x' = f(x, u), y = g(x, u) become
+
+    dx' = A dx + B du,   dy = C dx + D du,
+
+with slopes taken in symbols, never by differences. Inputs are sources of a plain value, and signals; outputs are states, and
+flows `f_NAME` and efforts `e_NAME` as laws read them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.equations import Reading
+from bondgraph.graph import BondGraph, as_graph
+from bondgraph.laws import TIME, GraphError, full_digits, refuse
+from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.formulation import Formulation
+
+Array = NDArray[np.float64]
+
+_MOST = 60  # Newton's steps to an equilibrium
+_STEP, _SAME = 1e-6, 1e-9
+_RANK = 1e-9  # of the greatest singular value
+_KINK = 1e-3  # of the slopes: by how much those to both sides differ where a law has a kink
+
+
+class Mode(NamedTuple):
+    """A motion exp(pole t): its angular frequency |pole| (rad/s), damping ratio, and share of every state."""
+
+    pole: complex
+    frequency: float
+    damping: float
+    shape: Mapping[str, complex]
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """A graph near an operating point. Made by `linearize`.
+
+    Args:
+        states, inputs, outputs: names, in the order of rows and columns.
+        at: the operating point by name.
+        A, B, C, D: the matrices, in numbers.
+        symbolic: the same four in SymPy.
+
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    at: Mapping[str, float]
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    symbolic: tuple[Any, Any, Any, Any]
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """The eigenvalues of A."""
+        return np.asarray(np.linalg.eigvals(self.A), dtype=complex)
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """The motions that the graph has by itself, slowest first."""
+        values, vectors = np.linalg.eig(self.A)
+        found = []
+        for k in np.argsort(np.abs(values)):
+            pole, size = complex(values[k]), float(abs(values[k]))
+            shape = dict(zip(self.states, map(complex, vectors[:, k]), strict=True))
+            found.append(Mode(pole, size, -pole.real / size if size else 0.0, shape))
+        return tuple(found)
+
+    def zeros(self, u: str, y: str) -> NDArray[np.complex128]:
+        """The values s at which input u does not show in output y: det [[A - s, b], [c, d]] = 0."""
+        b, c, d = self._between(u, y)
+        size = len(self.states)
+        shift = 0.7368 + 0.3j * max(1.0, float(np.abs(self.A).max(initial=0.0)))
+        whole = np.block([[self.A - shift * np.eye(size), b], [c, d]])
+        part = np.zeros((size + 1, size + 1))
+        part[:size, :size] = np.eye(size)
+        if not np.linalg.cond(whole) < 1.0 / np.finfo(float).eps:
+            return np.zeros(0, dtype=complex)
+        inverse = np.linalg.eigvals(np.linalg.solve(whole, part))
+        return np.asarray(shift + 1.0 / inverse[np.abs(inverse) > _RANK * np.abs(inverse).max(initial=0.0)], dtype=complex)
+
+    def transfer(self, u: str, y: str) -> tuple[Array, Array]:
+        """Numerator and denominator of y/u, coefficients of falling powers of s; the denominator is det(s - A)."""
+        b, c, d = self._between(u, y)
+        under = np.real_if_close(np.poly(self.A)) if self.states else np.ones(1)
+        closed = np.real_if_close(np.poly(self.A - b @ c)) if self.states else np.ones(1)
+        return np.asarray(closed - under + d[0, 0] * under, dtype=float), np.asarray(under, dtype=float)
+
+    def response(self, u: str, y: str, omega: Any) -> NDArray[np.complex128]:
+        """The complex ratio y/u at angular frequencies (rad/s), as a Bode diagram shows it: c (i w - A)^-1 b + d."""
+        b, c, d = self._between(u, y)
+        unit = np.eye(len(self.states))
+        rows = [(c @ np.linalg.solve(1j * w * unit - self.A, b.astype(complex)) + d)[0, 0] for w in np.atleast_1d(omega)]
+        return np.array(rows, dtype=complex)
+
+    def bode(self, u: str, y: str, omega: Any) -> tuple[Array, Array]:
+        """Magnitude (dB) and phase (degrees, unwrapped) of y/u at angular frequencies (rad/s)."""
+        ratio = self.response(u, y, omega)
+        return 20.0 * np.log10(np.abs(ratio)), np.degrees(np.unwrap(np.angle(ratio)))
+
+    def unreachable(self) -> tuple[str, ...]:
+        """The states that take part in what no input moves, by the rank of [B, AB, ...]; none of a controllable graph."""
+        return _out_of_reach(self.A, self.B, self.states)
+
+    def unobservable(self) -> tuple[str, ...]:
+        """The states that take part in what no output shows; none of an observable graph."""
+        return _out_of_reach(self.A.T, self.C.T, self.states)
+
+    def to_scipy(self) -> Any:
+        """The same as a `StateSpace` of scipy.signal."""
+        from scipy.signal import StateSpace
+
+        return StateSpace(self.A, self.B, self.C, self.D)
+
+    def _between(self, u: str, y: str) -> tuple[Array, Array, Array]:
+        for name, known, what in ((u, self.inputs, "input"), (y, self.outputs, "output")):
+            if name not in known:
+                raise GraphError(f"no {what} {name!r}: they are {', '.join(known) or 'none'}")
+        j, i = self.inputs.index(u), self.outputs.index(y)
+        return self.B[:, j : j + 1], self.C[i : i + 1], self.D[i : i + 1, j : j + 1]
+
+
+def _out_of_reach(matrix: Array, inlet: Array, names: Sequence[str]) -> tuple[str, ...]:
+    """The states with a share in the left null space of [B, AB, A^2 B, ...], built up orthonormally."""
+    basis, fresh = np.zeros((len(names), 0)), inlet
+    while fresh.size:
+        left = fresh - basis @ (basis.T @ fresh)
+        vectors, sizes, _ = np.linalg.svd(left, full_matrices=False)
+        new = vectors[:, sizes > _RANK * max(float(np.abs(fresh).max()), 1e-300)]
+        basis, fresh = np.hstack([basis, new]), matrix @ new
+    beyond = np.eye(len(names)) - basis @ basis.T
+    return tuple(name for name, share in zip(names, np.abs(beyond).max(axis=1, initial=0.0), strict=True) if share > 1e-6)
+
+
+def equilibrium(
+    graph: BondGraph, *, signals: Mapping[str, Any] | None = None, near: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """The state at which all rates vanish, by name; displacements that nothing depends on keep their initial value.
+
+    Args:
+        graph: with a value for every parameter.
+        signals: a number for every declared signal.
+        near: states to start the search from; 0 (a displacement: its initial value) for the others.
+
+    Raises:
+        GraphError: if none is found, or states stay free.
+
+    >>> from bondgraph import Builder, C, I, R, Se
+    >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0), R("d", 1.0), Se("F", 4.0))
+    >>> equilibrium(b.build())
+    {'p_M': 0.0, 'q_k': 0.5}
+
+    """
+    dynamics = Dynamics(graph, signals)
+    names, rates = dynamics.state.names, dynamics.rates
+    start = dict.fromkeys(names, 0.0) | {d.name: float(d.initial) for d in dynamics.form.displacements}
+    refuse(f"near {name!r}: no such state; they are {', '.join(names)}" for name in near or {} if name not in names)
+    state = np.array([(start | dict(near or {}))[name] for name in names])
+
+    def at(values: Array) -> Array:
+        anchors = [values[names.index(dynamics.tables.displacement_of[j])] for j in dynamics.anchored]
+        return np.array(rates(0.0, *values.tolist(), *anchors), dtype=float)
+
+    slopes = np.zeros((len(names), len(names)))
+    for _ in range(_MOST):
+        found, slopes = at(state), _slopes(at, state)
+        step = -np.linalg.lstsq(slopes, found, rcond=_RANK)[0]
+        state = state + step
+        if np.all(np.abs(step) <= _SAME * (1e-3 + np.abs(state))):
+            break
+    scale = np.abs(slopes) @ (np.abs(state) + 1e-12) + _slack(dynamics, at)
+    if not np.all(np.abs(at(state)) <= 1e-6 * scale):
+        worst = names[int(np.argmax(np.abs(at(state)) / np.where(scale > 0.0, scale, 1.0)))]
+        raise GraphError(
+            f"no equilibrium was found: {worst} goes on changing, at a rate of {at(state)[names.index(worst)]:.6g}"
+        )
+    moved = np.abs(slopes).max(axis=0, initial=0.0) > 0.0
+    _, sizes, directions = np.linalg.svd(slopes[:, moved])
+    loose = directions[int(np.sum(sizes > _RANK * sizes.max(initial=0.0))) :]
+    free = [
+        n for n, share in zip(np.array(names)[moved], np.abs(loose).max(axis=0, initial=0.0), strict=True) if share > 1e-6
+    ]
+    if free:
+        raise GraphError(
+            f"the equilibrium leaves {', '.join(free)} free: nothing holds what they measure; hold it by a C or R"
+        )
+    return {name: float(value) + 0.0 for name, value in zip(names, np.where(np.abs(state) < 1e-12, 0.0, state), strict=True)}
+
+
+def _slack(dynamics: Dynamics, at: Any) -> Array:
+    return np.abs(at(np.zeros(len(dynamics.state.names)))) if dynamics.state.names else np.zeros(0)
+
+
+def _slopes(at: Any, state: Array, side: float = 0.0) -> Array:
+    """The slopes of the rates by differences, to both sides or to one."""
+    columns = []
+    for k, value in enumerate(state):
+        step = np.zeros(state.size)
+        step[k] = _STEP * max(1.0, abs(value))
+        ahead, behind = at(state + step * (side >= 0.0)), at(state - step * (side <= 0.0))
+        columns.append((ahead - behind) / (step[k] * (2.0 if side == 0.0 else 1.0)))
+    return np.array(columns).T if columns else np.zeros((0, 0))
+
+
+def linearize(
+    graph: BondGraph,
+    *,
+    at: Mapping[str, float] | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    signals: Mapping[str, float] | None = None,
+) -> Linear:
+    """The linear equations of a graph near a state.
+
+    Args:
+        graph: with a value for every parameter.
+        at: the state by name, 0 for what is not given; None: its equilibrium.
+        inputs: names of sources of a plain value and of signals; None: all of them.
+        outputs: names of states, `f_NAME`, `e_NAME`; None: the states.
+        signals: a number for every declared signal.
+
+    Raises:
+        GraphError: for unknown names, laws that cannot be written as formulas, a state at a kink of a law.
+
+    >>> from bondgraph import Builder, C, I, R, Se
+    >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0), R("d", 1.0), Se("F", 4.0))
+    >>> found = linearize(b.build(), outputs=["f_m"])
+    >>> found.A.tolist(), found.B.tolist(), found.C.tolist()
+    ([[-0.5, -8.0], [0.5, 0.0]], [[1.0], [0.0]], [[0.5, 0.0]])
+
+    """
+    import sympy  # type: ignore[import-untyped]
+
+    graph = as_graph(graph)
+    read = Reading(graph, False, Formulation(graph).of)
+    finish, twin, form = read.twin.finish, read.twin, read.form
+    dynamics = Dynamics(graph, signals)
+    names, states = dynamics.state.names, [finish(symbol) for symbol in read.state]
+    point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
+    plain = [e.name for e in graph.of_kind("Se", "Sf") if e.name in twin.own]
+    symbols = {name: twin.own[name] for name in plain} | {name: finish(twin.places[name]) for name in graph.signals}
+    refuse(_unknown(graph, names, point, inputs or (), outputs or (), symbols))
+    moved = tuple(symbols if inputs is None else inputs)
+    shown = tuple(names if outputs is None else outputs)
+    told = [_told(read, form, name, dict(zip(names, states, strict=True))) for name in shown]
+    given = [symbols[name] for name in moved]
+    matrices = tuple(_jacobian(rows, by) for rows in (read.rates(), told) for by in (states, given))
+    numbers = dict(twin.values) | {symbol: point[name] for symbol, name in zip(states, names, strict=True)}
+    numbers |= {finish(twin.places[name]): float((signals or {})[name]) for name in graph.signals}
+    filled = {symbol: sympy.Float(value, 17) for symbol, value in {**numbers, finish(twin.places[TIME]): 0.0}.items()}
+    A, B, C, D = (np.array(full_digits(m.xreplace(filled)).tolist(), dtype=float).reshape(m.shape) for m in matrices)
+    _check_kinks(dynamics, point, A)
+    return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]))
+
+
+def _jacobian(rows: Sequence[Any], by: Sequence[Any]) -> Any:
+    """The slopes of expressions, of real symbols while they are taken: |x| has none of others."""
+    import sympy
+
+    symbols = set(by).union(*(row.free_symbols for row in rows))
+    real = {symbol: sympy.Dummy(symbol.name, real=True) for symbol in symbols}
+    back = {dummy: symbol for symbol, dummy in real.items()}
+
+    def slope(row: Any, symbol: Any) -> Any:
+        found = row.xreplace(real).diff(real[symbol]).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero)
+        return found.xreplace(back)
+
+    return sympy.Matrix(len(rows), len(by), [slope(row, symbol) for row in rows for symbol in by])
+
+
+def _unknown(graph: BondGraph, names: Sequence[str], point: Any, inputs: Any, outputs: Any, symbols: Any) -> list[str]:
+    faults = [f"at {name!r}: no such state; they are {', '.join(names)}" for name in point if name not in names]
+    for name in inputs:
+        if name in graph.elements and graph.elements[name].kind in ("Se", "Sf") and name not in symbols:
+            faults.append(f"input {name!r}: {graph.where(name)} has a law of its own; give it as a number or a signal")
+        elif name not in symbols:
+            faults.append(f"input {name!r}: no such source or signal; they are {', '.join(symbols) or 'none'}")
+    strange = [name for name in outputs if name not in names and graph.reading(name) is None]
+    return faults + [f"output {n!r}: expected a state ({', '.join(names)}), f_NAME or e_NAME" for n in strange]
+
+
+def _told(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]) -> Any:
+    """An output as an expression of states and inputs."""
+    if name in states:
+        return states[name]
+    found = read.twin.graph.reading(name)
+    assert found is not None
+    return read.twin.finish(read.walk.whole((form.flow if found[0] == "f" else form.effort)[found[1]]))
+
+
+def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:
+    """Raise where the rates have another slope to one side than to the other."""
+    names, state = dynamics.state.names, np.array([point[name] for name in dynamics.state.names])
+
+    def at(values: Array) -> Array:
+        anchors = [values[names.index(dynamics.tables.displacement_of[j])] for j in dynamics.anchored]
+        return np.array(dynamics.rates(0.0, *values.tolist(), *anchors), dtype=float)
+
+    apart = np.abs(_slopes(at, state, 1.0) - _slopes(at, state, -1.0))
+    scale = np.abs(slopes).max(initial=0.0)
+    for k, name in enumerate(names):
+        if apart[:, k].max(initial=0.0) > _KINK * max(scale, 1e-300) and apart[:, k].max() > 10 * _STEP:
+            raise GraphError(f"linearize: a law has a kink at {name} = {point[name]:g}, with another slope to either side")

@@ -1,0 +1,107 @@
+"""Operating points, linear equations, modes and transfer functions, against formulas by hand and against differences."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bondgraph import Builder, C, Dynamics, GraphError, I, R, Se, equilibrium, linearize
+
+
+def motor():
+    """L di/dt = U - R i - k w, J dw/dt = k i - b w."""
+    b = Builder().one("coil").one("rotor", displacement="phi").on("coil", Se("U", 12.0), R("Ra", 2.0), I("L", 0.1))
+    return b.gyrate("coil", "rotor", 0.5, name="k").on("rotor", I("J", 0.02), R("b", 0.01), Se("load", -0.2)).build()
+
+
+def test_a_dc_motor_is_its_textbook_transfer_function():
+    found = linearize(motor(), at={}, outputs=["f_rotor", "f_coil", "phi"])
+    assert (found.states, found.inputs) == (("p_L", "p_J", "phi"), ("U", "load"))
+    assert_allclose(found.A, [[-20.0, -25.0, 0.0], [5.0, -0.5, 0.0], [0.0, 50.0, 0.0]], rtol=1e-14)
+    assert_allclose(found.B, [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    s = 1j * np.array([0.3, 4.0, 90.0])
+    under = (0.1 * s + 2.0) * (0.02 * s + 0.01) + 0.25
+    assert_allclose(found.response("U", "f_rotor", s.imag), 0.5 / under, rtol=1e-12)
+    assert_allclose(found.response("load", "f_rotor", s.imag), (0.1 * s + 2.0) / under, rtol=1e-12)
+    over, below = found.transfer("U", "f_coil")
+    assert_allclose(np.polyval(over, s) / np.polyval(below, s), (0.02 * s + 0.01) / under, rtol=1e-10)
+    decibels, degrees = found.bode("U", "f_rotor", s.imag)
+    assert_allclose(decibels, 20 * np.log10(np.abs(0.5 / under)), rtol=1e-12)
+    assert_allclose(degrees, np.degrees(np.angle(0.5 / under)), rtol=1e-12)
+    assert_allclose(np.sort(found.zeros("load", "f_rotor").real), [-20.0, 0.0], atol=1e-9)  # the pole of phi cancels
+
+
+def test_modes_of_two_masses_have_their_frequencies_damping_and_shapes():
+    b = Builder()
+    for n in "12":
+        b.one(n).on(n, I(f"m{n}", 2.0), C(f"k{n}", stiffness=8.0))
+    found = linearize(b.between("1", "2", C("k", stiffness=10.0)).build(), at={})
+    swinging = [mode.frequency for mode in found.modes if mode.frequency > 1e-6]
+    assert_allclose(swinging, [2.0, 2.0, 14.0**0.5, 14.0**0.5], rtol=1e-12)
+    together, against = found.modes[-4], found.modes[-1]
+    assert abs(together.damping) < 1e-12
+    assert_allclose(together.shape["p_m1"] / together.shape["p_m2"], 1.0, atol=1e-9)
+    assert_allclose(against.shape["p_m1"] / against.shape["p_m2"], -1.0, atol=1e-9)
+
+
+def curved():
+    b = Builder().signal("u").one("m", displacement="x").on("m", I("M", 2.0), C("k", lambda q: q + q**3))
+    return b.on("m", R("d", lambda f: 0.5 * f + f**3), Se("F", lambda u: 3.0 * u), Se("g", 1.0)).build()
+
+
+def test_slopes_at_a_state_are_those_of_differences():
+    at, step = {"p_M": 1.2, "q_k": 0.7, "x": 0.1}, 1e-6
+    found, rates = linearize(curved(), at=at, signals={"u": 0.4}), Dynamics(curved(), {"u": 0.4}).rates
+    for k in range(3):
+        ahead, behind = (rates(0.0, *(np.array(list(at.values())) + side * step * np.eye(3)[k])) for side in (1, -1))
+        assert_allclose(found.A[:, k], (np.array(ahead) - behind) / (2 * step), atol=1e-8)
+    assert found.inputs == ("g", "u")
+    assert_allclose(found.B, [[1.0, 3.0], [0.0, 0.0], [0.0, 0.0]])
+
+
+def test_an_equilibrium_balances_all_rates():
+    found = equilibrium(curved(), signals={"u": 3.0})
+    assert_allclose(found["q_k"] + found["q_k"] ** 3, 10.0, rtol=1e-10)
+    assert (found["p_M"], found["x"]) == (0.0, 0.0)
+    assert linearize(curved(), signals={"u": 3.0}).at == found
+
+
+def test_what_has_no_equilibrium_says_what_goes_on():
+    falling = Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0)).build()
+    with pytest.raises(GraphError, match=r"no equilibrium was found: p_M goes on changing, at a rate of 3"):
+        equilibrium(falling)
+    b = Builder().one("a").one("b").on("a", R("ra", 1.0)).on("b", R("rb", 1.0)).zero("z").bond("a", "z").bond("b", "z")
+    held = b.on("z", I("L", 1.0)).one("m", displacement="x").bond("z", "m").on("m", I("M", 1.0), C("k", 1.0)).build()
+    assert set(equilibrium(held).values()) == {0.0}
+
+
+def test_states_out_of_reach_are_named():
+    """Two equal masses on equal springs, pushed alike, never move against each other."""
+    b = Builder().one("a").one("b").zero("push").one("drive").on("drive", Se("F", 1.0), I("M", 1.0))
+    b.on("a", I("m1", 1.0), C("k1", 1.0), R("r1", 1.0)).on("b", I("m2", 1.0), C("k2", 1.0), R("r2", 1.0))
+    b.bond("drive", "push").on("push", C("c", 1.0))
+    for side in "ab":
+        b.bond("push", side)
+    found = linearize(b.build(), at={})
+    assert set(found.unreachable()) == {"p_m1", "p_m2", "q_k1", "q_k2"}
+    assert linearize(motor(), at={}).unreachable() == ()
+    assert linearize(motor(), at={}, outputs=["f_rotor"]).unobservable() == ("phi",)
+    assert linearize(motor(), at={}, outputs=["phi"]).unobservable() == ()
+
+
+def test_the_same_in_scipy():
+    found = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
+    same = found.to_scipy()
+    for ours, theirs in ((found.A, same.A), (found.B, same.B), (found.C, same.C), (found.D, same.D)):
+        assert_allclose(ours, theirs)
+
+
+def test_wrong_requests_are_told_what_there_is():
+    varying = Builder().one("m").on("m", I("M", 2.0), R("d", lambda f: abs(f)), Se("F", lambda t: t)).build()
+    for given, match in (
+        ({"at": {"p_L": 1.0}}, r"at 'p_L': no such state; they are p_M"),
+        ({"inputs": ["F"]}, r"input 'F': MSe:F \(bond 3\) has a law of its own; give it as a number or a signal"),
+        ({"outputs": ["f_zz"]}, r"output 'f_zz': expected a state \(p_M\), f_NAME or e_NAME"),
+        ({}, r"linearize: a law has a kink at p_M = 0, with another slope to either side"),
+    ):
+        with pytest.raises(GraphError, match=match):
+            linearize(varying, **({"at": {}} | given))
