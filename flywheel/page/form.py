@@ -118,8 +118,8 @@ class Field(NamedTuple):
     range: Slider | None = None
     choices: tuple[str, ...] = ()
 
-    def as_dict(self, line: int | None, fault: str | None) -> dict[str, Any]:
-        """For JSON."""
+    def as_dict(self, line: int | None, span: tuple[int, int] | None, fault: str | None) -> dict[str, Any]:
+        """For JSON; the span is that of the value in the text, in characters."""
         return {
             "path": self.path,
             "label": self.label,
@@ -133,6 +133,7 @@ class Field(NamedTuple):
             "range": None if self.range is None else self.range._asdict(),
             "choices": list(self.choices),
             "line": line,
+            "span": span,
             "fault": fault,
         }
 
@@ -186,6 +187,8 @@ class Form(NamedTuple):
 def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
     """The groups for JSON: fields and groups with their lines, and with what is wrong there."""
     lines = {name: outline.line(path) for name, path in outline.places.items()}
+    values = {name: outline.values[path] for name, path in outline.places.items() if path in outline.values}
+    spans = {name: (value.start, value.stop) for name, value in values.items()}
     known = {group.path for group in form.groups} | {field.path for group in form.groups for field in group.fields}
     wrong: dict[str, list[str]] = {}
     for fault in faults:
@@ -200,7 +203,9 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
             "title": group.title,
             "about": group.about,
             "level": group.level,
-            "fields": [field.as_dict(lines.get(field.path), told.get(field.path)) for field in group.fields],
+            "fields": [
+                field.as_dict(lines.get(field.path), spans.get(field.path), told.get(field.path)) for field in group.fields
+            ],
             "more": [more._asdict() for more in group.more],
             "removable": group.removable,
             "line": lines.get(group.path),
@@ -445,7 +450,8 @@ class _Reader:
         several = key.kind.split(" | ")
         if key.kind == "law":
             by_name = _EFFORTS[key.name == "torque"]
-            return by_name if _is_quantity(value, (by_name,)) else None
+            typed = isinstance(value, str) and _last_unit(value, by_name) is not None
+            return by_name if typed or _is_quantity(value, (by_name,)) else None
         if several[0] not in DIMENSIONS:
             return None
         if len(several) == 1:
@@ -610,6 +616,8 @@ def quantity(path: str, label: str, about: str, key: Key, value: object, dimensi
         parts = split_quantity(value)
         if parts is not None and _is_quantity(value, (dimension,)):
             number, unit = float(parts[0]), parts[1]
+        else:
+            unit = _last_unit(value, dimension) or si
     elif isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
         number = float(value)
     offered = OFFERED.get(dimension, (si,))
@@ -621,6 +629,25 @@ def quantity(path: str, label: str, about: str, key: Key, value: object, dimensi
         with suppress(QuantityError, OverflowError, ZeroDivisionError):
             slide = slider(number, key, dimension, _factor(unit, dimension))
     return Field(path, label, about, kind, _shown(value), value, number, unit, units, dimension, slide)
+
+
+def _last_unit(value: str, dimension: str) -> str | None:
+    """The unit at the end of a text that is no quantity, so that a typing error in the number keeps it.
+
+    >>> _last_unit("6o rpm", "speed"), _last_unit("-4O0 kN m", "torque"), _last_unit("sin(phi)", "torque")
+    ('rpm', 'kN m', None)
+    """
+    words = value.split()
+    tails = (" ".join(words[k:]) for k in range(1, len(words)))
+    return next((tail for tail in tails if _fits(tail, dimension)), None)
+
+
+def _fits(unit: str, dimension: str) -> bool:
+    """Tests whether a text is a unit of a dimension."""
+    with suppress(QuantityError):
+        parse_unit(unit, dimension)
+        return True
+    return False
 
 
 @cache
@@ -635,13 +662,7 @@ def _factor(unit: str, dimension: str) -> float:
 @cache
 def _dimension(unit: str) -> str | None:
     """The dimension that a unit is likeliest of; None where it is no unit."""
-    if not unit:
-        return "number"
-    for dimension in DIMENSIONS:
-        with suppress(QuantityError):
-            parse_unit(unit, dimension)
-            return dimension
-    return None
+    return next((dimension for dimension in DIMENSIONS if _fits(unit, dimension)), None) if unit else "number"
 
 
 def _is_quantity(value: object, dimensions: Iterable[str]) -> bool:

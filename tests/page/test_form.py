@@ -547,3 +547,34 @@ def test_the_form_of_the_same_text_follows_the_language() -> None:
         with language.use(spoken):
             titles.append(server.edited(TEXTS["slider-crank"], []).form.groups[0].title)
     assert titles == ["Scene", "Escena", "Scene"]
+
+
+@pytest.mark.parametrize(
+    ("path", "line", "typo", "unit", "typed", "written"),
+    [
+        ("regime.speed", 'speed = "60 rpm"', 'speed = "6o rpm"', "rpm", "60 rpm", 'speed = "60 rpm"'),
+        ("load[0].force", 'force = "-400 kN"', 'force = "-40o kN"', "kN", "-400 kN", 'force = "-400 kN"'),
+        ("regime.speed", 'speed = "60 rpm"', 'speed = "rpm"', "rad/s", "6 rad/s", 'speed = "6 rad/s"'),
+        ("load[0].force", 'force = "-400 kN"', 'force = "-40o*sin(phi)"', None, "-400 kN", 'force = "-400 kN"'),
+    ],
+)
+def test_a_value_that_is_opened_with_a_fault_keeps_its_unit(
+    path: str, line: str, typo: str, unit: str | None, typed: str, written: str
+) -> None:
+    text = PRESS.read_text("utf-8")
+    assert line in text
+    draft = Draft(text.replace(line, typo))
+    field = draft.form.field(path)
+    assert field is not None
+    assert (field.unit, field.number) == (unit, None)
+    draft.edit(path, typed)
+    assert draft.outline.text == text.replace(line, written)
+
+
+def test_each_value_of_the_form_stands_at_its_span() -> None:
+    text = "# ä€\U0001f600\n" + PRESS.read_text("utf-8")
+    draft = Draft(text)
+    fields = [field for group in server.as_groups(draft.form, draft.outline, ()) for field in group["fields"]]
+    spans = {field["path"]: text[slice(*field["span"])] for field in fields if field["span"]}
+    assert len(spans) > 15
+    assert (spans["regime.speed"], spans["mechanism.crank.length"]) == ('"60 rpm"', '"80 mm"')

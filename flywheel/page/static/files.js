@@ -3,10 +3,10 @@
 import { ask, askName, askReport, askStart, differences } from "./dialogs.js";
 import { download, element, fileName } from "./elements.js";
 import { language, text } from "./language.js";
-import { copyOf, keepCopy } from "./memory.js";
+import { copyOf, dropLeft, keepCopy } from "./memory.js";
 import { drop, notice } from "./notices.js";
 import { announce, begin, scene, settled, unsaved, write } from "./scene.js";
-import { call, file } from "./server.js";
+import { call, file, reach } from "./server.js";
 
 const EVERY = 2000; // ms between two looks at the file
 
@@ -19,8 +19,20 @@ export async function save() {
   await settled();
   if (!scene.path) return saveAs();
   if (!unsaved()) return told(text("There is nothing to save."));
+  const there = await onDisk();
+  if (there?.changed && there.text) return conflict(scene.path, there);
   if (!sure && !(await mayReplace())) return false;
   return write_to(scene.path, true, scene.seen);
+}
+
+/** What stands in the scene's file, {changed, text, seen}; null where nobody answers. */
+async function onDisk() {
+  try {
+    const { status, data } = await call(`watch?seen=${encodeURIComponent(scene.seen ?? "")}&path=${encodeURIComponent(scene.path ?? "")}`);
+    return status === 200 ? data : null;
+  } catch {
+    return null; // that the program is gone is told elsewhere
+  }
 }
 
 /** Save the scene under another name. True where it was saved. */
@@ -102,12 +114,8 @@ function take({ text: theirs, seen }) {
 /** Look at the file every two seconds: a change is told, never taken unasked. */
 export function watch() {
   const look = async () => {
-    try {
-      const { status, data } = await call(`watch?seen=${encodeURIComponent(scene.seen ?? "")}&path=${encodeURIComponent(scene.path ?? "")}`);
-      if (status === 200 && scene.path) seenOnDisk(data);
-    } catch {
-      // The notice that the program is gone is told elsewhere.
-    }
+    const there = await onDisk();
+    if (there && scene.path) seenOnDisk(there);
     setTimeout(look, EVERY);
   };
   setTimeout(look, EVERY);
@@ -157,18 +165,18 @@ export function guard() {
 /** Keep a copy of the present text, where it differs from its file. */
 export function copy() {
   const { text: words, path, name, seen, saved, origin } = scene;
-  keepCopy(key, unsaved() ? { text: words, path, name, seen, saved, origin } : null);
+  keepCopy(key, unsaved() ? { text: words, path, name, seen, saved, origin } : null, reach() === "other");
 }
 
 /** Offer unsaved edits that this tab kept from before it was loaded anew. */
 export function offerCopy() {
   key = scene.path ?? "";
   const kept = copyOf(key);
-  if (!kept || kept.text === scene.text) return;
-  notice("copy", text("Edits of this scene were not saved when the page was left."), [
-    { words: text("Bring them back"), act: () => { drop("copy"); begin(kept); } },
+  if (!kept || kept.text === scene.text) return dropLeft(key);
+  return notice("copy", text("Edits of this scene were not saved when the page was left."), [
+    { words: text("Bring them back"), act: () => { drop("copy"); dropLeft(key); begin(kept); } },
     { words: text("Show what differs"), act: () => ask(text("What differs"), [differences(scene.text, kept.text, { theirs: text("in this page"), mine: text("not saved") })], [{ value: "", words: text("Close"), main: true }]) },
-    { words: text("Discard them"), act: () => { drop("copy"); copy(); } },
+    { words: text("Discard them"), act: () => { drop("copy"); dropLeft(key); copy(); } },
   ]);
 }
 
@@ -179,7 +187,7 @@ export async function start(examples) {
   await settled();
   const id = await askStart(examples, unsaved());
   if (id === null) return;
-  const { status, data } = await call("start", { id });
+  const { status, data } = await call("start", { id }).catch(() => ({ status: 0 }));
   if (status !== 200) return void told(text("The example could not be read."), "save");
   drop("changed");
   begin({ text: data.text, name: data.name, origin: data.origin ?? "" });

@@ -1,4 +1,5 @@
-// What the browser keeps: a reader's settings, and a copy of edits that are not saved, for this tab alone.
+// What the browser keeps: a reader's settings, and a copy of edits that are not saved, for this tab alone; for all tabs
+// where the page belongs to an earlier start of the program, as the next one may be opened in another tab.
 
 const SETTINGS = "flywheel settings";
 const COPY = "flywheel copy";
@@ -13,15 +14,21 @@ export function remember(name, value) {
   keep(localStorage, SETTINGS, { ...read(localStorage, SETTINGS), [name]: value });
 }
 
-/** The copy of this scene's unsaved edits that the tab kept: {text, saved, seen}; null where there is none. */
+/** The copy of this scene's unsaved edits that the tab, or one of an earlier start, kept; null where there is none. */
 export function copyOf(name) {
-  return read(sessionStorage, `${COPY} ${name}`);
+  return read(sessionStorage, `${COPY} ${name}`) ?? read(localStorage, `${COPY} ${name}`);
 }
 
-/** Keep a copy of a scene's unsaved edits; null drops it. */
-export function keepCopy(name, copy) {
+/** Keep a copy of a scene's unsaved edits, for all tabs if so wanted; null drops it. */
+export function keepCopy(name, copy, all = false) {
   if (copy) keep(sessionStorage, `${COPY} ${name}`, copy);
-  else forget(`${COPY} ${name}`);
+  else forget(sessionStorage, `${COPY} ${name}`);
+  if (copy && all) keep(localStorage, `${COPY} ${name}`, copy);
+}
+
+/** Drop what a page of an earlier start has left for all tabs. */
+export function dropLeft(name) {
+  forget(localStorage, `${COPY} ${name}`);
 }
 
 function read(storage, key) {
@@ -40,9 +47,9 @@ function keep(storage, key, value) {
   }
 }
 
-function forget(key) {
+function forget(storage, key) {
   try {
-    sessionStorage.removeItem(key);
+    storage.removeItem(key);
   } catch {
     // As above.
   }

@@ -2,16 +2,16 @@
 
 import { help } from "./dialogs.js";
 import { editorIn, leadToLine, nameEditor, showText } from "./editor.js";
-import { byId, element } from "./elements.js";
+import { byId, download, element } from "./elements.js";
 import * as files from "./files.js";
 import { formIn, leadTo, renewForm, showForm } from "./form.js";
-import { speak, text } from "./language.js";
+import { language, speak, text } from "./language.js";
 import { remember, remembered } from "./memory.js";
 import { drop, notice } from "./notices.js";
 import { reachable, secondRoute, showNumbers } from "./numbers.js";
 import { cursorIn, play, sight, showPanels } from "./panels.js";
 import * as model from "./scene.js";
-import { call, onContact } from "./server.js";
+import { call, onContact, reach } from "./server.js";
 import { viewIn } from "./view.js";
 import "./timings.js";
 
@@ -168,17 +168,24 @@ function names() {
 
 function state() {
   const words = { waiting: text("being confirmed …"), done: scene.answer ? secondRoute(scene.answer.numbers ?? []) : "", "": "" };
-  const old = !scene.current && scene.answer !== null && (scene.faults.length > 0 || scene.error !== null);
+  const away = reach() !== "yes";
+  const old = !scene.current && scene.answer !== null && (away || scene.faults.length > 0 || scene.error !== null);
   byId("state").textContent = scene.current ? words[scene.confirmed] : "";
   byId("state").dataset.state = scene.confirmed;
   byId("state").classList.toggle("good", scene.confirmed === "done" && confirmed(scene.answer));
   byId("results").classList.toggle("old", old);
   const none = scene.answer === null && scene.faults.length > 0;
-  const faulty = none
+  const faulty = away && scene.answer ? earlier() : none
     ? text("There are no results: the scene has faults.")
     : text("These are the results of the earlier scene. The scene as it stands has faults and no results.");
   byId("earlier").replaceChildren(...(old || none || scene.error ? [element("p", { class: "warning" }, scene.error ?? faulty)] : []));
   for (const tools of ["cursor", "choices"]) byId(tools).hidden = none;
+}
+
+/** Of what scene the results are that stand there while nobody computes others. */
+function earlier() {
+  const values = { title: scene.answer.title || scene.name, time: scene.answered.at.toLocaleTimeString(language()) };
+  return text("These are the results of {title} as it was at {time}. What was changed since is not computed.", values);
 }
 
 /** Whether a second route found the irregularity that was asked for. */
@@ -223,8 +230,13 @@ function say() {
 }
 
 function contact(reached) {
-  if (reached) {
-    drop("gone");
-    model.retry();
-  } else notice("gone", text("The program that computes no longer answers. What you edit is kept in this page; start it again with flywheel open, or copy the text."), []);
+  const words = {
+    no: text("The program that computes no longer answers. What you edit is kept in this page; start it again with flywheel open, or copy the text."),
+    other: text("This page belongs to an earlier start of the program. Load the page again at the address that the new start has printed: what is not saved is offered there."),
+  }[reached];
+  files.copy();
+  state();
+  if (words) return notice("gone", words, [{ words: text("Download the text"), act: () => download(scene.name || "scene.toml", new Blob([scene.text])) }]);
+  drop("gone");
+  return model.retry();
 }

@@ -25,6 +25,7 @@ export const scene = {
   remarks: [],
   answer: null, // the last good one
   current: false, // the answer is that of the text
+  answered: { text: null, at: null }, // the text of the answer, and when it came
   confirmed: "", // "": not asked yet; "waiting", "done"
   error: null, // what went wrong with the request itself
   view: {},
@@ -41,6 +42,7 @@ let begun = 0; // scenes
 let generation = 0; // of the text as a whole: replies to an earlier one are dropped
 let past = [];
 let future = [];
+let formText = null; // the text in which the form's values stand at their spans
 let step = null; // edits of one step (a whole drag) have one name
 
 /** Call `heard(scene, reply)` after every reply, and after every change of the text. */
@@ -55,7 +57,7 @@ export function inSight(ids) {
 
 /** Whether the text differs from its file. */
 export function unsaved() {
-  return scene.text !== scene.saved || (waiting?.edits.size ?? 0) > 0;
+  return scene.text !== scene.saved || pending().length > 0;
 }
 
 /** Edits that no reply has taken up yet. */
@@ -210,7 +212,7 @@ async function send(asked, rest) {
   } catch {
     const aborted = flight.controller.signal.aborted;
     flight = null;
-    return aborted ? next() : lost(asked, of);
+    return aborted ? next() : alone(asked, of);
   }
   const received = performance.now();
   flight = null;
@@ -232,6 +234,48 @@ function lost(asked, of) {
   scene.confirmed = "";
 }
 
+/** The server is gone: what was typed into fields goes into the text here; what only the server can do waits for it. */
+function alone(asked, of) {
+  lost(asked, of);
+  for (const [key, change] of waiting?.edits ?? []) {
+    const text = withTyped(change);
+    if (text === null) continue;
+    record(scene.text, waiting.step);
+    scene.text = formText = text;
+    waiting.edits.delete(key);
+  }
+  scene.current = scene.current && scene.text === scene.answered.text && !pending().length;
+  listener(scene, null);
+}
+
+/** The text with what was typed into a field, and the form's spans as they are then; null where that is not known here. */
+function withTyped({ path, value, unit }) {
+  const fields = scene.form.flatMap((group) => group.fields);
+  const field = fields.find((one) => one.path === path);
+  if (!field?.span || unit !== undefined || typeof value !== "string" || scene.text !== formText) return null;
+  const [start, stop] = field.span;
+  const characters = [...scene.text];
+  const written = [...tomlOf(field, value, characters[start])];
+  characters.splice(start, stop - start, ...written);
+  const moved = (at) => (at >= stop ? at + written.length - (stop - start) : at);
+  for (const one of fields) {
+    const inside = one !== field && one.span && one.span[0] >= start && one.span[1] <= stop;
+    one.span = one.span && !inside ? [moved(one.span[0]), moved(one.span[1])] : null;
+  }
+  field.value = value;
+  return characters.join("");
+}
+
+/** What was typed, as TOML writes it in the place of a value that begins with this character. */
+function tomlOf({ kind, unit }, typed, first) {
+  const plain = typed.trim();
+  if (kind === "boolean") return plain;
+  if (kind === "list" || "[{".includes(first)) return /^[[{]/.test(plain) ? plain : `[${plain}]`;
+  const numeric = kind !== "text" && /^[-+]?(0|[1-9]\d*)(\.\d+)?(e[-+]?\d+)?$/i.test(plain);
+  if (numeric && !(unit && `"'`.includes(first))) return plain;
+  return JSON.stringify(numeric ? `${plain} ${unit}` : kind === "text" ? typed : plain);
+}
+
 function take({ status, data }, asked, rest) {
   if (data?.reason === "overtaken") return lost(asked, generation);
   scene.error = status === 200 ? null : (data?.message ?? data?.error ?? `HTTP ${status}`);
@@ -244,11 +288,14 @@ function take({ status, data }, asked, rest) {
     record(scene.text, asked?.step ?? null);
     scene.text = data.text;
   }
-  if (data.form?.length) scene.form = data.form;
+  if (data.form?.length) {
+    scene.form = data.form;
+    formText = scene.text;
+  }
   scene.faults = data.faults ?? [];
   scene.remarks = data.remarks ?? [];
   scene.current = data.answer !== null && data.answer !== undefined;
-  if (scene.current) scene.answer = data.answer;
+  if (scene.current) Object.assign(scene, { answer: data.answer, answered: { text: scene.text, at: new Date() } });
   scene.confirmed = rest && scene.current ? "done" : "";
   listener(scene, data);
 }

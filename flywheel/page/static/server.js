@@ -1,14 +1,19 @@
 // Calls to the server that this page comes from. Addresses are relative, so the page works below any prefix.
 
-let reached = true;
+let reached = "yes"; // "no": nobody answers; "other": somebody does who does not know this page
 let told = () => {};
 
-/** Call `listener(reached)` whenever the server stops or begins to answer. */
+/** Call `listener(reached)` whenever that changes: "yes", "no" where nobody answers, "other" where another start does. */
 export function onContact(listener) {
   told = listener;
 }
 
-/** Send a call; {status, data}. An error where nobody answers, or where `signal` ended the call. */
+/** Whether the server answers: "yes", "no" or "other". */
+export function reach() {
+  return reached;
+}
+
+/** Send a call; {status, data}. An error where the server of this page does not answer, or `signal` ended the call. */
 export async function call(name, body, signal) {
   const response = await send(name, body, signal);
   return { status: response.status, data: await content(response) };
@@ -32,14 +37,16 @@ async function send(name, body, signal) {
   if (body !== undefined) {
     Object.assign(options, { method: "POST", body: JSON.stringify(body), headers: { "Content-Type": "application/json" } });
   }
+  let response;
   try {
-    const response = await fetch(`api/${name}`, options);
-    contact(true);
-    return response;
+    response = await fetch(`api/${name}`, options);
   } catch (error) {
-    if (error.name !== "AbortError") contact(false);
+    if (error.name !== "AbortError") contact("no");
     throw error;
   }
+  contact(response.status === 404 ? "other" : "yes"); // every call of this page's own server is known to it
+  if (response.status === 404) throw new Error(response.statusText);
+  return response;
 }
 
 function contact(now) {
