@@ -15,9 +15,12 @@ Text is plain text in the language in use (`flywheel.language.text`); the HTML i
 from __future__ import annotations
 
 import re
+from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
+from importlib.resources import files
 from typing import NamedTuple
 
 from flywheel import language
@@ -224,7 +227,7 @@ a { color: #0b4a8f; }
 .step > .what { margin: 0; }
 .step > .what > .number { position: absolute; left: 0; color: var(--quiet); }
 math {
-  font-family: "Latin Modern Math", "STIX Two Math", "DejaVu Math TeX Gyre", "Cambria Math", "XITS Math", math;
+  font-family: "Flywheel Math", "STIX Two Math", "Latin Modern Math", "DejaVu Math TeX Gyre", "Cambria Math", math;
   font-size: 1.08em;
 }
 .formula { margin: .35em 0; overflow-x: auto; overflow-y: hidden; }
@@ -290,8 +293,15 @@ _WHOLE = 14  # rows of a table that is not split between pages
 
 FIRST_LINE = "<!DOCTYPE html><!-- flywheel report -->"
 """By which a report is told from other pages, which are never replaced by one."""
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:"
 """What a browser may load for the file: nothing. It asks no network and runs no script."""
+
+
+@cache
+def _font() -> str:
+    """CSS that carries the font of the formulas: roots and brackets grow with one that has a MATH table alone."""
+    font = b64encode((files(__package__) / "math.woff").read_bytes()).decode()
+    return f'@font-face {{ font-family: "Flywheel Math"; src: url(data:font/woff;base64,{font}) format("woff"); }}\n'
 
 
 class _Writer:
@@ -473,12 +483,14 @@ def html(document: Document) -> str:
         f'<li><a href="#{place}">{escape(title)}</a></li>' for place, title in zip(numbers, top, strict=True)
     )
     contents = f'<nav aria-label="{escape(_("Contents"))}">\n<ol>\n{entries}\n</ol>\n</nav>' if entries else ""
+    font = _font() if "<math" in body else ""
     subtitle = f'<p class="subtitle">{escape(document.subtitle)}</p>' if document.subtitle else ""
     return (
         f'{FIRST_LINE}\n<html lang="{language.current()}">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(document.title)}</title>\n'
-        f"<style>{STYLE}{document.style}</style>\n</head>\n<body>\n<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
+        f"<style>{font}{STYLE}{document.style}</style>\n</head>\n<body>\n"
+        f"<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
         f"<main>\n{document.sheet}\n{contents}\n{body}\n</main>\n</body>\n</html>\n"
     )
 

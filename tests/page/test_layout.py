@@ -1,4 +1,4 @@
-"""The page's layout: no answer of any example is cut off at any width, in both languages and systems of units."""
+"""The layout of page and report: no answer of any example is cut off at any width, and roots cover what they are of."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import flywheel
+import flywheel.report
 from flywheel import language
 from flywheel.numerics.faults import SceneError
 from flywheel.tables.summary import summary
-from tests.page.browsers import EXAMPLES, answered
+from tests.page.browsers import EXAMPLES, answered, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -28,6 +29,11 @@ _CUT_OFF = """async (answers) => {
     return parts.filter(wide).map((part) => `${name}: ${part.scrollWidth} px in ${part.clientWidth}: ${part.textContent}`);
   });
 }"""
+
+
+_HEIGHTS = """() => [...document.querySelectorAll("msqrt")]
+  .filter((root) => root.querySelector(":scope mfrac"))
+  .map((root) => [root, root.querySelector("mfrac")].map((part) => part.getBoundingClientRect().height))"""
 
 
 def answers() -> dict[str, list[Any]]:
@@ -53,3 +59,17 @@ def test_no_answer_of_an_example_is_cut_off(page: Page) -> None:
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": 800})
         assert page.evaluate(_CUT_OFF, given) == [], f"at {width} px"
+
+
+@pytest.mark.slow
+def test_roots_and_brackets_of_a_report_cover_what_is_under_them(window: Any, tmp_path: Any) -> None:
+    """By the font that the file carries, whatever fonts the system has."""
+    report = tmp_path / "report.html"
+    flywheel.report.write(flywheel.load(EXAMPLES / "machines/press.toml"), report)
+    page = window().new_page()
+    page.goto(report.as_uri())
+    until(page, "() => [...document.fonts].map((font) => font.status).join() === 'loaded'")
+    until(page, "() => getComputedStyle(document.querySelector('math')).fontFamily.startsWith('\"Flywheel Math\"')")
+    heights = page.evaluate(_HEIGHTS)
+    assert len(heights) >= 3
+    assert all(root >= fraction + 2.0 for root, fraction in heights), heights

@@ -1,12 +1,14 @@
 """The report: document, files, formulas, mechanisms, regime."""
 
+import io
 import math
 import operator
 import re
+from base64 import b64decode
 from dataclasses import replace
 from functools import cache
 from functools import reduce as fold
-from html import escape
+from html import escape, unescape
 from html.parser import HTMLParser
 from math import acos, asin, atan, atan2, cos, exp, log, pi, sin, sqrt, tan
 from pathlib import Path
@@ -15,6 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from fontTools.ttLib import TTFont
 
 import flywheel
 from flywheel import Sizing, language, report
@@ -241,6 +244,11 @@ def test_a_whole_report_is_one_file_that_asks_for_nothing(tmp_path, language):
     assert "src=" not in text
     assert 'href="http' not in text
     assert ("348,989" in text) == (language == "es")
+    font = TTFont(io.BytesIO(b64decode(text.partition("url(data:font/woff;base64,")[2].partition(")")[0])))
+    assert "MATH" in font
+    formulas_shown = "".join(re.findall(r">([^<]*)<", " ".join(re.findall(r"<math.*?</math>", text, re.DOTALL))))
+    letters = {letter for letter in unescape(formulas_shown) if not letter.isspace()} - {"\u2061", "\u2062"}
+    assert {letter for letter in letters if ord(letter) not in font.getBestCmap()} == set()
     assert isinstance(Path(path).stat().st_size, int)
 
 
