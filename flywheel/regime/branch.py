@@ -3,7 +3,7 @@
 For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
 followed in time comes to a stop; or neither within the effort spent. Who looks through many flywheels asks one `Branch` for
 all of them: each motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct
-way fails the machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
+ways fail the machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
 
 Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
 Let go above every speed that a periodic motion can have, it stays above all of them; where it stops, there is none.
@@ -153,7 +153,7 @@ class Branch:
         return found
 
     def _from(self, inertia: float, rtol: float, near: OwnMotion | None) -> Finding:
-        """A motion from a neighbour, or by the most direct way: neither takes long where it fails."""
+        """A motion from a neighbour, or by the most direct ways: neither takes long where it fails."""
         machine, wanted = self.machine, Demand(inertia, None, self.mean)
         search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
         if near is not None:

@@ -128,7 +128,7 @@ def own_motion(
         guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
-        directly: whether the first way alone is tried, of the several that may find a motion.
+        directly: whether only the ways are tried that need no other motions on their way.
 
     Raises:
         NoRegimeError: where there is no such motion, or none that can be resolved.
@@ -291,7 +291,7 @@ class _Search(NamedTuple):
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
         if self.fading(inertia, unknown) > _STIFF:
             ways[:2] = ways[1::-1]
-        for way in ways[:1] if directly else ways:
+        for way in ways[:2] if directly else ways:
             try:
                 with portion(_SHARE_OF_WORK if way != self.by_continuation else 1.0):
                     motion = way(inertia, unknown)

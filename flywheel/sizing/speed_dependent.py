@@ -272,10 +272,18 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
 
-    def solved(inertia: float | None, guess: float) -> OwnMotion:
+    def solved(inertia: float | None, guess: float, *, directly: bool = False) -> OwnMotion:
         wanted = Demand(inertia, scene.irregularity if inertia is None else None, held)
         with limited(periodic_motion.MOST_WORK):
-            return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol)
+            return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol, directly=directly)
+
+    def without(*, directly: bool) -> OwnMotion | None:
+        """The motion without a flywheel, where it is as even as asked."""
+        try:
+            motion = solved(0.0, 0.0, directly=directly)
+        except (NoRegimeError, BudgetError):
+            return None
+        return motion if motion.run.irregularity * (1.0 + motion.run.error) <= (scene.irregularity or 0.0) else None
 
     def refused(inertia: float | None, guess: float, error: NoRegimeError | BudgetError) -> SceneError:
         return SceneError([_fault(machine, speed, inertia, guess, unknown, Finding(guess, error=error))])
@@ -292,15 +300,17 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     least = _LIGHT * max(figures.reduced_inertia.greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     try:
-        motion = solved(None, guess)
-    except (NoRegimeError, BudgetError) as error:
+        motion = solved(None, guess, directly=True)
+        motion = solved(None, guess) if _unstable(motion) else motion
+    except (NoRegimeError, BudgetError):  # of machines as even as asked without a flywheel none is found: these come first
+        if (alone := without(directly=True)) is not None and not _unstable(alone):
+            return alone
         try:
-            motion = solved(0.0, 0.0)
-        except (NoRegimeError, BudgetError):
-            raise refused(None, guess, error) from None
-        if motion.run.irregularity * (1.0 + motion.run.error) > (scene.irregularity or 0.0):
-            raise refused(None, guess, error) from None
-        return motion
+            motion = solved(None, guess)
+        except (NoRegimeError, BudgetError) as error:
+            if (alone := without(directly=False)) is None:
+                raise refused(None, guess, error) from None
+            return alone
     if motion.inertia > 0.0:
         return motion
     try:
