@@ -150,7 +150,7 @@ def sweep(
     spare(scene, table, plot, npz, parquet)
     with reported(scene):
         from flywheel.designs import sweep as study
-        from flywheel.designs.sweep_results import csv_lines, needed, write_csv, write_parquet
+        from flywheel.designs.sweep_results import check_csv, csv_lines, needed, write_csv, write_parquet
         from flywheel.numerics.faults import SceneError
         from flywheel.reading.paths import dotted
         from flywheel.tables import designs
@@ -160,6 +160,9 @@ def sweep(
         pool = jobs if jobs is not None and jobs > 1 else None
         try:
             columns = varied_columns(given, asked)
+            if table is not None:
+                with written(table, at_once=True):
+                    check_csv(table, given, columns)
             if parquet is not None:
                 needed("pyarrow", "--parquet")
             with written(STANDARD_OUTPUT if npz is None else npz, at_once=True):

@@ -36,7 +36,7 @@ from flywheel.sizing.sizing import check_complete, size
 Array = NDArray[np.float64]
 
 LEAST_CHUNK = 1_000
-"""Designs of a chunk at least: fewer are not worth being sent to another process."""
+"""Designs of a chunk at least: fewer are not worth being sent to another process, unless they are sized one by one."""
 _MOST_CHUNK, _CHUNKS = 20_000, 64
 MOST_DESIGNS = 20_000_000
 _SLOW_RATE = 100  # designs a second, one by one: below it a few are tried first, as many at once may not do
@@ -76,7 +76,8 @@ def sweep(
         engine: "numpy", "numba" (which must be installed) or "size", which sizes one by one; "numpy" if None.
         file: an NPZ file that what is finished is written to, every now and then; a sweep that was interrupted goes on
             from it.
-        chunk: designs that are sized together, 1,000 at least; by the number of designs if None.
+        chunk: designs that are sized together, 1,000 at least; by the number of designs if None, and of those that are
+            sized one by one what takes about a second.
         progress: whether to show a bar on standard error; None where that is a terminal.
 
     Returns: a record of arrays; where it is interrupted by Ctrl-C, of what is finished.
@@ -225,7 +226,7 @@ def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, prog
     pending = [missing[k : k + length] for k in range(0, missing.size, length)]
     try:
         with progress_bar(missing.size, progress) as advance, ExitStack() as stack:
-            for which, batch in _batches(plan, pending, executor, table.messages, stack):
+            for which, batch in _batches(plan, pending, executor, table.messages, stack, cut=chunk is None):
                 table.add(which, batch)
                 advance(which.size)
                 if batch.interrupted:
@@ -298,10 +299,21 @@ _Chunks = list[NDArray[np.intp]]
 
 
 def _batches(
-    plan: Plan, pending: _Chunks, executor: Any, messages: list[str], stack: ExitStack
+    plan: Plan, pending: _Chunks, executor: Any, messages: list[str], stack: ExitStack, *, cut: bool
 ) -> Iterator[tuple[NDArray[np.intp], Batch]]:
-    """The chunks' figures as they are finished: by the executor, and here what that loses."""
-    lost = pending
+    """The chunks' figures as they are finished: by the executor, and here what that loses.
+
+    With `cut`, where designs may have to be sized one by one, some are sized here at first: if they had to be, the chunks
+    for an executor are cut to what takes about a second.
+    """
+    lost, few = pending, _second_of_designs(plan) if executor is not None and cut and pending else LEAST_CHUNK
+    if few < _SLOW_RATE and plan.engine != "size":
+        first, lost = lost[0][:few], [chunk for chunk in (lost[0][few:], *lost[1:]) if chunk.size]
+        batch = designs.sized(plan.scene, *plan.chunk(first))
+        yield first, batch
+        few = few if _mostly_alone(batch) else LEAST_CHUNK
+    if few < _SLOW_RATE or plan.engine == "size":
+        lost = [chunk[k : k + few] for chunk in lost for k in range(0, chunk.size, few)]
     if isinstance(executor, int):
         for _ in range(_POOLS):
             if lost:
@@ -309,21 +321,31 @@ def _batches(
     elif executor is not None:
         if hasattr(executor, "get_executor"):  # a client of dask
             executor = executor.get_executor()
-        lost = yield from _by_executor(plan, pending, executor, messages)
+        lost = yield from _by_executor(plan, lost, executor, messages)
     yield from _here(plan, lost)
 
 
 def _here(plan: Plan, pending: _Chunks) -> Iterator[tuple[NDArray[np.intp], Batch]]:
     """The figures of chunks, sized here; where that goes one by one, in parts of about a second, so that it shows."""
-    few = max(1, min(LEAST_CHUNK, int(1.0 / min(_seconds(plan), _seconds(plan)))))  # the first one imports, too
+    few = _second_of_designs(plan)
     alone = plan.engine == "size" or few < _SLOW_RATE
     for chunk in pending:
         left = chunk
         while left.size:
             part, left = (left[:few], left[few:]) if alone else (left, left[:0])
             batch = designs.sized(plan.scene, *plan.chunk(part))
-            alone = int((batch.ways == ALONE).sum()) > part.size // 2
+            alone = _mostly_alone(batch)
             yield part, batch
+
+
+def _second_of_designs(plan: Plan) -> int:
+    """The number of designs that take about a second one by one, `LEAST_CHUNK` at most."""
+    return max(1, min(LEAST_CHUNK, int(1.0 / min(_seconds(plan), _seconds(plan)))))  # the first one imports, too
+
+
+def _mostly_alone(batch: Batch) -> bool:
+    """Tells whether more than half of the designs of a chunk were sized one by one."""
+    return int((batch.ways == ALONE).sum()) > batch.ways.size // 2
 
 
 @contextmanager
@@ -332,7 +354,7 @@ def _pool(workers: int) -> Iterator[Executor]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_deaf_to_interrupts)
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_work)
     try:
         yield pool
     except KeyboardInterrupt:  # chunks that nobody will take are not waited for
@@ -343,10 +365,22 @@ def _pool(workers: int) -> Iterator[Executor]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _deaf_to_interrupts() -> None:
+def _begin_work() -> None:
+    """Let a worker process leave Ctrl-C to the process that began it, and end with that whatever ends it."""
+    import os
     import signal
+    from multiprocessing import connection, parent_process
+    from threading import Thread
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+    Thread(target=follow, daemon=True).start()
 
 
 def _by_executor(

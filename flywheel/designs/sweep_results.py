@@ -32,6 +32,7 @@ from flywheel.scene.scene import Scene
 _HEAD = "flywheel_sweep"  # the first array of a file: what it is a sweep of, as JSON
 _INTERVAL, _WRITING_SHARE = 10.0, 10.0  # seconds between two times of writing, and so many times what writing takes
 _ROWS = 10_000  # of a CSV, written at a time
+_MOST_HEADER = 100_000  # letters of its first line
 _PAIRS = 10_000  # of points that are compared at once
 _NOT_COMPARED = ("title", "source", "file", "remarks", "given_as", "document")
 WAYS = {0: "many at once", 1: "refined", 2: "one by one", 3: "refused", MISSING: "missing"}
@@ -405,6 +406,24 @@ def write_csv(sweep: Sweep, path: str | Path) -> None:
     header = csv_lines(sweep, rows=0)
     with replacement(path, "text", text=next(iter(header))) as fresh, fresh.open("w", encoding="utf-8", newline="") as file:
         file.writelines(csv_lines(sweep))
+
+
+def check_csv(path: str | Path, scene: Scene, paths: Iterable[str]) -> None:
+    """Refuse a file that begins otherwise than a table of designs in which the numbers at some paths vary.
+
+    Raises:
+        OSError: with the reason as its `strerror`.
+
+    """
+    known, place = numbers(scene), Path(path)
+    if not place.is_file() or not place.stat().st_size:
+        return
+    names = [f"{name} [{known[name].unit}]" if name in known and known[name].unit else name for name in paths]
+    with place.open(encoding="utf-8", errors="replace") as file:
+        there = file.readline(_MOST_HEADER).rstrip("\n").split(",")
+    if there[: len(names)] != names:
+        reason = "it exists already and does not begin as what would be written"
+        raise RefusalError(f"{reason}: give another name, or take it away first", place)
 
 
 def csv_lines(sweep: Sweep, rows: int | None = None) -> Iterator[str]:

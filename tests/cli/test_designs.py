@@ -201,6 +201,16 @@ def test_exit_codes_and_lines(sweep_scene, options, code, told):
     assert code == 2 or len(result.stderr.splitlines()) == bool(told)
 
 
+def test_a_table_that_could_not_be_written_is_refused_before_the_designs_are_sized(sweep_scene, tmp_path, monkeypatch):
+    table = tmp_path / "mine.csv"
+    table.write_text("flywheel.irregularity,mine\n1,2\n", encoding="utf-8")
+    monkeypatch.setattr("flywheel.designs.sweep.sweep", lambda *given, **options: pytest.fail("designs were sized"))
+    result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--vary", f"{SPEED}=300rpm", "--csv", table)
+    assert result.exit_code == 1
+    assert result.stderr.strip().endswith("give another name, or take it away first)")
+    assert table.read_text(encoding="utf-8").startswith("flywheel.irregularity,mine")
+
+
 def test_no_file_of_the_user_is_replaced(sweep_scene, tmp_path):
     text = sweep_scene.read_text(encoding="utf-8")
     assert run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--csv", sweep_scene).exit_code == 2

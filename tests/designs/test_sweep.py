@@ -6,12 +6,14 @@ import csv
 import math
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from itertools import product
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ import pytest
 import flywheel
 from flywheel import SceneError
 from flywheel.designs import figures as designs
+from flywheel.designs import sweep as sweep_of_designs
 from flywheel.designs.figures import ALONE, MISSING, REFUSED
 from flywheel.designs.sweep_results import FigureArrays, csv_lines, front
 from flywheel.reading.paths import numbers
@@ -210,6 +213,68 @@ def test_chunks_that_an_executor_loses_are_sized_again(rotors, whole):
     found = flywheel.sweep(*rotors, executor=Loses(BrokenExecutor("it died")))
     assert same(found, whole)
     assert found.messages[0] == "the executor lost 2 of 3 chunks (BrokenExecutor: it died); they were sized again"
+
+
+class Counts(Executor):
+    """An executor that does its chunks at once, and counts their designs."""
+
+    def __init__(self):
+        self.counts = []
+
+    def submit(self, function, *arguments):
+        self.counts.append(arguments[2].shape[1])
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+@pytest.mark.parametrize(("engine", "counts"), [("size", [10, 10, 6]), ("numpy", [16])])
+def test_slow_designs_go_in_chunks_of_about_a_second(rotors, whole, monkeypatch, engine, counts):
+    """By a clock on which each takes 0.1 s; where ten that are tried go many at once, the others go together."""
+    ticks = iter(range(1000))
+    monkeypatch.setattr(sweep_of_designs, "process_time", lambda: 0.1 * next(ticks))
+    scene, columns = rotors
+    executor = Counts()
+    found = flywheel.sweep(scene, {path: column[6:32] for path, column in columns.items()}, engine=engine, executor=executor)
+    assert executor.counts == counts
+    assert np.allclose(found.exact, whole.exact[6:32], rtol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are looked up in /proc")
+def test_workers_end_with_the_process_that_began_them():
+    """Killed while its workers size, it leaves none of them behind."""
+    scene = Path(__file__).parents[2] / "examples" / "drive_lines" / "press.toml"
+    call = [
+        sys.executable,
+        "-m",
+        "flywheel",
+        "sweep",
+        str(scene),
+        "--jobs",
+        "2",
+        "--vary",
+        "flywheel.irregularity=0.1:0.2:999",
+    ]
+    process = subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    until = time.monotonic() + 60.0
+    while len(workers := [pid for pid in children.read_text().split() if _works(pid)]) < 2 and time.monotonic() < until:
+        time.sleep(0.1)
+    process.kill()
+    process.wait()
+    assert len(workers) == 2
+    while any(map(_works, workers)) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not any(map(_works, workers))
+
+
+def _works(pid):
+    """Whether a process is a worker that has begun."""
+    try:
+        return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
 
 
 def test_an_interrupted_sweep_keeps_what_is_finished_and_goes_on(rotors, whole, tmp_path, monkeypatch):
