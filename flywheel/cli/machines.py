@@ -412,8 +412,8 @@ def reactions(
             text = forces.forces_text(given, result, dense)
         else:
             text = forces.curves_text(given, result, dense, over or "driver", of, components)
-    for message in result.messages if as_data else ():
-        click.echo(message, err=True)
+        for message in forces.forces_messages(given, result) if as_data else ():
+            click.echo(message, err=True)
     hand_over(text, output, scene)
 
 

@@ -54,9 +54,9 @@ SAFETY = 2.0  # factor on the error of a run, which between steps does not fall 
 @np.errstate(all="ignore")  # a step that tries too much leaves the floating-point range, and is tried again shorter
 def simulate(
     machine: Machine | Scene,
-    phi: float,
-    omega: float,
-    until: float,
+    phi: float = 0.0,
+    omega: float | None = None,
+    until: float | None = None,
     *,
     inertia: float | None = None,
     balance: float | None = None,
@@ -101,6 +101,9 @@ def simulate(
     (6.0, 9.0)
 
     """
+    if omega is None or until is None:
+        given_none = {"omega": omega, "until": until}
+        raise SceneError([Fault(name, "nothing", "a finite number") for name, value in given_none.items() if value is None])
     machine = actual(machine)
     finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
     faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]

@@ -301,23 +301,28 @@ def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = N
 
     dense: the same at more positions, over which the largest forces are then taken.
     """
-    sliding = scene.reduction_element == "slide"
-    coordinate = ("x", "m") if sliding else ("phi", "deg")
-
-    def by_position(forces: JointForces, found: Reactions) -> Reactions:
-        """The same figures against the position that a reader knows: the machine's, not the mechanism's own."""
-        at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
-        return found._replace(poses=found.poses._replace(q=at), coordinate=coordinate)
-
-    heading = f"forces in the joints, by the position of the {'slide' if sliding else 'crank'}"
+    heading = f"forces in the joints, by the position of the {scene.reduction_element}"
     blocks = [f"{scene.title or 'Machine'}: {heading}"]
     closer = cleared(dense).mechanisms if dense else {}
     for name, found in cleared(forces, dense).mechanisms.items():
-        more = by_position(dense, closer[name]) if dense else None
+        more = _by_position(scene, dense, closer[name]) if dense else None
         title = f"{name}: what the first body of each joint does to its second"
-        table = by_position(forces, found).table(more).rstrip("\n")
+        table = _by_position(scene, forces, found).table(more).rstrip("\n")
         blocks += [f"{title}\n{'=' * len(title)}", table, *_notes(found)]
     return "\n\n".join([*blocks, *forces.messages]) + "\n"
+
+
+def _by_position(scene: Scene, forces: JointForces, found: Reactions) -> Reactions:
+    """The same figures against the position that a reader knows: the machine's, not the mechanism's own."""
+    sliding = scene.reduction_element == "slide"
+    at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
+    return found._replace(poses=found.poses._replace(q=at), coordinate=("x", "m") if sliding else ("phi", "deg"))
+
+
+def forces_messages(scene: Scene, forces: JointForces) -> tuple[str, ...]:
+    """What is to be said of forces: of their motion, then where a cam lifts off and where friction locks."""
+    every = forces.mechanisms.values()
+    return (*forces.messages, *(line for found in every for line in _by_position(scene, forces, found).findings()))
 
 
 def curves_text(
@@ -348,7 +353,7 @@ def curves_text(
     title = "least and greatest" if dense else "least and greatest of these positions"
     blocks.append("\n".join((title, *columns(extents))))
     notes = [note for found in forces.mechanisms.values() for note in _notes(found)]
-    return "\n\n".join([*blocks, *notes, *forces.messages]) + "\n"
+    return "\n\n".join([*blocks, *notes, *forces_messages(scene, forces)]) + "\n"
 
 
 def _extent(curve: ForceCurve, where: Axis) -> list[str]:
@@ -435,7 +440,7 @@ def forces_json(
         "alpha": motion.alpha,
         "mechanisms": {name: _only(name, _as_dict(found), wanted) for name, found in forces.mechanisms.items()},
         "errors": {**of_motion, "mechanisms": {name: _only(name, found, wanted) for name, found in errors.items()}},
-        "messages": list(forces.messages),
+        "messages": list(forces_messages(scene, forces)),
     }
     return encoded(data, indent=2)
 

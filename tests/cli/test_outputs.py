@@ -679,6 +679,17 @@ def run_reactions(*arguments: object) -> Result:
     return CliRunner().invoke(main, ["reactions", *map(str, arguments)])
 
 
+def test_a_cam_that_lifts_off_is_told_in_every_form() -> None:
+    scene = Path(__file__).parents[2] / "examples" / "linkages" / "cam_press.toml"
+    at = ("--at", "150 deg", "--at", "165 deg", "--at", "200 deg")
+    line = "shaft-pivot would have to pull at 1 of 3 positions, from 165 deg: it lifts off"
+    data = run_reactions(scene, "--json", *at)
+    assert json.loads(data.stdout)["messages"] == [line]
+    assert data.stderr == run_reactions(scene, "--csv", *at).stderr == f"{line}\n"
+    assert run_reactions(scene, *at).stdout.count(line) == 1
+    assert run_reactions(scene, "--of", "shaft", *at).stdout.count(line) == 1
+
+
 def test_curves_of_some_joints_are_listed_over_the_time(reactions_scene: Path) -> None:
     result = run_reactions(
         reactions_scene, "--speed", "10 rad/s", "--over", "time", "--of", "guide", "--of", "pivot", "--points", 3

@@ -78,6 +78,19 @@ def test_a_machine_may_stop_and_turn_back():
     assert motion.phi[-1] == pytest.approx(0.1 + 1.5 - 1.5**2, abs=1e-9)
 
 
+def test_a_motion_begins_at_crank_angle_0_where_no_other_is_given():
+    rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "6 + sin(phi)"}, "flywheel": {"inertia": 1}}
+    scene = flywheel.load(rotor)
+    found, same = flywheel.simulate(scene, omega=1.0, until=0.5), flywheel.simulate(scene, 0.0, 1.0, 0.5)
+    assert (found.phi[0], found.phi.tolist()) == (0.0, same.phi.tolist())
+    with pytest.raises(SceneError) as caught:
+        flywheel.simulate(scene)
+    assert [str(fault) for fault in caught.value.faults] == [
+        "omega: found nothing, expected a finite number",
+        "until: found nothing, expected a finite number",
+    ]
+
+
 def test_starting_at_rest_on_a_breakpoint_goes_the_way_that_the_moment_pushes():
     scene = flywheel.load(scenes.rotor(drive={"torque": 0}, flywheel={"inertia": 1}))
     motion = flywheel.simulate(scene, phi=np.pi, omega=0.0, until=0.1)  # nothing pushes past half a turn

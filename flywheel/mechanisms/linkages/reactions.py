@@ -230,12 +230,16 @@ class Reactions(NamedTuple):
             blocks.append("\n".join(("largest forces" if dense else "largest forces of these positions", *worst)))
         if self.undetermined:
             blocks.append(f"left open by redundant constraints: {', '.join(self.undetermined)}")
+        return "\n\n".join((*blocks, *self.findings())) + "\n"
+
+    def findings(self) -> Iterator[str]:
+        """Where a cam lifts off, and where friction locks, in words."""
+        unit = self.coordinate[1]
         for name, at in self.pulling().items():
             where = f"{at.size} of {self.poses.q.size} positions, from {at[0]:.6g} {unit}"
-            blocks.append(f"{name} would have to pull at {where}: it lifts off")
+            yield f"{name} would have to pull at {where}: it lifts off"
         if self.locked.size:
-            blocks.append(f"friction locks at {', '.join(f'{at:.6g}' for at in self.locked)} {unit}")
-        return "\n\n".join(blocks) + "\n"
+            yield f"friction locks at {', '.join(f'{at:.6g}' for at in self.locked)} {unit}"
 
 
 def reactions(
