@@ -701,6 +701,21 @@ class Program(NamedTuple):
         """The number of entries of the table at each place; 0 of a number."""
         return tuple(len(place) if type(place) is tuple else 0 for place in self.places)
 
+    def only(self, outputs: int) -> Program:
+        """The part of the program that its first outputs need."""
+        first, wanted = len(self.inputs) + len(self.places), self.outputs[:outputs]
+        live = set(wanted)
+        for k in reversed(range(len(self.operations))):
+            if first + k in live:
+                live.update(self.operations[k][1:])
+        places = [n for n in range(len(self.inputs), first) if n in live]
+        old = [*range(len(self.inputs)), *places, *(first + k for k in range(len(self.operations)) if first + k in live)]
+        new = {n: k for k, n in enumerate(old)}
+        given = (self.operations[n - first] for n in old if n >= first)
+        operations = tuple((name, *(new[m] for m in operands)) for name, *operands in given)
+        values = tuple(self.places[n - len(self.inputs)] for n in places)
+        return Program(self.inputs, values, operations, tuple(new[n] for n in wanted))
+
     def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
         """The outputs at inputs by their names."""
         return self.function(kind)(*(values[name] for name in self.inputs))

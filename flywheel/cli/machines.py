@@ -63,7 +63,7 @@ from contextlib import suppress
     "--accuracy",
     type=click.Choice(LEVELS),
     help="normal, or fast: the exact figures. confirm: these, and the motion by collocation. audit (default): these, and "
-    "the motion stepped in time.",
+    "the motion stepped in time. proof: the exact figures with intervals in which they are proven to lie.",
 )
 @click.option("--full", is_flag=True, help="Print the full listing: every figure with all its digits, in SI.")
 @click.option(

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.recording import Program
+from flywheel.machine.structures import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
@@ -47,30 +48,6 @@ _HALF_OVER_K = 0.5 / np.arange(1.0, ORDER + 1)[:, None]
 _SIGNS = (-1.0) ** np.arange(1, ORDER + 1)[:, None]
 
 Pieces = Sequence[tuple[slice, Program]]
-
-
-class DesignValues(NamedTuple):
-    """Requirements of every design: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
-
-    `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
-    torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
-    its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
-    """
-
-    speed: Array
-    irregularity: Array
-    ratio: Array | float
-    span: float
-    unknown: bool
-    drive: Array | float | None = None
-    torque: Array | float | None = None
-    inertia: Array | None = None
-    loose: Array | float = 0.0
-
-    def of(self, which: Index) -> DesignValues:
-        """Those of some designs."""
-        fields: dict[str, Any] = self._asdict()
-        return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
 
 class Sums(NamedTuple):

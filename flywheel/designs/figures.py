@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
-from flywheel.designs.structures import Structure, Structures
 from flywheel.machine.machine import Machine
+from flywheel.machine.structures import Structure, Structures
 from flywheel.numerics.cells import Index
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers

@@ -365,24 +365,41 @@ def _parse_text(text: str, dimension: str | None) -> float:
     return _scaled(match, unit)
 
 
-def _scaled(match: re.Match[str], unit: Unit) -> float:
-    """Decimal times unit, rounded once. Raises where the result leaves the floating-point range."""
+def exact_ratio(value: object, dimension: str | None) -> tuple[int, int]:
+    """The SI value of a quantity as it is written, a ratio of two integers; 60 digits of pi where angles come in.
+
+    >>> exact_ratio("80 mm", "length"), exact_ratio(0.1, "length")
+    ((80, 1000), (1, 10))
+    """
+    parse_quantity(value, dimension)  # it raises where the quantity is none
+    number, rest = (split_quantity(value) or ("", "")) if isinstance(value, str) else (repr(plain_number(value)), "")
+    match = _NUMBER.fullmatch(number)
+    assert match is not None  # it was read
+    return _ratio(match, _unit(rest, dimension) if rest else Unit())
+
+
+def _ratio(match: re.Match[str], unit: Unit) -> tuple[int, int]:
+    """Decimal times unit. Raises where digits or powers of ten are too many."""
     if not (match[2] or match[3]) or abs(int(match[4] or 0)) > 400:
         raise QuantityError(quote(match.group()), "a number within the floating-point range")
     fraction = match[3] or ""
     if len(match[2]) + len(fraction) > _MOST_DIGITS:
         raise QuantityError(quote(match.group()), f"a number of at most {_MOST_DIGITS} digits")
-    digits = int((match[2] + fraction) or "0")
+    digits = int((match[2] + fraction) or "0") * (-1 if match[1] == "-" else 1)
     power = int(match[4] or 0) - len(fraction)
-    top = digits * unit.numerator * 10 ** max(power, 0)
-    bottom = unit.denominator * 10 ** max(-power, 0)
+    return digits * unit.numerator * 10 ** max(power, 0), unit.denominator * 10 ** max(-power, 0)
+
+
+def _scaled(match: re.Match[str], unit: Unit) -> float:
+    """Decimal times unit, rounded once. Raises where the result leaves the floating-point range."""
+    top, bottom = _ratio(match, unit)
     try:
         size: float = top / bottom
     except OverflowError:
         size = math.inf
-    if math.isinf(size) or (size == 0.0 and digits):
+    if math.isinf(size) or (size == 0.0 and top):
         raise QuantityError(quote(match.group()), "a number within the floating-point range")
-    return -size if match[1] == "-" else size
+    return -0.0 if size == 0.0 and match[1] == "-" else size
 
 
 def _unit(text: str, dimension: str | None) -> Unit:

@@ -379,6 +379,12 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
                 "left out",
             )
         )
+    if (proof := sizing.proof) is not None and proof.reason:
+        parts.append(Note(_("NOT proven: {reason}.", reason=proof.reason), "remark"))
+    elif proof is not None:
+        ends = tuple((name, f"{low!r}", f"{high!r}") for name, (low, high) in proof.figures.items())
+        parts.append(Table(_("Proven intervals, SI"), (_("figure"), _("from"), _("to")), ends))
+        parts.append(Note(_("Each interval holds the figure for the scene's numbers as written; the model is not proven.")))
     return Section(_("What is approximate, and by how much"), tuple(parts))
 
 

@@ -1,12 +1,12 @@
-"""The levels of accuracy of a sizing: exact figures, confirmed by collocation, or confirmed in time."""
+"""The levels of accuracy of a sizing: exact figures, confirmed by collocation or in time, or with proven intervals."""
 
 from __future__ import annotations
 
 from flywheel.numerics.faults import Fault
 
-NORMAL, CONFIRM, AUDIT = ("normal", "confirm", "audit")
-"""The exact figures; these and periodic collocation; these and time stepping."""
-LEVELS = ("fast", NORMAL, CONFIRM, AUDIT)
+NORMAL, CONFIRM, AUDIT, PROOF = ("normal", "confirm", "audit", "proof")
+"""The exact figures; these and periodic collocation; these and time stepping; these and proven intervals of them."""
+LEVELS = ("fast", NORMAL, CONFIRM, AUDIT, PROOF)
 """The names that are accepted: "fast" is another name of "normal", as exact figures take no longer than bounds of them."""
 RTOL = (1e-14, 0.1)
 """The least and the greatest relative error that may be asked of figures."""

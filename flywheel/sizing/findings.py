@@ -269,10 +269,12 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("rtol", "", "the relative error that was asked"),
     Finding("reached", "", "whether every estimate is within rtol"),
     Finding("messages", "", "remarks for the user", lambda s: list(s.messages)),
-    Finding("accuracy", "", "the level of accuracy: normal, confirm or audit (topic accuracy)"),
+    Finding("accuracy", "", "the level of accuracy: normal, confirm, audit or proof (topic accuracy)"),
     Finding("left_out", "", "what was left out at that level: a list of sentences",
             lambda s: list(s.left_out)),
     Finding("bounds", "", "null: no level leaves the exact figure out", lambda s: None),
+    Finding("proof", "", "proven intervals of figures, at accuracy proof; see below; null at other levels",
+            lambda s: s.proof and {**s.proof._asdict(), "figures": {k: [*v] for k, v in s.proof.figures.items()}}),
     Finding("cost", "", "cost of the calculation; see below", _dict("cost")),
 )
 # fmt: on

@@ -58,6 +58,19 @@ class Balance(NamedTuple):
     error: float
 
 
+class Proof(NamedTuple):
+    """Proven intervals of figures, (low, high) in SI by their keys in JSON, for a scene's numbers as written in decimals.
+
+    `reason` says why nothing is proven; it is empty where something is. `statement` says what is proven and what is not,
+    and `seconds` is the processor's time that it took.
+    """
+
+    figures: Mapping[str, tuple[float, float]]
+    reason: str
+    statement: str
+    seconds: float
+
+
 class Confirmation(NamedTuple):
     """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found.
 
@@ -592,6 +605,7 @@ class Sizing:
     accuracy: str = AUDIT
     left_out: tuple[str, ...] = ()
     cost: Cost = FREE
+    proof: Proof | None = None
 
     def __repr__(self) -> str:
         """The flywheel and its result; `figures` has all of them."""
@@ -616,7 +630,9 @@ class Sizing:
         >>> figures["flywheel.exact"], figures["error.exact"] < 1e-12
         (50.0, True)
         """
-        return dict(_flat("", {key: value for key, value in self.as_dict().items() if key not in ("cost", "explanation")}))
+        return dict(
+            _flat("", {key: value for key, value in self.as_dict().items() if key not in ("cost", "explanation", "proof")})
+        )
 
     def report(
         self, path: str | Path | None = None, *, language: str | None = None, units: str = "si", page: str = "all"

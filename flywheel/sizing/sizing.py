@@ -27,6 +27,7 @@ from flywheel.sizing.drive import drive_work, energy, engine, synchronism
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
 from flywheel.sizing.power_flow import power_flow
+from flywheel.sizing.proof import proven
 from flywheel.sizing.results import (
     Balance,
     Beside,
@@ -47,6 +48,7 @@ from flywheel.sizing.results import (
 if TYPE_CHECKING:
     from flywheel.machine.reactions import MachineMotion
 
+_ALONE = (levels.NORMAL, levels.PROOF)  # levels without a second route
 _MOST_ROUNDS = 12  # iterations between motion and friction
 _LEFT = 0.05  # of rtol: fraction that friction rounds may leave unresolved
 _MIXED = 4  # rounds whose motions are combined
@@ -82,8 +84,8 @@ def size(
         rtol: relative accuracy asked of every figure; the scene's own if None.
         simulate: whether to confirm by time stepping (accuracy "audit", or else "normal").
         accuracy: "normal", or "fast": the exact figures; "confirm": these and the motion by periodic collocation on other
-            cells; "audit", which is taken if None: the exact figures and the motion stepped in time. An analysis at "normal"
-            has its motion by quadrature.
+            cells; "proof": the exact figures with proven intervals (extra `proof`); "audit", which is taken if None: the
+            exact figures and the motion stepped in time. An analysis at "normal" has its motion by quadrature.
 
     Raises:
         SceneError: if the machine cannot run as the scene says (net work, balance without effect, values not finite).
@@ -217,6 +219,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
+        proof=proven(scene) if level == levels.PROOF else None,
     )
 
 
@@ -386,8 +389,8 @@ def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirm
     """The motion as the level of accuracy asks; by quadrature where it cannot be confirmed."""
     analysis = regime.machine.scene.inertia is not None
     if regime.confirmed is not None:
-        return regime.confirmed if analysis or level != levels.NORMAL else Confirmed()
-    if level == levels.NORMAL:
+        return regime.confirmed if analysis or level not in _ALONE else Confirmed()
+    if level in _ALONE:
         return _by_quadrature(regime) if analysis else Confirmed()
     from flywheel.sizing.confirmation import UnconfirmedError, by_collocation, in_time  # the figures do without
 
@@ -617,6 +620,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         binding=_binding(limits),
         accuracy=level,
         cost=meter.cost,
+        proof=proven(scene) if level == levels.PROOF else None,
     )
 
 

@@ -21,7 +21,7 @@ from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Run
-from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
+from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL, PROOF
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Cyclic, Sizing
@@ -682,10 +682,22 @@ def _notes(sizing: Sizing) -> list[str]:
     return sentences((f"Note: {note}" for note in notes), "")
 
 
+def _proof(sizing: Sizing) -> list[str]:
+    """Proven intervals of the figures, and what was proven; nothing at other levels than proof."""
+    proof = sizing.proof
+    if proof is None:
+        return []
+    if proof.reason:
+        return wrapped(f"Nothing is proven: {proof.reason}.", "")
+    rows = [f"  {name:<33} {low!r:>23} to {high!r:>23}" for name, (low, high) in proof.figures.items()]
+    return ["Proven intervals (SI)", *rows, *wrapped(f"{proof.statement}.", "")]
+
+
 _FURTHER = {
     NORMAL: "--accuracy confirm or audit confirms them.",
     CONFIRM: "--accuracy audit steps the motion in time.",
     AUDIT: "",
+    PROOF: "--accuracy confirm or audit confirms them.",
 }
 
 
@@ -717,6 +729,7 @@ BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _areas,
     _simulation,
     _errors,
+    _proof,
     _notes,
     _left_out,
 )

@@ -571,6 +571,16 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
             yield _("Confirmed by time simulation: {eps}, to {parts}.", **found)
         else:
             yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **found)
+    if (proof := sizing.proof) is not None:
+        if proof.reason:
+            yield _("NOT proven: {reason}.", reason=proof.reason)
+        else:
+            wheel = proof.figures.get("flywheel.exact", proof.figures["energy_fluctuation"])
+            yield _(
+                "Proven for the numbers as written: {n} figures, to {width} of their size. The model itself is not proven.",
+                n=len(proof.figures),
+                width=few_digits((wheel[1] - wheel[0]) / max(abs(wheel[1]), 1e-300), 2),
+            )
     if sizing.reached:
         return
     worst = max(filter(None, sizing.error[:6]), default=0.0)

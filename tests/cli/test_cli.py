@@ -155,7 +155,7 @@ def test_the_levels_of_accuracy(scene: Path) -> None:
     }
     assert found["fast"]["flywheel"] == found["normal"]["flywheel"]
     routes = [data["simulation"] and data["simulation"]["route"] for data in found.values()]
-    assert routes == [None, None, "collocation", "time"]
+    assert routes == [None, None, "collocation", "time", None]
     assert json.loads(run("size", scene, "--json").stdout)["accuracy"] == "audit"
 
 
@@ -166,7 +166,7 @@ def test_no_simulate_is_normal_and_may_be_said_twice(scene: Path) -> None:
     assert "NOT confirmed at accuracy normal" in alone.stdout
 
 
-def test_another_level_is_refused_with_the_four_that_are(scene: Path) -> None:
+def test_another_level_is_refused_with_those_that_are(scene: Path) -> None:
     result = run("size", scene, "--accuracy", "quick")
     assert result.exit_code == 2
     assert all(level in result.stderr for level in LEVELS)

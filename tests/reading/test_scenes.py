@@ -506,7 +506,7 @@ def scene(**changes):
 
 
 def test_the_levels_and_what_simulate_means():
-    assert accuracy.LEVELS == ("fast", "normal", "confirm", "audit")
+    assert accuracy.LEVELS == ("fast", "normal", "confirm", "audit", "proof")
     assert accuracy.level() == accuracy.level(simulate=True) == accuracy.level("audit", True) == "audit"
     assert accuracy.level(simulate=False) == accuracy.level("normal", False) == "normal"
     assert [accuracy.level(name) for name in accuracy.LEVELS] == ["normal", *accuracy.LEVELS[1:]]
@@ -519,8 +519,8 @@ def test_contradictions_are_refused(name, simulate):
 
 
 @pytest.mark.parametrize("name", ["Fast", "", "exact"])
-def test_another_name_is_refused_with_the_four(name):
-    with pytest.raises(ValueError, match="expected one of fast, normal, confirm, audit"):
+def test_another_name_is_refused_with_those_that_are(name):
+    with pytest.raises(ValueError, match="expected one of fast, normal, confirm, audit, proof"):
         flywheel.size(scene(), accuracy=name)
 
 
@@ -531,8 +531,8 @@ def test_the_default_is_an_audit():
 
 def test_what_each_level_leaves_out():
     found = {level: flywheel.size(scene(), accuracy=level).as_dict() for level in accuracy.LEVELS}
-    assert [found[level]["accuracy"] for level in accuracy.LEVELS] == ["normal", "normal", "confirm", "audit"]
-    assert [len(found[level]["left_out"]) for level in accuracy.LEVELS] == [1, 1, 1, 0]
+    assert [found[level]["accuracy"] for level in accuracy.LEVELS] == ["normal", "normal", "confirm", "audit", "proof"]
+    assert [len(found[level]["left_out"]) for level in accuracy.LEVELS] == [1, 1, 1, 0, 1]
     assert "confirmation" in found["normal"]["left_out"][0]
     assert "time simulation" in found["confirm"]["left_out"][0]
 
@@ -546,7 +546,7 @@ def test_the_exact_figures_are_the_same_from_normal_on():
 def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
     for given in ({}, {"flywheel": {"inertia": 50}}):
         found = [flywheel.size(flywheel.load(AREAS | given), accuracy=level) for level in accuracy.LEVELS]
-        assert [sizing.left_out for sizing in found] == [()] * 4
+        assert [sizing.left_out for sizing in found] == [()] * len(accuracy.LEVELS)
         assert all(sizing.flywheel == found[0].flywheel for sizing in found)
         assert all(sizing.simulation == found[0].simulation for sizing in found)
 

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
-from flywheel.designs.batch import DesignValues
 from flywheel.machine.machine import WIDEST, Machine
 from flywheel.machine.programs import RecordedMachine, UnrecordedError, deciders
 from flywheel.numerics import cells, expressions
@@ -48,6 +47,30 @@ _MOST_POOR = 4  # structures that are not
 _SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
 _BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
 _MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
+
+
+class DesignValues(NamedTuple):
+    """Requirements of every design: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
+
+    `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
+    torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
+    its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
+    """
+
+    speed: Array
+    irregularity: Array
+    ratio: Array | float
+    span: float
+    unknown: bool
+    drive: Array | float | None = None
+    torque: Array | float | None = None
+    inertia: Array | None = None
+    loose: Array | float = 0.0
+
+    def of(self, which: Index) -> DesignValues:
+        """Those of some designs."""
+        fields: dict[str, Any] = self._asdict()
+        return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
 
 class Narrow(NamedTuple):

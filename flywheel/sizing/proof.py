@@ -1,0 +1,287 @@
+"""Proven intervals of a sizing's figures, for the numbers of a scene as they are written in decimals.
+
+The machine's reduction is recorded with every number of the scene as an input, breakpoints included, and the recorded
+program is evaluated over balls: another kind of numbers, the same machine. Works follow from Taylor models between the
+proven breakpoints, extremes from bisection. A figure's interval holds its true value for the model that the scene describes;
+of the model itself nothing is proven.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bondgraph.recording import Program
+from flywheel.machine.structures import Structure, recorded
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.units import exact_ratio
+from flywheel.reading.paths import dotted
+from flywheel.scene.scene import Scene, Table
+from flywheel.sizing.results import Proof
+
+if TYPE_CHECKING:
+    from flywheel.numerics.balls import Model
+
+WIDTH = 1e-12
+"""The relative width that intervals reach, or else are refused with the width reached."""
+MISSING = "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
+_PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomials, what cells leave open
+_SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
+_OF_PI = 1  # units of the 60th digit: units of angle have pi to 60 digits
+_READ = 1e-15  # by how much a number may differ from the float that was read
+_PROVEN = "for the scene's numbers as written in decimals"
+_LOOSE = 64.0  # what extremes leave open, over what cells do
+_ROWS = ("inertia", "slope", "moment", "per_unknown")
+_INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
+
+
+def proven(scene: Scene) -> Proof:
+    """The proof of a scene's figures, or the reason why there is none.
+
+    >>> import flywheel
+    >>> yoke = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}, "yoke": {"mass": 20}},
+    ...         "load": [{"on": "yoke", "force": 1000, "from": 0, "to": "180 deg"}],
+    ...         "drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"},
+    ...         "flywheel": {"irregularity": 0.04}}
+    >>> low, high = proven(flywheel.load(yoke)).figures["flywheel.exact"]
+    >>> low < 353.521427322 < high + 1e-9 and high - low < 1e-12 * high
+    True
+
+    """
+    started = time.process_time()
+    figures: dict[str, tuple[float, float]] = {}
+    reason, same = _refusal(scene), 0
+    if not reason:
+        try:
+            figures, same = _figures(scene)
+        except NameError as error:
+            reason = f"a function that balls do not have ({error.name})"
+        except (ValueError, ArithmeticError) as error:
+            reason = str(error)
+    return Proof(figures, reason, _statement(scene, figures, same), time.process_time() - started)
+
+
+def _refusal(scene: Scene) -> str:
+    """Why a scene's figures cannot be proven, by what it holds; an empty text where they may be."""
+    if find_spec("flint") is None:
+        return MISSING
+    if scene.document is None:
+        return "a scene that was not read has no numbers as written"
+    if scene.areas is not None:
+        return "a diagram of areas has no machine"
+    if any(mechanism.linkage is not None for mechanism in scene.mechanisms):
+        return "positions of linkages are solved for, not given by formulas"
+    for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
+        if isinstance(load.law, Table):
+            return f"{load.path}: a table's pieces are calculated in floats"
+        if isinstance(load.law, Expression) and (load.law.switches() or load.law.branch_points()):
+            return f"{load.path}: the angle at which its expression switches is not proven"
+    return ""
+
+
+def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int) -> str:
+    """What is proven, and what is not, in a line."""
+    if not figures:
+        return "nothing is proven"
+    taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""
+    given = "; not proven: the motion with the given flywheel" if scene.irregularity is None else ""
+    return f"proven {_PROVEN}: {', '.join(figures)}{taken}{given}; not proven: that the model is the machine"
+
+
+# -- the machine over balls ------------------------------------------------------------------------------------------------
+
+
+def _figures(scene: Scene) -> tuple[dict[str, tuple[float, float]], int]:
+    """Every figure that can be proven, by its key, and how many pairs of numbers count as equal."""
+    from flywheel.numerics import balls
+
+    assert scene.document is not None
+    quantities = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
+    structure = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()])
+    width = np.inf
+    for bits, order, left in _PRECISIONS:
+        with balls.precision(bits, order):
+            columns = [_as_written(*each) for each in quantities.items()]
+            same = _kept(structure, columns)
+            found = _cycle(scene, structure, columns, order, left)
+            figures = {name: balls.ends(ball) for name, ball in found.items()}
+            widths = _widths(found)
+            width = max(widths.values())
+        if width <= WIDTH:
+            return figures, same
+    raise balls.UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+
+
+def _widths(found: Mapping[str, Any]) -> dict[str, float]:
+    """The width of every ball over the larger of the figure and its scale: the fluctuation, the flywheels' total, max I*."""
+    scales = {"accumulated_max": "energy_fluctuation", "accumulated_min": "energy_fluctuation"}
+    scales |= {"reduced_inertia.min": "reduced_inertia.max"}
+    scales |= {name: "flywheel.approximate_total" for name in found if name.startswith("flywheel.")}
+    widths = {}
+    for name, ball in found.items():
+        size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)))
+        widths[name] = 0.0 if ball.rad().is_zero() else 2.0 * float(ball.rad()) / max(size, 1e-300)
+    return widths
+
+
+def _as_written(path: str, quantity: Any) -> Any:
+    """The ball of a number as the scene writes it."""
+    from flywheel.numerics.balls import UnprovenError, rational
+
+    ball = rational(*exact_ratio(quantity.value, None if path.startswith("parameters.") else quantity.dimension))
+    if abs(float(ball.mid()) - quantity.number) > _READ * abs(quantity.number):
+        raise UnprovenError(f"{path}: {quantity.value!r} is not taken as it is written")
+    return ball * (1 + _OF_PI * rational(1, 10**60).union(rational(-1, 10**60)))
+
+
+def _over_balls(program: Program, outputs: int | None = None) -> Callable[..., Any]:
+    """A recorded program as a function of balls, and of series of them: of its first outputs."""
+    from flywheel.numerics import balls
+
+    part = program if outputs is None else program.only(outputs)
+    if not part.plain:
+        raise balls.UnprovenError("a function or a table that is not arithmetic")
+    return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.NAMESPACE)
+
+
+def _kept(structure: Structure, columns: Sequence[Any]) -> int:
+    """Check every decision that recording took, over balls; how many rest on two numbers that are the same."""
+    from flywheel.numerics import balls
+
+    conditions, same = structure.conditions, 0
+    program = conditions.program._replace(places=tuple(map(_threshold, conditions.program.places)))
+    differences = program.function(balls.NAMESPACE)(balls.rational(0, 1), *columns)
+    for difference, relation, holds in zip(differences, conditions.relations, conditions.holds, strict=True):
+        ball = difference if hasattr(difference, "rad") else balls.rational(int(difference), 1)
+        negative, zero = bool(ball < 0), bool(ball.is_zero())
+        if zero or negative or ball > 0:
+            answer = {"less": negative, "less_equal": negative or zero, "equal": zero}[relation]
+            if answer != holds:
+                raise balls.UnprovenError("a decision that the numbers as written take the other way")
+        elif abs(float(ball.mid())) + float(ball.rad()) < _SAME:
+            same += 1
+        else:
+            raise balls.UnprovenError("a decision that is open")
+    return same
+
+
+def _threshold(value: float) -> Any:
+    """The ball of a number in a decision: a threshold of the reader is the float that it is."""
+    from flywheel.numerics import balls
+
+    try:
+        return balls.constant(value)
+    except balls.UnprovenError:
+        return balls.exact(value)
+
+
+def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float) -> dict[str, Any]:
+    """The balls of the figures of a cycle, by their keys."""
+    from flywheel.numerics import balls
+
+    zero = balls.rational(0, 1)
+    asked = scene.irregularity is not None
+    speed, *rest = _over_balls(structure.numbers, 3 if asked else 1)(zero, *columns)
+    edges = _over_balls(structure.landmarks)(zero, *columns)
+    cells = _cells(structure, edges, columns, order, left)
+    figures = {"speed": balls.ball(speed)}
+    balance = zero
+    if structure.unknown:
+        net, effect = (sum((_gain(cell, k) for cell in cells), zero) for k in (_MOMENT, _UNKNOWN))
+        balance = -net / effect
+        figures["balance.value"] = balance
+    sums = _Sums(cells, balance)
+    work, low_work = sums.greatest(zero, left), -sums.greatest(zero, left, -1)
+    inertia, least = sums.inertia(left), -sums.inertia(left, -1)
+    figures |= {"accumulated_max": work, "accumulated_min": low_work, "energy_fluctuation": work - low_work}
+    figures |= {"reduced_inertia.min": least, "reduced_inertia.max": inertia}
+    if not asked:
+        return figures
+    eps, ratio = rest
+    unit = eps * speed**2
+    fast, slow, even = (-(speed**2) * factor / 2 for factor in ((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, 1))
+    exact = (sums.greatest(fast, left) + sums.greatest(slow, left, -1)) / unit
+    torque = (sums.greatest(even, left) + sums.greatest(even, left, -1)) / unit
+    total, square = (work - low_work) / unit, ratio * ratio
+    figures["flywheel.exact"] = balls.positive(exact) / square
+    figures["flywheel.approximate"] = balls.positive(total - least) / square
+    figures["flywheel.approximate_total"] = total / square
+    figures["flywheel.inertia_torque"] = torque / square
+    figures["flywheel.inertia_torque_flywheel"] = balls.positive(torque - least) / square
+    return figures
+
+
+def _cells(structure: Structure, edges: Sequence[Any], columns: Sequence[Any], order: int, left: float) -> list[Model]:
+    """Models of I*, dI*/dphi, M* and dM*/du on cells all over the cycle."""
+    from flywheel.numerics import balls
+
+    walks: dict[int, Callable[..., Any]] = {}
+    for walk in structure.walks:
+        if id(walk) not in walks:
+            walks[id(walk)] = _over_balls(walk.program, len(_ROWS))
+    functions = [walks[id(walk)] for walk in structure.walks]
+    stretches = list(pairwise(edges))
+    scales = np.zeros(len(_ROWS))
+    for function, (low, high) in zip(functions, stretches, strict=True):
+        for share in (0.2, 0.5, 0.8):
+            at = balls.exact(float(low) + share * float(high - low))
+            scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at, *columns)])
+    errors = [left * (scale or 1.0) for scale in scales.tolist()]
+    found: list[Model] = []
+    for function, (low, high) in zip(functions, stretches, strict=True):
+        found += balls.models(lambda phi, function=function: function(phi, *columns), low, high, order, errors)  # type: ignore[misc]
+    return found
+
+
+def _gain(cell: Model, k: int) -> Any:
+    return cell.integral(k)(cell.high - cell.middle)
+
+
+class _Sums:
+    """W and I* all over the cycle as polynomials, of which extremes are wanted."""
+
+    def __init__(self, cells: Sequence[Model], balance: Any) -> None:
+        self._curves, start = [], 0 * balance
+        self._size = self._largest = 0.0
+        for cell in cells:
+            rising = cell.integral(_MOMENT) + balance * cell.integral(_UNKNOWN) + start
+            moment = cell.polynomials[_MOMENT] + balance * cell.polynomials[_UNKNOWN]
+            self._curves.append((cell, rising, moment))
+            start = rising(cell.high - cell.middle)
+            self._size = max(self._size, abs(float(start.mid())))
+            self._largest = max(self._largest, abs(float(cell.polynomials[_INERTIA][0].mid())))
+
+    def greatest(self, factor: Any, left: float, sign: int = 1) -> Any:
+        """The greatest of sign (W + factor I*)."""
+        from flywheel.numerics.balls import Curve, greatest
+
+        curves = [
+            Curve(
+                cell.low - cell.middle,
+                cell.high - cell.middle,
+                sign * (rising + factor * cell.polynomials[_INERTIA]),
+                sign * (moment + factor * cell.polynomials[_SLOPE]),
+            )
+            for cell, rising, moment in self._curves
+        ]
+        return greatest(curves, _LOOSE * left * (self._size + abs(float(factor)) * self._largest))
+
+    def inertia(self, left: float, sign: int = 1) -> Any:
+        """The greatest of sign I*."""
+        from flywheel.numerics.balls import Curve, greatest
+
+        curves = [
+            Curve(
+                cell.low - cell.middle,
+                cell.high - cell.middle,
+                sign * cell.polynomials[_INERTIA],
+                sign * cell.polynomials[_SLOPE],
+            )
+            for cell, *_ in self._curves
+        ]
+        return greatest(curves, _LOOSE * left * self._largest)

@@ -1,0 +1,219 @@
+"""Proven intervals: references of 30 digits lie inside, changed scenes have overlapping ones, and the rest is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import flywheel
+from flywheel.numerics import units
+from flywheel.sizing import proof
+from tests import scenes
+from tests.extras import extra
+
+FOLDER = Path(__file__).parent.parent / "references"
+REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
+WIDEST = 1e-12
+PRESS: dict[str, Any] = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "80 mm"},
+        "rod": {"length": "0.3 m", "mass": "9 kg"},
+        "slider": {"mass": "60 kg"},
+    },
+    "load": [{"on": "slider", "force": "-40 kN", "from": "20 deg", "to": "165.3 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": "60 rpm"},
+    "flywheel": {"irregularity": "4 %"},
+}
+
+
+@pytest.fixture(autouse=True)
+def _with_balls() -> None:
+    extra("flint")
+
+
+def proven(scene: dict[str, Any]) -> Any:
+    return proof.proven(flywheel.load(scene))
+
+
+def at(tables: Any, key: str) -> Any:
+    for name in ("balance" if key == "balance.value" else key).split("."):
+        tables = (tables or {}).get(name)
+    return tables
+
+
+@pytest.mark.parametrize("name", sorted(REFERENCES))
+def test_references_of_thirty_digits_lie_inside(name: str) -> None:
+    found = proof.proven(flywheel.load(FOLDER / "scenes" / f"{name}.toml"))
+    assert bool(found.figures) != bool(found.reason)
+    for key, (low, high) in found.figures.items():
+        true = at(REFERENCES[name], key)
+        assert true is None or Fraction(low) <= Fraction(Decimal(str(true))) <= Fraction(high), key
+
+
+def test_most_references_with_torques_of_position_are_proven() -> None:
+    found = [proof.proven(flywheel.load(FOLDER / "scenes" / f"{name}.toml")) for name in sorted(REFERENCES)[::3]]
+    assert sum(bool(one.figures) for one in found) >= len(found) // 3
+
+
+def test_the_sizing_lies_within_its_own_estimate_of_the_interval() -> None:
+    result = flywheel.size(flywheel.load(PRESS), accuracy="proof")
+    assert result.proof is not None
+    low, high = result.proof.figures["flywheel.exact"]
+    exact = result.flywheel.exact
+    assert exact is not None
+    assert low * (1 - result.error.exact) <= exact <= high * (1 + result.error.exact)
+    assert high - low <= WIDEST * exact
+    assert (result.accuracy, result.simulation) == ("proof", None)
+
+
+def test_intervals_of_a_scene_in_other_units_and_another_order_overlap() -> None:
+    other = {
+        **PRESS,
+        "load": [
+            {"on": "slider", "from": "20 deg", "to": "165.3 deg", "force": "-25000 N"},
+            {"on": "slider", "force": "-15000 N", "from": "20 deg", "to": "165.3 deg"},
+        ],
+    }
+    other["mechanism"] = {**PRESS["mechanism"], "crank": {"length": "0.08 m"}, "slider": {"mass": "60000 g"}}
+    one, two = proven(PRESS).figures, proven(other).figures
+    assert one.keys() == two.keys()
+    assert all(one[key][0] <= two[key][1] and two[key][0] <= one[key][1] for key in one)
+
+
+@pytest.mark.parametrize("factor", [3, 7])
+def test_twice_the_masses_and_forces_are_twice_the_flywheel(factor: int) -> None:
+    scaled = {**PRESS, "load": [{**PRESS["load"][0], "force": f"{-40 * factor} kN"}]}
+    rod = {"length": "0.3 m", "mass": f"{9 * factor} kg"}
+    scaled["mechanism"] = {**PRESS["mechanism"], "rod": rod, "slider": {"mass": f"{60 * factor} kg"}}
+    one, two = proven(PRESS).figures, proven(scaled).figures
+    for key in ("flywheel.exact", "flywheel.inertia_torque", "balance.value", "energy_fluctuation", "reduced_inertia.min"):
+        low, high = (Fraction(end) * factor for end in one[key])
+        assert low <= Fraction(two[key][1]), key
+        assert Fraction(two[key][0]) <= high, key
+
+
+def test_numbers_are_the_decimals_that_are_written_and_not_their_floats() -> None:
+    rotor = {
+        "inertia": [{"on": "crank", "value": 0.1}],
+        "load": [{"on": "crank", "torque": "0.1 N m", "from": 0, "to": "180 deg"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": "60 rpm"},
+        "flywheel": {"irregularity": 0.1},
+    }
+    found = proven(rotor).figures
+    low, high = found["reduced_inertia.max"]
+    assert Fraction(low) <= Fraction(1, 10) <= Fraction(high)
+    low, high = found["energy_fluctuation"]  # 0.05 N m over half a turn
+    assert low <= 0.05 * math.pi <= high
+    assert found["balance.value"][0] <= -0.05 <= found["balance.value"][1]
+
+
+def test_values_of_a_yoke_by_its_closed_form() -> None:
+    """The energy of a yoke under a constant force, 2 F r over half a turn, with its balance F r/pi."""
+    yoke = scenes.yoke()
+    force, length = 1000.0, 0.5
+    found = proven(
+        {
+            **yoke,
+            "mechanism": {"type": "scotch-yoke", "crank": {"length": length}, "yoke": {"mass": 20}},
+            "load": [{"on": "yoke", "force": force, "from": 0, "to": "180 deg"}],
+            "drive": {"torque": "balance"},
+        }
+    ).figures
+    angle = math.asin(1 / math.pi)
+    size = force * length * (2 * math.cos(angle) - (math.pi - 2 * angle) / math.pi)
+    low, high = found["energy_fluctuation"]
+    assert low * (1 - 1e-14) <= size <= high * (1 + 1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"load": [{"on": "slider", "force": "-1000*v"}], "drive": {"torque": "balance"}}, "depend on speed"),
+        ({"load": [{"on": "slider", "force": "-1000 if phi < 2 else 0"}]}, "switches"),
+        ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
+        ({"load": [{"on": "slider", "table": {"angle": [0, 1, 6.283185307179586], "value": [0, -9, 0]}}]}, "table"),
+    ],
+)
+def test_what_cannot_be_proven_is_refused_with_its_reason(change: dict[str, Any], reason: str) -> None:
+    found = proven({**PRESS, **change})
+    assert found.figures == {}
+    assert reason in found.reason
+    assert found.statement == "nothing is proven"
+
+
+def test_a_diagram_of_areas_is_refused() -> None:
+    areas = {
+        "areas": {"values": [100, -100], "scale": "1 J"},
+        "regime": {"speed": "60 rpm"},
+        "flywheel": {"irregularity": 0.02},
+    }
+    result = flywheel.size(flywheel.load(areas), accuracy="proof")
+    assert result.proof is not None
+    assert "no machine" in result.proof.reason
+
+
+def test_without_the_extra_one_line_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proof, "find_spec", lambda name: None)
+    found = proven(PRESS)
+    assert found.reason == "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
+    assert "\n" not in found.reason
+
+
+def test_a_ratio_as_it_is_written() -> None:
+    assert units.exact_ratio("-1.25e-2 kN", "force") == (-125 * 1000, 10**4)
+    top, bottom = units.exact_ratio("180 deg", "angle")
+    assert top / bottom == math.pi
+
+
+def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
+    flint = extra("flint")
+    from flywheel.numerics import balls
+
+    def lobes(phi: Any) -> list[Any]:
+        value = (2 * phi).sin() + phi.sin() * flint.arb("1e-10")
+        return [value, 2 * (2 * phi).cos() + phi.cos() * flint.arb("1e-10")]
+
+    with balls.precision(96, 14):
+        cells = balls.models(lobes, flint.arb(0), flint.arb.pi() * 2, 14, [1e-20, 1e-20])
+        curves = [balls.Curve(c.low - c.middle, c.high - c.middle, *c.polynomials) for c in cells]
+        low, high = balls.ends(balls.greatest(curves, 1e-18))
+    lowest = 1.0 + 1e-10 * math.sin(math.pi / 4)  # the other lobe is as much below 1
+    assert low <= lowest + 1e-19
+    assert high >= lowest - 1e-19
+    assert high - low < 1e-15
+
+
+def test_a_function_that_is_not_smooth_is_refused() -> None:
+    flint = extra("flint")
+    from flywheel.numerics import balls
+
+    with balls.precision(96, 14), pytest.raises(balls.UnprovenError, match="not smooth"):
+        balls.models(lambda phi: [(phi * phi).sqrt()], flint.arb(-1), flint.arb(1), 14, [1e-20])
+
+
+@pytest.mark.parametrize("value", [0.5000000000000001, 1 / 3, math.sqrt(2), math.inf])
+def test_a_constant_that_may_have_been_calculated_is_refused(value: float) -> None:
+    extra("flint")
+    from flywheel.numerics import balls
+
+    with pytest.raises(balls.UnprovenError):
+        balls.constant(value)
+
+
+@pytest.mark.parametrize("value", [0.1, -2.5, 1e-3, math.pi, 2 * math.pi, -math.pi / 2, 9.80665])
+def test_constants_hold_what_was_written(value: float) -> None:
+    extra("flint")
+    from flywheel.numerics import balls
+
+    ball = balls.constant(value)
+    assert abs(float(ball.mid()) - value) <= 1e-15 * abs(value)
+    assert not ball.rad().is_zero() or value in (-2.5,)
