@@ -100,6 +100,7 @@ def size(
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
     spare(scene, plot)
     with reported(scene):
+        from flywheel.language import use
         from flywheel.reading.scenes import load
         from flywheel.sizing import sizing
 
@@ -116,7 +117,6 @@ def size(
             for message in result.messages:
                 click.echo(message, err=True)
         else:
-            from flywheel.language import use
             from flywheel.tables import summary
 
             with use(language or "en"):
@@ -125,7 +125,7 @@ def size(
         if plot is not None:
             from flywheel.pictures import sizing as picture
 
-            with written(plot):
+            with written(plot), use(language or "en"):
                 picture.plot(result, plot)
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection
 from matplotlib.colors import to_hex, to_rgba_array
@@ -115,10 +116,9 @@ class Numbers(ScalarFormatter):
 def finish(made: Figure) -> None:
     """Numbers in the language in use, names in their places, greys in the form for print: what is done last."""
     if language.current() != "en":
-        for panel in made.findobj(Axes):
-            for axis in (panel.xaxis, panel.yaxis):
-                if type(axis.get_major_formatter()) is ScalarFormatter:
-                    axis.set_major_formatter(Numbers())
+        for axis in made.findobj(Axis):
+            if type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(Numbers())
     if isinstance(made, Picture) and made.later:
         made.draw_without_rendering()
     if current_form() == "print":

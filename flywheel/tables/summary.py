@@ -673,23 +673,25 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
 
 def _page(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
     """The lines of all blocks, the machine's in what the others leave of the page, so many lines at least."""
-    others = [_lines(block) for block in blocks if block.name != "machine"]
+    labels = [len(row.label) for block in blocks for row in block.rows if block.name != "machine"]
+    width = max([_LABELS, *labels])
+    others = [_lines(block, width) for block in blocks if block.name != "machine"]
     taken = sum(map(len, others)) + len(_GAPS & {block.name for block in blocks})
     machine = next(_machine_lines(block, max(least, _LINES - taken)) for block in blocks if block.name == "machine")
     lines: list[str] = []
     for block in blocks:
         if lines and block.name in _GAPS:
             lines.append("")
-        lines += machine if block.name == "machine" else _lines(block)
+        lines += machine if block.name == "machine" else _lines(block, width)
     return lines
 
 
 _GAPS = {"flywheel", "drive"}  # blocks with an empty line before them
-_LABELS, _FIGURES = 18, 12  # columns of labels and of figures with their units
+_LABELS, _FIGURES = 18, 12  # columns of labels, at least, and of figures with their units
 
 
-def _lines(block: Block) -> list[str]:
-    """A block as lines of the page."""
+def _lines(block: Block, width: int) -> list[str]:
+    """A block as lines of the page, its labels in a column so wide."""
     lines = _wrapped(block.title, "", "") if block.title else []
     if block.table:
         table = columns(block.table, block.header)
@@ -699,7 +701,7 @@ def _lines(block: Block) -> list[str]:
         told = (
             f"{shown.ljust(_FIGURES)}  {row.note}" if len(shown) <= _FIGURES else ", ".join(filter(None, (shown, row.note)))
         )
-        lines += _wrapped(told.rstrip(), f"  {row.label.ljust(_LABELS)}  ", " " * (_LABELS + 4))
+        lines += _wrapped(told.rstrip(), f"  {row.label.ljust(width)}  ", " " * (width + 4))
     indent = "" if block.name == "notes" else "  "
     for sentence in block.sentences:
         lines += _wrapped(sentence, indent, indent)

@@ -627,6 +627,17 @@ def test_at_an_angle_in_spanish_with_a_picture(tmp_path):
     assert "Flujo de potencia con la manivela a 300°" in drawn
 
 
+def test_a_sizing_in_spanish_has_its_figures_in_spanish(tmp_path):
+    picture = tmp_path / "size.svg"
+    command = ["size", str(PUNCH), "--language", "es", "--accuracy", "fast", "--plot", str(picture)]
+    found = CliRunner().invoke(main, command)
+    assert found.exit_code == 0
+    assert "velocidad de la manivela  " in found.stdout
+    texts = re.findall(r"<text[^>]*>([^<]+)</text>", picture.read_text(encoding="utf-8"))
+    assert "ángulo de la manivela φ, grados" in texts
+    assert [text for text in texts if re.fullmatch(r"−?\d+\.\d+", text)] == []
+
+
 def test_json_is_that_of_the_sizing():
     found = run_power(PUNCH, "--json", "--at", "300 deg")
     data = json.loads(found.stdout)

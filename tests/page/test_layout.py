@@ -11,7 +11,7 @@ import flywheel.report
 from flywheel import language
 from flywheel.numerics.faults import SceneError
 from flywheel.tables.summary import summary
-from tests.page.browsers import EXAMPLES, answered, until
+from tests.page.browsers import EXAMPLES, answered, expected, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -73,3 +73,20 @@ def test_roots_and_brackets_of_a_report_cover_what_is_under_them(window: Any, tm
     heights = page.evaluate(_HEIGHTS)
     assert len(heights) >= 3
     assert all(root >= fraction + 2.0 for root, fraction in heights), heights
+
+
+@pytest.mark.slow
+def test_a_page_that_is_printed_has_its_title_and_no_empty_panel(page: Page) -> None:
+    """Nothing that only a screen needs, and figures that fill their sheets."""
+    answered(page)
+    page.locator("#chooser summary").click()
+    page.evaluate("document.querySelector('[data-panel=motion] .why').hidden = false")  # as of one that cannot be drawn
+    sheets = page.pdf(format="A4").count(b"/Type /Page\n")
+    assert 2 <= sheets <= 4
+    page.emulate_media(media="print")
+    expected(page.locator("#title")).to_be_visible()
+    expected(page.locator("[data-panel=moment]")).to_be_visible()
+    for part in ("#scene", "#cursor", "#choices", "[data-panel=motion]", "[data-panel=moment] button", ".top button"):
+        expected(page.locator(part).first).to_be_hidden()
+    width = page.evaluate("document.getElementById('title').scrollWidth - document.getElementById('title').clientWidth")
+    assert width <= 0
