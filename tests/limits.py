@@ -25,7 +25,7 @@ def piece() -> float:
 
 @contextmanager
 def at_most(pieces: float) -> Iterator[None]:
-    """What is inside is no more work than so many pieces, whether it raises or not; ten times its need is a fair bound."""
+    """Limits the work inside to so many pieces, whether it raises or not; ten times its need is a fair bound."""
     start = time.process_time()
     try:
         yield

@@ -175,7 +175,7 @@ def flywheel(sizing: Sizing) -> list[str]:
         head = wrapped(f"Flywheel on {shaft} for the limits below, {at}", "")
     else:
         head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
-    header = ("", "inertia, kg m²", "off by", "irregularity it gives", "as ± %", "steadiness")
+    header = ("", "inertia, kg m²", "error", "irregularity it gives", "as ± %", "steadiness")
     found = candidates(sizing)
     cells = [_cells(candidate) for candidate in found]
     table = columns(cells, header)

@@ -156,7 +156,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     of = {"shaft": _shaft(sizing), "eps": number(figure(asked, most=6)), "percent": number(figure(50 * asked, most=6))}
     inertia = units.unit("inertia")
     header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
-    header += (_("off by"), _("irregularity"))
+    header += (_("error"), _("irregularity"))
     found = candidates(sizing, motions)
     table = []
     for one in found:

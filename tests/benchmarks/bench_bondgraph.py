@@ -1,4 +1,4 @@
-"""How fast graphs are derived, reduced and simulated: one run, ratios to a baseline of the same run.
+"""Speed of deriving, reducing and simulating graphs: one run, ratios to a baseline of the same run.
 
     python tests/benchmarks/bench_bondgraph.py [--quick]
 
@@ -38,7 +38,7 @@ TRAVEL = (
 
 
 class Row(NamedTuple):
-    """What was done, its median time (s), and what it is measured against."""
+    """One measurement: its name, its median time (s), and its baseline."""
 
     name: str
     seconds: float
@@ -172,7 +172,7 @@ def _theirs(other: Any, count: int) -> Any:
 
 
 def errors() -> str:
-    """How far the two ways through the same 5 s are off, each state relative to its greatest value."""
+    """Differences of the two routes over the same 5 s, each state relative to its greatest value."""
     graph, start, hand = fan(1, modulated), {"crank": 10.0}, by_hand(5.0, 1e-9)
     truth = np.array(list(simulate(graph, 5.0, initial=start, rtol=1e-11).states(hand.t).values()))[::-1]  # theta, omega
     ours = simulate(graph, 5.0, initial=start)

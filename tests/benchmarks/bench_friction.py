@@ -1,4 +1,4 @@
-"""How fast a machine with friction in its joints is followed in time, beside a script written by hand: CPU times as a ratio.
+"""Speed of a motion with friction in the joints, beside a script written by hand: CPU times as a ratio.
 
     python tests/benchmarks/bench_friction.py [--quick]
 

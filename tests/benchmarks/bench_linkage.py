@@ -1,4 +1,4 @@
-"""How fast and how accurate linkages are: 3600 positions of a two-loop linkage with g and g', beside other ways.
+"""Speed and accuracy of linkages: 3600 positions of a two-loop linkage with g and g', beside other ways.
 
     python tests/benchmarks/bench_linkage.py [--quick]
 

@@ -146,7 +146,7 @@ def column(case: Case, budget: float, exudyn: str | None, quick: bool) -> Column
 
 
 def others(case: Case, exudyn: str | None, quick: bool) -> Iterator[tuple[str, Cell]]:
-    """What people use today."""
+    """Methods of other packages in use today."""
     script = by_hand.SCRIPTS[case.name]
     for name, count in GRIDS.items():
         yield name, run(partial(by_hand.by_grid, script, count), 1 if quick else 15)
@@ -214,7 +214,7 @@ def table(columns: list[Column]) -> Iterator[str]:
 
 
 def missing(filled: Column) -> Iterator[str]:
-    """Which rows have no answer on a scene, by the reason."""
+    """Rows without an answer on a scene, by the reason."""
     reasons: dict[str, list[str]] = {}
     for label, name in ROWS.items():
         cell = filled.cells.get(label)

@@ -1,4 +1,4 @@
-"""What a motion in time costs at every rtol, and what it is then good for: one run, ratios to scripts by hand.
+"""Cost and accuracy of a motion in time at every rtol: one run, ratios to scripts by hand.
 
     python tests/benchmarks/bench_motion.py [--quick]
 
@@ -132,7 +132,7 @@ def ways(truth: Any) -> dict[str, Callable[[float], tuple[Callable[[], Any], Cal
 
 
 def scripts(truth: Any) -> dict[str, tuple[Callable[[], Any], Callable[[Any], float]]]:
-    """What stands beside them: the call, and what tells its true error at the end."""
+    """Scripts for comparison: the call, and the function that gives its true error at the end."""
 
     def at_end(state: Any) -> float:
         return off(np.array(state)[:, None], truth[:, -1:])

@@ -1,4 +1,4 @@
-"""How fast the routes of `flywheel.multibody` are, beside scripts written by hand for the same machine: CPU times as ratios.
+"""Speed of the routes of `flywheel.multibody`, beside scripts written by hand for the same machine: CPU times as ratios.
 
     python tests/benchmarks/bench_multibody.py [--quick]
 

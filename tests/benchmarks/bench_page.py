@@ -1,4 +1,4 @@
-"""How fast the live page follows a hand: from the event of a slider to the figures drawn anew, in a browser.
+"""Speed of the live page: from the event of a slider to the figures drawn anew, in a browser.
 
     python tests/benchmarks/bench_page.py [--quick]
 

@@ -136,7 +136,7 @@ def run_until_settled(laps: Callable[[], Lap], start: float, longest: float) -> 
 
 
 def _reckoned(speeds: list[float], spent: float, lap: Lap) -> Settled:
-    """What a run that was broken off would have taken; none where changes are few or do not go down steadily."""
+    """Estimated cost of a run that was broken off; none where changes are few or do not fall steadily."""
     cycles, changes = len(speeds) - 1, np.abs(np.diff(speeds))
     tens = changes[cycles % 10 :].reshape(-1, 10).max(axis=1)[-5:]
     if tens.size < 5 or not (tens[1:] < 0.98 * tens[:-1]).all():
@@ -272,7 +272,7 @@ def timed(call: Callable[[], Any], repeats: int) -> float:
 
 
 class Ratios(NamedTuple):
-    """How much longer the library's transient takes: one run than Newton alone, the run with its estimate than the sizing,
+    """Cost of the library's transient as ratios: one run to Newton alone, the run with its estimate to the sizing,
     one run from rest than the sizing (None where the machine stalls on its way).
     """
 

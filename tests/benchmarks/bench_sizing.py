@@ -1,4 +1,4 @@
-"""How fast and how accurate sizing is, beside the ways that people use today: one run, figures as ratios.
+"""Speed and accuracy of sizing, beside the methods in use today: one run, figures as ratios.
 
     python tests/benchmarks/bench_sizing.py [--quick]
 
@@ -57,7 +57,7 @@ def timed(call: Callable[[], float], repeats: int) -> tuple[float, float]:
 
 
 def grid(machine: flywheel.Machine, count: int) -> float:
-    """What a script does: a plain grid, the trapezoidal rule, the greatest and least sample."""
+    """Flywheel by a simple script: a plain grid, the trapezoidal rule, the greatest and least sample."""
     scene = machine.scene
     phi = np.linspace(0.0, scene.cycle, count + 1)
     reduced = machine.reduce(phi)
@@ -71,7 +71,7 @@ def grid(machine: flywheel.Machine, count: int) -> float:
 
 
 def search(machine: flywheel.Machine, guess: float, rtol: float) -> float:
-    """What a simulation code does: vary the inertia until a simulated cycle has the irregularity asked for."""
+    """Flywheel by a simulation code: vary the inertia until a simulated cycle has the irregularity asked for."""
     scene = machine.scene
     balance = flywheel.size(machine, simulate=False).balance.value
 

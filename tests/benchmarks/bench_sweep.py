@@ -1,4 +1,4 @@
-"""How many designs a CPU second sizes: one by one, many at once with numpy, in machine code, on two cores, by workers.
+"""Designs sized in a CPU second: one by one, many at once with numpy, in machine code, on two cores, by workers.
 
     python tests/benchmarks/bench_sweep.py [--quick]
 
@@ -113,7 +113,7 @@ def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
 
 
 def has_numba() -> bool:
-    """Whether the extra is installed."""
+    """Tests whether the extra is installed."""
     try:
         import numba  # noqa: F401
     except ImportError:
@@ -156,7 +156,7 @@ def chunks(scene: flywheel.Scene, count: int, repeats: int) -> None:
 
 
 def worker(part: np.ndarray) -> float:
-    """What a worker process does with a chunk."""
+    """Work of a worker process on a chunk."""
     return float(np.nansum(designs.sized(flywheel.load(PRESS), PATHS, part, RTOL, "numpy").values["exact"]))
 
 

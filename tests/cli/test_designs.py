@@ -361,7 +361,7 @@ def tradeoff_scene(tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """What the comparison is called with; it is one made by hand."""
+    """Arguments of the comparison, which is one made by hand."""
     calls = []
 
     def tradeoff(tradeoff_scene, rtol, *, budget, progress):

@@ -1,4 +1,4 @@
-"""What the program writes: diagrams, motions, pictures, power, reactions, transients, mechanisms alone."""
+"""Output of the program: diagrams, motions, pictures, power, reactions, transients, mechanisms alone."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def whole(rotors):
 
 
 def same(one, other):
-    """Whether two sweeps have the same figures, but for rounding, the same refusals, and errors within rtol."""
+    """Tests whether two sweeps have the same figures within rounding, the same refusals, and errors within rtol."""
     figures = all(
         np.allclose(np.float64(one[name]), np.float64(other[name]), rtol=1e-11, atol=1e-11, equal_nan=True)
         for name in one.names_and_paths
@@ -580,7 +580,7 @@ ANGLES = ("angle_speed_max", "angle_speed_min")
 
 
 def scale(name: str, found: dict[str, np.ndarray], exchanged: np.ndarray) -> np.ndarray:
-    """What an error of a figure is relative to."""
+    """Scale to which an error of a figure is relative."""
     if name in ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel"):
         return np.maximum(found[name], found["approximate_total"])
     if name in ("accumulated_max", "accumulated_min", "energy_fluctuation"):

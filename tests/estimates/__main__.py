@@ -36,7 +36,7 @@ def ratios(found: list[Outcome]) -> dict[str, np.ndarray]:
 
 
 def summary(found: list[Outcome]) -> str:
-    """What came of a run, in a few lines."""
+    """Result of a run, in a few lines."""
     sized = [item for item in found if item.counts]
     lost = [item.seed for item in found if item.lost]
     lines = [f"{len(sized)} scenes ({sum(i.moving for i in sized)} with torques that depend on speed), "]

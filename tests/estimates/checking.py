@@ -31,12 +31,12 @@ class Row(NamedTuple):
 
     @property
     def kept(self) -> bool:
-        """Whether the estimate is no less than the true error."""
+        """True if the estimate is no less than the true error."""
         return self.true <= self.estimate + (HALF_ULP if self.relative else 4 * HALF_ULP)
 
 
 class Outcome(NamedTuple):
-    """What became of a scene: its rows; faults in a sentence each; why the package refused it; whether speeds matter.
+    """Outcome of a scene: its rows; faults in a sentence each; the package's refusal; whether speeds matter.
 
     `lost` where the reference finds no motion: nothing holds it but rounding, even of 64 bits.
     """
@@ -50,7 +50,7 @@ class Outcome(NamedTuple):
 
     @property
     def counts(self) -> bool:
-        """Whether its figures could be compared."""
+        """True if its figures could be compared."""
         return self.refused is None and not self.lost
 
 
@@ -75,7 +75,7 @@ def outcome(seed: int) -> Outcome:
 
 
 def refusal(machine: Machine, scene: Scene) -> list[str]:
-    """What is wrong with a refusal: a machine whose torques know no speed may have a motion after all."""
+    """Faults of a refusal: a machine whose torques do not depend on speed may have a motion after all."""
     if machine.moving:
         return []
     true = figures.references(machine)
@@ -166,7 +166,7 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
 
 
 def scale_of(sizing: Sizing, true: dict[str, Any]) -> Any:
-    """What errors of flywheels are relative to: that of the areas, or, where nothing varies, what all work would ask for."""
+    """Scale of errors of flywheels: that of the areas, or, where nothing varies, that by all the work."""
     if sizing.scene.irregularity is None:
         return 0
     unit = sizing.scene.irregularity * (sizing.constant_speed or sizing.speed) ** 2

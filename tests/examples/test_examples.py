@@ -569,7 +569,7 @@ def test_it_ends_at_the_same_bars_from_thick_ones(example, rounds):
 
 
 def test_bending_at_the_bars_first_pins_is_the_torque_there(example, rounds):
-    """What is summed from the far end arrives at the driving torque, at nothing in the coupler, and at the load."""
+    """Bending summed from the far end equals the driving torque, zero in the coupler, and the load."""
     sides = rounds[-1].sides
     found = example["analysed"](sides)
     torques = {"crank": -found.action, "coupler": 0.0 * found.action, "rocker": -example["against"](found.poses)}

@@ -27,7 +27,7 @@ DIGITS = 20
 
 
 def figures(cycle: Cycle, speed: float, irregularity: float) -> dict[str, Any]:
-    """What a flywheel at one speed and irregularity is compared by; nothing is floored at 0."""
+    """Figures that a flywheel is compared by at one speed and irregularity; none is floored at 0."""
     found = inertias(cycle, Real(speed), Real(irregularity))
     sizes = {key: text(found[key]) for key in ("exact", "approximate_total", "inertia_torque")}
     return {"speed": speed, "irregularity": irregularity} | sizes

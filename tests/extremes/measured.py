@@ -1,4 +1,4 @@
-"""What the toolkit answers to a case against its 30-digit reference: every flywheel figure with the error it states."""
+"""Answers of the toolkit to a case beside its 30-digit reference: every flywheel figure with its error estimate."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Found(NamedTuple):
 
     @property
     def honest(self) -> bool:
-        """Whether the true error is within the estimate."""
+        """True if the true error is within the estimate."""
         return self.error <= self.estimate + ROUNDING
 
 
@@ -62,12 +62,12 @@ class Measured(NamedTuple):
 
     @property
     def honest(self) -> bool:
-        """Whether the true error is within the estimate."""
+        """True if the true error is within the estimate."""
         return self.error <= self.estimate + ROUNDING
 
     @property
     def kept(self) -> bool:
-        """Whether the figure is within rtol, or said not to be."""
+        """True if the figure is within rtol, or reported not to be."""
         return self.error <= max(self.rtol, ROUNDING) or self.estimate > self.rtol
 
 

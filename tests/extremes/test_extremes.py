@@ -192,7 +192,7 @@ def sized(name: str, speed: float, eps: float) -> Sizing:
 
 
 def small(name: str, eps: float) -> float:
-    """How far the exact figure is from that with the inertia torque, as a share: it is of the order of eps."""
+    """Difference of the exact figure from that with the inertia torque, as a share: it is of the order of eps."""
     found = sized(name, 30.0, eps)
     return abs(found.flywheel.exact + middle(found) - found.flywheel.inertia_torque) / found.flywheel.inertia_torque
 
@@ -296,7 +296,7 @@ def off(count: int, tilt: float) -> tuple[float, float]:
 
 
 def tilted(count: int, tilt: float) -> float:
-    """What -tilt cos phi adds to the swing of -cos(n phi): the best of the equal tops less the best of the bottoms."""
+    """Increase of the swing of -cos(n phi) by -tilt cos phi: the best of the equal tops less the best of the bottoms."""
     tops = -tilt * np.cos((2 * np.arange(count) + 1) * pi / count)
     bottoms = -tilt * np.cos(2 * np.arange(count) * pi / count)
     return float(tops.max() - bottoms.min())
@@ -402,7 +402,7 @@ def sized_areas(asked: Scene) -> Sizing:
 
 
 def crossings(rest: float, n: int = N) -> Array:
-    """Where M* = -k (x - rest) x' changes its sign inside a turn: at x' = 0, and at x = rest."""
+    """Angles at which M* = -k (x - rest) x' changes its sign inside a turn: at x' = 0, and at x = rest."""
     turns = np.arange(n) * 2 * np.pi
     at_rest = np.arcsin(rest / A)
     angles = [(turns + part) / n for part in (np.pi / 2, 3 * np.pi / 2, at_rest % (2 * np.pi), np.pi - at_rest)]

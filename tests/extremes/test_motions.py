@@ -172,7 +172,7 @@ def free(eps: float, most: Any, least: Any = 0) -> Any:
 
 
 def standing_machines() -> dict[str, tuple[Any, Any]]:
-    """What makes a scene of an irregularity, and its greatest I*."""
+    """Functions from an irregularity to a scene, and its greatest I*."""
     return {
         "yoke": (yoke, mp.mpf(MASS) * mp.mpf(STANDING_R) ** 2),
         "slider-crank": (lambda eps: slider({"irregularity": eps}), slider_peak()),

@@ -127,7 +127,7 @@ def places(tree: Any, path: Keys = ()) -> Iterator[Keys]:
 
 
 def at(tree: Any, path: Keys) -> Any:
-    """What stands at a path."""
+    """Value at a path."""
     for key in path:
         tree = tree[key]
     return tree
@@ -312,7 +312,7 @@ def content(rng: random.Random, raw: bytes) -> bytes:
 
 
 def lay_traps(folder: Path) -> None:
-    """What may lie beside a scene besides files: a folder, a pipe that nobody writes to, links to outside and in circles."""
+    """Creates traps beside a scene: a folder, a pipe without a writer, links to outside and in circles."""
     (folder / "folder").mkdir()
     os.mkfifo(folder / "fifo")
     os.mkfifo(folder / "fifo.csv")

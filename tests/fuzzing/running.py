@@ -52,7 +52,7 @@ class TooSlow(BaseException):
 
 
 class Watched(NamedTuple):
-    """What was seen while a call ran: seconds of computing, MB above the beginning, and what must not be."""
+    """Observations while a call ran: seconds of computing, MB above the beginning, and forbidden events."""
 
     seconds: float
     memory: float
@@ -399,7 +399,7 @@ BY_HAND = ("a sine of speed", "a load that varies little")
 
 
 def as_expected(name: str, outcome: str, detail: str) -> bool:
-    """Whether a scene came to what it has come to since it was mended."""
+    """Tests whether a scene has the outcome that it has had since it was corrected."""
     if name in REFUSED:
         return outcome == "refused" and re.sub(r" \([^()]*line \d+\)", "", detail, count=1).startswith(REFUSED[name])
     if name in BY_CHANCE:
@@ -433,7 +433,7 @@ class Tried(NamedTuple):
 
 
 def way_of(seed: int) -> str:
-    """How a mutant is tried: one in 15 in time, one in 15 by a command, all others by load, size and reduce."""
+    """Route of a mutant: one in 15 in time, one in 15 by a command, all others by load, size and reduce."""
     return "time" if seed % 15 == 7 else _COMMANDS[seed // 15 % len(_COMMANDS)] if seed % 15 == 11 else "library"
 
 

@@ -202,7 +202,7 @@ def test_values_are_those_of_python(text, values):
 
 
 def _decided(expression, values):
-    """Whether no branch is about to change."""
+    """Tests whether no branch is about to change."""
     return all(abs(switch.evaluate(values, np)) > 1e-3 for switch in expression.switches())
 
 

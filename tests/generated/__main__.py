@@ -27,7 +27,7 @@ def tried(seed: int, routes: tuple[str, ...] = ROUTES, seldom: bool = False) -> 
 
 
 def table(verdicts: list[Verdict], scenes: int, seconds: float) -> str:
-    """How many scenes a minute, and what became of them by route."""
+    """Table of scenes a minute, and their outcomes by route."""
     outcomes = ("right", "refused", "undecided", *DEFECTS)
     lines = [f"{scenes} scenes in {seconds:.0f} s, {60 * scenes / max(seconds, 1e-9):.0f} a minute"]
     routes = [r for r in ("load", *ROUTES) if any(v.route == r for v in verdicts)]

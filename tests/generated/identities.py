@@ -247,7 +247,7 @@ def _uneven(case: Drawn, loaded: Any) -> list[Verdict]:
 
 
 def _irregularity(scene: Scene) -> float | None:
-    """What a flywheel of some inertia leaves."""
+    """Irregularity with a flywheel of some inertia."""
     answer = answered(lambda: flywheel.size(flywheel.load(scene)))
     return None if answer.value is None else float(answer.value.as_dict()["simulation"]["irregularity"])
 
@@ -323,7 +323,7 @@ def _some(case: Drawn) -> str | None:
 
 
 def _means(duty: Any) -> str | None:
-    """What of a duty is not the mean of its phases over the time that cools; None where all is."""
+    """Figures of a duty that are not the mean of its phases over the time that cools; None where all are."""
     sums = {"rms_torque": 2, "current_rms": 2, "heat": 1}
     running = [p for p in duty["phases"] if not p["rest"]]
     for name, power in sums.items():

@@ -37,7 +37,7 @@ Scene = dict[str, Any]
 
 
 class Verdict(NamedTuple):
-    """What became of a scene on one route, what is to be said of it, and what toolkit and oracle took (s)."""
+    """Verdict on a scene on one route, with remarks, and the times of toolkit and oracle (s)."""
 
     route: str
     outcome: str
@@ -67,7 +67,7 @@ def limited(seconds: float) -> Iterator[None]:
 
 
 class Answer(NamedTuple):
-    """What the toolkit gave: a value, or an outcome that is a defect, or the words of a refusal."""
+    """Answer of the toolkit: a value, an outcome that is a defect, or the words of a refusal."""
 
     value: Any = None
     refusal: str = ""
@@ -180,7 +180,7 @@ def course_of(scene: Scene, plan: Plan, finer: bool = False) -> tuple[Machine, C
 
 
 class Told(NamedTuple):
-    """What the toolkit says of a motion: its end, its error, how far its energy closes, and the work of every element."""
+    """Results of the toolkit for a motion: its end, its error, the closure of its energy, and the work of every element."""
 
     t: float
     phi: float
@@ -233,7 +233,7 @@ def _beside(scene: Scene, route: str, plan: Plan, answer: Answer, machine: Machi
 
 
 def _beyond(run: Told, plan: Plan, course: Course) -> str:
-    """What of a motion is further off than it says; nothing where all is right."""
+    """Figures of a motion with an error above its estimate; empty where all is right."""
     if run.t > plan.until * (1 + 1e-9):
         return f"ends at {run.t:.9g} s, {plan.until:.9g} s asked"
     states = [p.states(p.end) for p in course.pieces]
@@ -255,7 +255,7 @@ def _beyond(run: Told, plan: Plan, course: Course) -> str:
 
 
 def _energies(told: dict[str, float], machine: Machine, end: Any, said: float) -> str:
-    """What the work of an element misses, each by its own law; nothing where all is right."""
+    """Errors of the works of elements, each by its own law; empty where all is right."""
     works = machine.works(end)
     scale = max([machine.kinetic(end), *map(abs, works.values()), 1e-300])
     for name, work in works.items():
@@ -318,7 +318,7 @@ def cycle_from(machine: Machine, omega: float, states: Any) -> Cycle | None:
 
 
 def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
-    """Whether the steady motion of a result repeats and has its figures, and its flywheel is the least that keeps them."""
+    """Checks that the steady motion of a result repeats and has its figures, and its flywheel is the least possible."""
     figures = sizing.as_dict()
     exact, motion, errors = figures["flywheel"]["exact"], figures["simulation"], figures["error"]
     asked = scene["flywheel"].get("irregularity")
@@ -356,7 +356,7 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
 
 
 def _least(scene: Scene, sizing: Any, figures: Any, uneven: float, asked: float, start: Any) -> tuple[str, str]:
-    """Whether a flywheel keeps the irregularity asked, and a hundredth less of it does not."""
+    """Checks that a flywheel keeps the irregularity asked, and one a hundredth smaller does not."""
     exact, slack = figures["flywheel"]["exact"], 2 * (figures["error"]["exact"] + FLOOR / uneven)
     if exact == 0.0:
         return (
@@ -377,7 +377,7 @@ def _least(scene: Scene, sizing: Any, figures: Any, uneven: float, asked: float,
 
 
 def _limited(scene: Scene, figures: Any, machine: Machine, cycle: Cycle, omega: float) -> tuple[str, str]:
-    """Whether a flywheel keeps all limits, and a hundredth less of it breaks one."""
+    """Checks that a flywheel keeps all limits, and one a hundredth smaller breaks one."""
     asked, exact = scene["flywheel"]["limits"], figures["flywheel"]["exact"]
     reached = kept(scene, machine, cycle)
     for name, limit in asked.items():
@@ -443,7 +443,7 @@ def plate(row: Scene) -> tuple[float, float, float, float, float]:
 
 
 def heating(row: Scene) -> Callable[[float, float], float]:
-    """What heats a motor (W), over its torque and its speed: its slip or its armature's resistance."""
+    """Heat of a motor (W) over its torque and its speed: by its slip or its armature's resistance."""
     if row["type"] == "induction":
         sync = 4 * math.pi * hertz(row["frequency"]) / row["poles"]
         return lambda torque, speed: torque * (sync - speed)
@@ -473,7 +473,7 @@ def settled(machine: Machine, omega: float, states: Any, rounds: int = 8) -> Cyc
 
 
 def _refused(case: Drawn, answer: Answer) -> Verdict:
-    """Whether a machine that was refused runs: the oracle iterates its cycle, from a heavy flywheel on."""
+    """Checks whether a machine that was refused runs: the oracle iterates its cycle, from a heavy flywheel on."""
     try:
         with limited(2 * LATE):
             found = steady_without_help(case)

@@ -22,13 +22,13 @@ NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when
 
 
 def defects(seed: int, routes: tuple[str, ...]) -> list[str]:
-    """What is wrong of a scene on some routes, which `python -m tests.generated --only SEED` shows."""
+    """Defects of a scene on some routes, which `python -m tests.generated --only SEED` shows."""
     found = judged(drawn(seed), routes)
     return [f"--only {seed} {v.route}: {v.outcome} {v.detail}" for v in found if v.outcome in DEFECTS and v.outcome != LATE]
 
 
 def seldom(seed: int) -> list[str]:
-    """What is wrong of a special scene, which `--special --only SEED` shows."""
+    """Defects of a special scene, which `--special --only SEED` shows."""
     found = identities.tried(special(seed))
     return [
         f"--special --only {seed} {v.route}: {v.outcome} {v.detail}"

@@ -142,7 +142,7 @@ _NAME = re.compile("[A-Za-z]|sin|cos|asin|acos|sqrt|integral|pi|eta|hm|omega|the
 
 
 def is_formula(text: str) -> bool:
-    """Whether a text is a formula, which is the same in every language: names of quantities, functions and operators.
+    """Tests whether a text is a formula, the same in every language: names of quantities, functions and operators.
 
     >>> is_formula("T_b = lamda*T_n"), is_formula("delta {0} rho"), is_formula("a start by star-delta")
     (True, True, False)
@@ -390,7 +390,7 @@ def missing(texts: list[Marked], language: str) -> list[Marked]:
 
 
 def findings(texts: list[Marked], language: str) -> list[str]:
-    """What is wrong, a line each: texts without translation, placeholders that differ, stale, fuzzy, or told twice."""
+    """Faults, a line each: texts without translation, placeholders that differ, stale, fuzzy, or translated twice."""
     lines = [f"{text.place}: {text.fault}" for text in texts if text.fault and not text.place.startswith(BY_NAME)]
     lines += [f'{text.place}: "{text.text}" has no translation ({language})' for text in missing(texts, language)]
     for text in texts:

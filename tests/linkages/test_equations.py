@@ -460,7 +460,7 @@ CENTRE_ANGLES = np.linspace(0.13, 6.1, 9)
 
 
 def crossing(a, b, c, d):
-    """Where the line through a and b meets that through c and d."""
+    """Point where the line through a and b meets that through c and d."""
     share = mp.im(mp.conj(d - c) * (c - a)) / mp.im(mp.conj(d - c) * (b - a))
     return a + share * (b - a)
 

@@ -61,7 +61,7 @@ def closed_clamp(x):
 
 
 def speeds(x):
-    """What moves with mass or inertia, as (value, g): by differences of the closed loops at 30 digits."""
+    """Moving masses and inertias, as (value, g): by differences of the closed loops at 30 digits."""
     with mp.workdps(40):
         step = mp.mpf(10) ** -12
 

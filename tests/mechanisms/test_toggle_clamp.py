@@ -94,7 +94,7 @@ def solved(mechanism: Mechanism, psi: float) -> Loops:
 
 
 def standstill(mechanism: Mechanism, low: float, high: float) -> float:
-    """Where the platen stands still though the block moves, by bisection."""
+    """Position at which the platen is at rest though the block moves, by bisection."""
     family = build(mechanism)
     sense = walked(family, low)["platen"][0]
     while (middle := 0.5 * (low + high)) not in (low, high):
@@ -327,7 +327,7 @@ def test_a_clamp_is_refused_exactly_when_a_loop_flattens(
 
 
 def slack(mechanism: Mechanism, psi: np.ndarray) -> tuple[float, float]:
-    """How far, at least, the arms are from one line, and the rod from standing across: by the cosine rule."""
+    """Least distance of the arms from one line, and of the rod from standing across: by the cosine rule."""
     a1, a2, a3, a5, a6 = (mechanism.geometry[name] for name in CLAMP)
     reach = np.hypot(a1, psi)
     reach = np.append(reach, a1) if psi[0] < 0 < psi[-1] else reach

@@ -336,7 +336,7 @@ def test_positions_outside_a_stroke_are_refused() -> None:
 
 @pytest.mark.parametrize(("name", "inertia"), sample([("section-c", 5), ("kloss-press", 0.1), ("four-bar", 1)], 3))
 def test_driving_actions_follow_the_machine_s_own_motion(name: str, inertia: float) -> None:
-    """What the crank asks is what drive and loads on shafts leave after shafts and flywheel have been accelerated."""
+    """The crank's driving action is that of drive and loads on shafts less the acceleration of shafts and flywheel."""
     machine = Machine(flywheel.load(regimes.scene(name, inertia=inertia)))
     motion = joint_forces(machine, PHI)
     scene, omega, alpha = machine.scene, motion.motion.omega, motion.motion.alpha
@@ -498,7 +498,7 @@ def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
 
 @pytest.mark.slow
 def test_along_a_run_with_friction_the_reactions_have_the_friction_of_the_instant() -> None:
-    """What the crank asks of its shaft, friction included, is what drive and flywheel leave; its work is the energy's."""
+    """The crank's driving action, friction included, is that of drive less flywheel; its work is the energy's."""
     scene = flywheel.load(crank_press(0.1, drive={"torque": 60}, flywheel={"inertia": 3}, regime={}))
     run = flywheel.transient(scene, end=0.3)
     forces = along_run(run, *close_times(run))

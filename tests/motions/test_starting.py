@@ -254,7 +254,7 @@ class Line:
         }
 
     def spare(self, torque, acceleration, wheel=0.0, rotor=0.0):
-        """What is left at the crank where the motor gives a torque and the crank has an acceleration."""
+        """Torque left at the crank where the motor gives a torque and the crank has an acceleration."""
         needed = []
         for k, speed in enumerate(self.speed):
             inertia = self.inertia[k] + wheel * (k == 0) + rotor * (k == self.motor)

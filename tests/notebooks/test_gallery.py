@@ -12,7 +12,7 @@ CELLS = ["".join(cell["source"]) for cell in NOTEBOOK["cells"] if cell["cell_typ
 
 
 def shown(source, names):
-    """What a cell ends with, as a notebook would take it."""
+    """Last value of a cell, as a notebook would take it."""
     tree = ast.parse(source)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, str(GALLERY), "exec"), names)

@@ -1,4 +1,4 @@
-"""What notebooks show: a short line and a page of HTML of everything, without an error whatever the object holds."""
+"""Display in notebooks: a short line and a page of HTML of everything, without an error whatever the object holds."""
 
 import re
 import xml.etree.ElementTree as ET

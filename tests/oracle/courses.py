@@ -146,7 +146,7 @@ class Part(NamedTuple):
 
 
 class Mode(NamedTuple):
-    """What is held: the direction, the cell of position with what is active in it, the branches, which meshes pay."""
+    """Mode of a motion: the direction, the cell of position with its active parts, the branches, the meshes that pay."""
 
     sense: int
     low: float
@@ -340,7 +340,7 @@ class Machine:
         self.breaks = [*kept, kept[0] + self.cycle]
 
     def _angle(self, e: Effort) -> tuple[float, float]:
-        """What an effort's angle is of the crank's: ratio and phase."""
+        """Ratio and phase of an effort's angle to the crank's."""
         return (1.0, 0.0) if e.part is None else (self.speeds[e.shaft], self.parts[e.part].phase)
 
     def _way(self, e: Effort, phi: float) -> float:
@@ -443,7 +443,7 @@ class Machine:
         raise Undetermined("no acceleration")
 
     def remainder(self, second: list[float], sense: int) -> float:
-        """What the crank lacks to stand in equilibrium (N m), friction of its meshes that of a motion in a sense."""
+        """Moment that the crank lacks for equilibrium (N m), with the friction of its meshes for a motion in one sense."""
         need = list(second)
         for k in range(len(self.shafts) - 1, 0, -1):
             s, tau = self.shafts[k], need[k]
@@ -508,7 +508,7 @@ class Machine:
         return [omega, alpha, *own, *powers, lost]
 
     def switches(self, t: float, y: Any, mode: Mode) -> list[float]:
-        """What stays above 0 while the mode holds."""
+        """Values that stay above 0 while the mode holds."""
         row = y.tolist()
         here = self.bodies(row[0])
         found = [mode.sense * row[1]]
@@ -606,7 +606,7 @@ class Machine:
                 return found
 
         def push(at: float, sense: int) -> float:
-            """What drives it on in a sense (N m), above 0 where it leaves."""
+            """Driving moment in a sense (N m), above 0 where it leaves."""
             row = states(at).tolist()
             probe = (at, row[0] + sense * 1e-11, sense * 1e-12)
             mode = self.held(at, row, sense, probe)
@@ -688,7 +688,7 @@ class Machine:
 
     @staticmethod
     def _dips(looks: list[float], left: Any, ends: Callable[[float], list[float]]) -> list[float]:
-        """Where an end closes and opens again between looks: near the vertex of a parabola through three of them."""
+        """Times when an end closes and opens again between looks: at the vertex of a parabola through three of them."""
         bend, slope = (left[:-2] - 2 * left[1:-1] + left[2:]) / 2, (left[2:] - left[:-2]) / 2
         inside = (bend > 0) & (np.abs(slope) <= 2 * bend) & (left.min(axis=0) >= 0)
         near = inside & (left[1:-1] - slope**2 / (4 * np.where(inside, bend, np.inf)) < 0.1 * np.ptp(left, axis=0))

@@ -68,7 +68,7 @@ class Piece(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """What a shaft's mesh passes to it (W): on the mean over time, least and greatest, and on the mean what is lost."""
+    """Power that a shaft's mesh passes to it (W): on the mean over time, least and greatest, and the mean loss."""
 
     mean: float
     least: float
@@ -285,7 +285,7 @@ class DriveLine:
         return kept
 
     def active(self, phi: float) -> tuple[bool, ...]:
-        """Which pushes act at a crank angle."""
+        """Pushes that act at a crank angle."""
         found = []
         for push in self.pushes:
             angle = self.shafts[push.shaft].speed * phi + self.phase if push.port else phi

@@ -76,7 +76,7 @@ def irregularity(omega: Any) -> Any:
 
 
 def kept(sizing: Any, inertias: Any) -> Any:
-    """Which flywheels keep what was asked, as a sizing has it."""
+    """Flywheels that keep the limits, according to a sizing."""
     found = inertias >= sizing.flywheel.exact
     for each in sizing.flywheel.broken:
         found &= ~((inertias >= each.start) & (inertias < (np.inf if each.end is None else each.end)))

@@ -108,7 +108,7 @@ class Machine:
 
     @property
     def moving(self) -> bool:
-        """Whether torques depend on speed, or on what is accelerated."""
+        """True if torques depend on speed or acceleration."""
         laws = [load.law for load in self.loads if isinstance(load.law, ast.expr)]
         return bool(self.dampers or self.efficiency) or any(formulas.names(law) & {"omega"} for law in laws)
 
@@ -309,7 +309,7 @@ class Machine:
 
 
 def active(load: Load, angle: Any) -> Any:
-    """Whether a load's window is open at angles of its period."""
+    """Tests whether a load's window is open at angles of its period."""
     if load.window is None:
         return np.ones(np.shape(angle), dtype=bool)
     start, end = (edge - plain.floor(edge / load.every) * load.every for edge in load.window)

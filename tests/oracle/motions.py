@@ -228,7 +228,7 @@ def mechanism(table: Table, cycle: Any, parameters: Table, folder: Path) -> Move
 
 
 class Pose(NamedTuple):
-    """Where the origin of a body is, and how it is turned."""
+    """Position of a body's origin, and its rotation."""
 
     x: Any
     y: Any

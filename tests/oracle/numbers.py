@@ -50,7 +50,7 @@ def reals(values: Any) -> Any:
 
 
 def finite(values: Any) -> bool:
-    """Whether no value is infinite or none."""
+    """Tests whether all values are finite."""
     return bool(np.isfinite(np.asarray(values).astype(float)).all())
 
 

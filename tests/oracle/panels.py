@@ -147,7 +147,7 @@ class Places(NamedTuple):
 
 
 def roots(values: Any, exactly: Callable[[Any, Any], Any] | None = None) -> Places:
-    """Where functions, smooth on each panel, change their sign between two neighbours of nodes and ends.
+    """Sign changes of functions, smooth on each panel, between two neighbours of nodes and ends.
 
     `exactly` has their values at places of panels, where their own series on the panels are not resolved.
     """

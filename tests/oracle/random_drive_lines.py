@@ -288,7 +288,7 @@ def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float,
 
 
 def compared(table: dict[str, Any], true: Regime, rtol: float) -> list[Off]:
-    """What an analysis or a sizing gets wrong by more than it says, or than was asked where it says that it reached that."""
+    """Errors of an analysis or a sizing above its estimates, or above rtol where that is reported as reached."""
     sizing = flywheel.size(flywheel.load(table | {"accuracy": {"rtol": rtol}}), simulate=False)
     found = []
     for figure, value, exact, said, size in pairs(sizing, true):
@@ -299,7 +299,7 @@ def compared(table: dict[str, Any], true: Regime, rtol: float) -> list[Off]:
 
 
 def recovered(table: dict[str, Any], true: Regime, rtol: float) -> list[Off]:
-    """What a sizing for the irregularity of an analysis misses of that flywheel, beyond what it says or was asked."""
+    """Error of the flywheel that a sizing finds for the irregularity of an analysis, above its estimate or rtol."""
     wheel = {"on": table["flywheel"]["on"], "irregularity": true.irregularity}
     sizing = flywheel.size(flywheel.load(table | {"flywheel": wheel, "accuracy": {"rtol": rtol}}), simulate=False)
     found = sizing.as_dict()

@@ -36,7 +36,7 @@ class NoMotionError(ValueError):
 
 
 class Held(NamedTuple):
-    """What is asked of a motion: a flywheel or an irregularity, and with a balance the mean of extremes."""
+    """Requirements of a motion: a flywheel or an irregularity, and with a balance the mean of extremes."""
 
     inertia: Any
     irregularity: Any
@@ -44,7 +44,7 @@ class Held(NamedTuple):
 
 
 class Guess(NamedTuple):
-    """Where the iteration starts; `pace` tells the speed at angles, in double."""
+    """Start of the iteration; `pace` gives the speed at angles, in double."""
 
     speed: Any
     inertia: Any
@@ -155,7 +155,7 @@ class Equations:
         return bend(found, y, state.inertia)[0][:, :-1] / (self.w**2 / 2)
 
     def sent(self, state: State) -> list[Any]:
-        """What lossy meshes transmit, at the nodes."""
+        """Torques that lossy meshes transmit, at the nodes."""
         found, y = self.parted(state)
         tau = bend(found, y, state.inertia)[1]
         return [t[:, :-1] for p, t in zip(found, tau, strict=True) if p.efficiency < 1]
@@ -189,7 +189,7 @@ class Equations:
         return nodes.astype(float), np.stack([*by, 0 * rate], axis=-1)[..., :-1].astype(float)
 
     def extremes(self, state: State, rate: Any) -> tuple[Places, Any]:
-        """Where s may be extreme, and s there."""
+        """Places at which s may be extreme, and s there."""
         places = panels.candidates(rate)
         series = panels.fit(rate) @ panels.INTEGRATE * self.mesh.half
         s = state.edges[places.panel] + panels.valued(series[places.panel], places.t)

@@ -158,7 +158,7 @@ def served(scene: Path, *options: str) -> Iterator[Served]:
 
 
 class Watched:
-    """What pages of a context asked for beyond this machine, and complained of."""
+    """Requests of pages of a context beyond this machine, and their errors."""
 
     def __init__(self) -> None:
         self.left, self.complaints = list[str](), list[str]()
@@ -233,7 +233,7 @@ def _written(condition: str | Callable[[], object]) -> str:
 
 
 def expected(part: Locator) -> LocatorAssertions:
-    """What a part of the page is to become within a minute: `expected(page.locator("#angle")).to_have_value("91")`."""
+    """Expectation of a part of the page within a minute: `expected(page.locator("#angle")).to_have_value("91")`."""
     from playwright.sync_api import expect
 
     expect.set_options(timeout=60_000)
@@ -255,7 +255,7 @@ def picture(page: Page, name: str, **options: Any) -> None:
 
 
 def violations(page: Page, context: Any = None) -> list[str]:
-    """What axe-core finds wrong with the page as it stands, a line each: rule, elements, and what it says of them."""
+    """Violations that axe-core finds on the page, a line each: rule, elements, and its message."""
     from axe_playwright_python.sync_playwright import Axe
 
     found = Axe().run(page, context).response["violations"]

@@ -76,7 +76,7 @@ def opened(tmp_path: Path) -> Iterator[Callable[..., Served]]:
 
 @pytest.fixture
 def watched() -> Watched:
-    """What pages asked for beyond this machine, and complained of; both are failures at the end of the test."""
+    """Requests of pages beyond this machine, and their errors; both are failures at the end of the test."""
     return Watched()
 
 

@@ -278,7 +278,7 @@ def test_a_script_in_a_title_stays_a_text(served: PageServer, tmp_path: Path) ->
 
 
 def test_an_invitation_leads_to_the_page_once(served: PageServer) -> None:
-    """What a browser is started with, others on the machine can see: it holds no secret that lasts."""
+    """The address that starts a browser is visible to others on the machine: it holds no secret that lasts."""
     invitation = served.invitation()
     assert served.secret not in invitation
     path = "/" + invitation.split("/", 3)[3]

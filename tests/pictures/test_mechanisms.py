@@ -61,7 +61,7 @@ def drawn(kind: str) -> Figure:
 
 
 def artists(panel: Axes, kind: str) -> list[Any]:
-    """What was drawn of figures of a kind (or of a kind and a body) at the first position, faint ones left out."""
+    """Artists of a kind (or of a kind and a body) at the first position, faint ones left out."""
     found = [a for a in panel.get_children() if isinstance(a, Line2D | Polygon) and f"{a.get_gid()} ".startswith(f"{kind} ")]
     return [a for a in found if a.get_zorder() != 1.6]
 

@@ -96,7 +96,7 @@ def texts(panel: Axes) -> list[str]:
 
 
 def words(line: Line2D) -> str:
-    """What a line's name is before its figures."""
+    """Name of a line before its figures."""
     return str(line.get_label()).partition(" kg")[0].rpartition(" ")[0]
 
 

@@ -390,7 +390,7 @@ def swing_of(moment: Any, edges: list[float]) -> tuple[float, float]:
 
 
 def crank_angle(x: float, low: float, high: float) -> float:
-    """Where the slider is, between two dead centres."""
+    """Crank angle of a position of the slider, between two dead centres."""
     return float(brentq(lambda phi: x_of(phi) - x, low, high, xtol=1e-15))
 
 

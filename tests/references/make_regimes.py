@@ -61,7 +61,7 @@ def analysed(name: str, known: dict[str, Any], kind: str, key: str) -> dict[str,
 
 
 def at_constant_speed(name: str, known: dict[str, Any]) -> dict[str, Any]:
-    """What a constant speed makes of the torques: the speed, the balance, the areas' extremes, the flywheels they give."""
+    """Figures at a constant speed: the speed, the balance, the areas' extremes, the flywheels."""
     machine, _ = machine_of(name, inertia=0)
     speed = Real(known["speed"])
     if not machine.balanced:
@@ -83,7 +83,7 @@ def texts(figures: dict[str, Any]) -> dict[str, Any]:
 
 
 def differences(found: dict[str, Any], known: dict[str, Any]) -> dict[str, float]:
-    """How far every figure is from the one in the file, relative to it or, of an energy, to what is exchanged."""
+    """Differences of every figure from the file, relative to it or, of an energy, to the work exchanged."""
     scale = mp.mpf(known.get("work_exchanged", 0))
     whole = dict.fromkeys(("accumulated_max", "accumulated_min", "drive_work"), scale)
     gaps = {}

@@ -88,7 +88,7 @@ def machine(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
 
 
 def apart(angle: float, others: list[str], cycle: float) -> float:
-    """How far an angle is from the nearest of others, around the cycle."""
+    """Distance of an angle from the nearest of others, around the cycle."""
     gaps = [abs(angle - float(other)) for other in others]
     return min(min(gap, cycle - gap) for gap in gaps)
 

@@ -400,7 +400,7 @@ NAMESPACE = {"sin": sin, "cos": cos, "tan": tan, "arcsin": asin, "arccos": acos,
 
 
 def worked_out(node, mark="."):
-    """What a MathML element comes to, as a text for Python: read from what is shown, by nobody who wrote it."""
+    """Value of a MathML element, as a text for Python: from what is shown, independent of its writer."""
     tag, inner = node.tag.rpartition("}")[2], [worked_out(child, mark) for child in node]
     match tag:
         case "mn":

@@ -178,7 +178,7 @@ def test_the_speed_asked_for_is_told_from_the_speed_taken():
 
 @pytest.mark.slow
 def test_a_light_flywheel_is_not_followed_to_infinity():
-    """Where torque vanishes beside the energy, nothing closes: an induction motor that stalls must not run at 1e12 rad/s."""
+    """A torque that vanishes beside the energy closes nothing: an induction motor that stalls must not run at 1e12 rad/s."""
     motor = {"type": "induction", "power": "1.1 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz"}
     scene = {
         "load": [{"on": "crank", "torque": -100, "from": 0, "to": "60 deg"}],

@@ -150,7 +150,7 @@ def test_the_cheapest_keeps_it(found_and_true):
 
 
 def choice(monkeypatch, **times):
-    """What is chosen where each of three methods of the yoke has taken these times (s)."""
+    """Choice where each of three methods of the yoke has taken these times (s)."""
     names = {
         "grid": "plain grid, 36 angles",
         "loose": "exact, closed form, rtol 0.001",
