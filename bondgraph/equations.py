@@ -109,7 +109,8 @@ def readable(expression: Any) -> Any:
     import sympy
 
     least = sympy.count_ops(expression)
-    if least > _MOST_TIDIED:
+    divided = any(power.base.is_Add and power.exp.is_negative for power in expression.atoms(sympy.Pow))
+    if least > _MOST_TIDIED or not divided:  # a sum of products is left as it is
         return expression
     forms = [expression, sympy.factor_terms(sympy.together(expression))]
     if least <= _MOST_CANCELLED and expression.is_rational_function():
@@ -279,11 +280,24 @@ class StateEquations:
 
         return at
 
-    def text(self) -> str:
-        """The equations, a line each, and what they leave out."""
+    def text(self, *, sequential: bool = False) -> str:
+        """The equations, a line each, and what they leave out; `sequential`: what they share comes first, under new names."""
         lines = [f"d{s}/dt = {d}" for s, d in zip(self.states, self.derivatives, strict=True)]
         lines += [f"{s} = {e}" for s, e in self.algebraic]
+        if sequential:
+            shared, rates = self.sequence()
+            lines = [f"{s} = {e}" for s, e in shared]
+            lines += [f"d{s}/dt = {d}" for s, d in zip(self.states, rates, strict=True)]
         return "\n".join([*lines, *self.derivative_stores, *self.inert])
+
+    def sequence(self) -> tuple[tuple[Equation, ...], tuple[Any, ...]]:
+        """Common expressions under new symbols, each of those before, and the derivatives in terms of them."""
+        import sympy
+
+        taken = {str(s) for e in self.derivatives for s in e.free_symbols} | {str(s) for s in self.states}
+        fresh = (symbol for symbol in sympy.numbered_symbols("z", start=1) if str(symbol) not in taken)
+        shared, rates = sympy.cse(list(self.derivatives), symbols=fresh)
+        return tuple(shared), tuple(rates)
 
     def latex(self) -> str:
         """The equations as LaTeX, aligned at their equals signs."""

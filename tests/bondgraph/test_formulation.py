@@ -318,3 +318,28 @@ def test_a_run_and_its_audit_are_told_in_a_few_lines():
     lines = str(run.audit).splitlines()
     assert [line.split()[0] for line in lines] == ["power:", "energy:", "supplied"]
     assert all(len(line) < 100 for line in lines)
+
+
+def test_what_long_equations_share_is_written_once():
+    found = state_equations(ladder(3))
+    shared, rates = found.sequence()
+    expression = rates[0]
+    for symbol, value in reversed(shared):
+        expression = expression.xreplace({symbol: value})
+    assert sympy.simplify(expression - found.derivatives[0]) == 0
+    lines = found.text(sequential=True).splitlines()
+    assert lines[0].startswith("z1 = ")
+    assert lines[len(shared)].startswith("dq_c/dt = ")
+    assert sum(sympy.count_ops(e) for _, e in shared) + sympy.count_ops(rates[0]) < sympy.count_ops(found.derivatives[0])
+
+
+def test_a_chain_of_fifty_masses_has_its_equations_term_by_term():
+    b = Builder()
+    for k in range(50):
+        b.one(f"v{k}").on(f"v{k}", I(f"m{k}", 1.0 + k), R(f"r{k}", 0.1))
+        if k:
+            b.between(f"v{k - 1}", f"v{k}", C(f"c{k}", 0.5))
+    found = state_equations(b.build())
+    assert len(found.states) == 99
+    p, q, m, c, r = (sympy.Symbol(name) for name in ("p_m0", "q_c1", "m0", "c1", "r0"))
+    assert found.derivatives[0] == -p * r / m - q / c
