@@ -281,7 +281,7 @@ class StateEquations:
         return at
 
     def text(self, *, sequential: bool = False) -> str:
-        """The equations, a line each, and what they leave out; `sequential`: what they share comes first, under new names."""
+        """The equations, a line each, and what they leave out; `sequential`: what they share first, under new names."""
         lines = [f"d{s}/dt = {d}" for s, d in zip(self.states, self.derivatives, strict=True)]
         lines += [f"{s} = {e}" for s, e in self.algebraic]
         if sequential:

@@ -6,7 +6,6 @@ the energy must add up over the run: stored - stored at the start + dissipated -
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,10 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, Element, Here, Law, Modulus
-from bondgraph.graph import entry
-from bondgraph.laws import TIME, Function, GraphError
-from bondgraph.motion.dynamics import Dynamics, Instant, Walk
-from bondgraph.motion.formulation import Port
+from bondgraph.graph import BondGraph, entry
+from bondgraph.laws import TIME, Function
 from bondgraph.motion.stepping import Step
 
 Array = NDArray[np.float64]
@@ -52,21 +49,31 @@ class Audit(NamedTuple):
         )
 
 
+class Sight(NamedTuple):
+    """A motion at times (n,): states by name, middles of smooth pieces, flows and efforts by bond, each (n,)."""
+
+    graph: BondGraph
+    signals: Mapping[str, Function]
+    displacement_of: Mapping[str, str]
+    times: Array
+    states: Mapping[str, Array]
+    anchors: Mapping[str, Array]
+    flows: Mapping[int, Any]
+    efforts: Mapping[int, Any]
+
+
 class Auditor:
     """What elements ask of flows and efforts by their laws, and nothing by the equations of the motion."""
 
-    def __init__(self, dynamics: Dynamics, times: Array, state: Array, anchors: Mapping[str, Array], at: Instant) -> None:
-        self.dynamics, self.graph, self.shape = dynamics, dynamics.graph, times.shape
-        self.times, self.at = times, at
-        self.state = dict(zip(dynamics.state.names, state, strict=True))
-        self.anchors = anchors
-        self.flows = {number: _filled(value, times.shape) for number, value in at.flows.items()}
-        self.efforts = {number: _filled(value, times.shape) for number, value in at.efforts.items()}
-        self.places: dict[str, Any] = {TIME: times, **self.state}
-        self.places |= {name: signal(*[times] * len(signal.of)) for name, signal in dynamics.signals.items()}
+    def __init__(self, sight: Sight) -> None:
+        self.graph, self.times, self.shape = sight.graph, sight.times, sight.times.shape
+        self.state, self.anchors, self.displacement_of = sight.states, sight.anchors, sight.displacement_of
+        self.flows = {number: _filled(value, self.shape) for number, value in sight.flows.items()}
+        self.efforts = {number: _filled(value, self.shape) for number, value in sight.efforts.items()}
+        self.places: dict[str, Any] = {TIME: self.times, **self.state}
+        self.places |= {name: signal(*[self.times] * len(signal.of)) for name, signal in sight.signals.items()}
         for letter, values in (("f", self.flows), ("e", self.efforts)):
             self.places |= {f"{letter}_{name}": values[self.graph.at(name)[0].number] for name in self.graph.elements}
-        self.displacement_of = {d.of: d.name for d in reversed(dynamics.form.displacements)}
 
     def law(self, name: str, own: Any = None) -> Array:
         """The value of an element's law, of its own quantity where it depends on that."""
@@ -146,13 +153,13 @@ def _by_rows(law: Callable[..., Any], arguments: Sequence[Array]) -> Any:
         return np.array([law(*row) for row in zip(*(a.tolist() for a in arguments), strict=True)])
 
 
-def audit(dynamics: Dynamics, stretches: Sequence[Step], looked_at: Callable[..., Any]) -> Audit:
-    """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the graph and its states there."""
+def audit(stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Sight]) -> Audit:
+    """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there."""
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
-    at, state, anchors = looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
-    inside, graph = Auditor(dynamics, times, state, anchors, at), dynamics.graph
+    inside = Auditor(looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size)))
+    graph = inside.graph
     power = {e.name: inside.power(e.name) for e in graph.of_kind(*ONE_PORTS)}
 
     def since_start(names: Sequence[str]) -> Array:
@@ -165,7 +172,7 @@ def audit(dynamics: Dynamics, stretches: Sequence[Step], looked_at: Callable[...
 
     edges = np.append(starts, stretches[-1].end)
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
-    ends = Auditor(dynamics, edges, *_turned(looked_at(edges, owners)))
+    ends = Auditor(looked_at(edges, owners))
     kept = [name for name in of("I", "C") if graph.is_linear(name)]
     stored = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
     stored = stored + since_start([name for name in of("I", "C") if name not in kept])
@@ -184,11 +191,6 @@ def audit(dynamics: Dynamics, stretches: Sequence[Step], looked_at: Callable[...
     return Audit(worst, where, float(residual / scale) if scale > _NO_POWER else 0.0, stored, dissipated, supplied)
 
 
-def _turned(found: tuple[Instant, Array, dict[str, Array]]) -> tuple[Array, dict[str, Array], Instant]:
-    at, state, anchors = found
-    return state, anchors, at
-
-
 def _energy(at: Auditor, name: str) -> Array:
     """The energy in a linear store: from its state where it has one of its own, else from what it follows."""
     element, bond, constant = at.graph.elements[name], at.graph.bond_of(name).number, at.graph.constant(name)
@@ -196,59 +198,6 @@ def _energy(at: Auditor, name: str) -> Array:
     if stored is None:
         stored = constant * (at.flows if element.kind == "I" else at.efforts)[bond]
     return np.asarray(0.5 * stored**2 / constant) if constant else np.zeros(at.shape)
-
-
-def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
-    """What each state would be if it held all the energy of a run, from states (a column for every time).
-
-    E = greatest energy of all stores + integral of |e f| over all other ports. A linear store has sqrt(2 E W), W its own
-    inertia or compliance with those that follow it; one of a curved law the least power of two with |e(q) q|/2 >= E (an
-    inertia: |f(p) p|/2); a declared displacement what these flows make of it in the time of the run.
-    """
-    walk, form = Walk(dynamics.tables, times, list(states), anchors), dynamics.form
-    with np.errstate(all="ignore"):
-        instant, passed, stored = walk.instant(), np.zeros(times.shape), np.zeros(times.shape)
-        for port in form.ports:
-            power = _filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
-            place = next((k for k, p in enumerate(form.stores) if p == port), None)
-            if place is not None and port.element.name not in form.massless:
-                given = _filled(walk.outputs[place], times.shape)
-                stored = stored + 0.5 * np.abs(given * states[place])
-            elif port in form.followers and dynamics.graph.is_linear(port.element.name):
-                constant = dynamics.graph.constant(port.element.name)
-                stored = stored + 0.5 * constant * _filled(walk.value(port.input), times.shape) ** 2
-            elif port.element.name not in form.massless:
-                passed = passed + np.abs(power)
-        energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
-        matrix, _ = walk.mass_and_force()
-    weights = {k: float(np.max(matrix[i][i])) for i, k in enumerate(dynamics.tables.weighed)}
-    greatest, scales = [], []
-    for k, port in enumerate(form.stores):
-        curved = form.graph.is_curve(port.element.name)
-        own = 0.0 if port.element.name in form.massless or curved else dynamics.graph.constant(port.element.name)
-        weight = max(weights.get(k, own), 1e-300)
-        if curved:
-            scales.append(_stretched(dynamics, port, states[:, 0].tolist(), energy))
-        else:
-            scales.append((1.0 if port.element.name in form.massless else own) * math.sqrt(2.0 * energy / weight))
-        greatest.append(float(np.max(np.abs(walk.outputs[k]))) if curved else math.sqrt(2.0 * energy / weight))
-    greatest += [float(np.max(np.abs(z))) if z is not None else 0.0 for z in walk.outputs[len(form.stores) :]]
-    for displacement in form.displacements:
-        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
-        scales.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
-    return np.array(scales)
-
-
-def _stretched(dynamics: Dynamics, port: Port, start: list[float], energy: float) -> float:
-    """The least power of two at which a store of a curved law holds an energy."""
-    walk, stretch, taken = Walk(dynamics.tables, 0.0, start, {}), 2.0**-100, 0.0
-    while taken < energy and stretch < 2.0**100:
-        stretch *= 2.0
-        try:
-            taken = 0.5 * stretch * max(abs(walk.stored(port, side * stretch)) for side in (-1.0, 1.0))
-        except GraphError:  # the law ends here
-            break
-    return stretch
 
 
 def _filled(value: Any, shape: tuple[int, ...]) -> Array:

@@ -24,8 +24,9 @@ from bondgraph.graph import BondGraph, entry
 from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
-from bondgraph.motion.audit import Audit, audit, energy_scales
+from bondgraph.motion.audit import Audit, Sight, audit
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
+from bondgraph.motion.formulation import Port
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.numerics import count, counting
 
@@ -114,7 +115,7 @@ class Run:
     @cached_property
     def audit(self) -> Audit:
         """The power audit of the run."""
-        return audit(self.dynamics, self.stretches, self._looked_at)
+        return audit(self.stretches, self._sight)
 
     @cached_property
     def _plain(self) -> bool:
@@ -201,6 +202,13 @@ class Run:
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         return self.dynamics.at(times, list(state), anchors), state, anchors
+
+    def _sight(self, times: Array, owners: NDArray[np.int_]) -> Sight:
+        at, state, anchors = self._looked_at(times, owners)
+        dynamics = self.dynamics
+        states = dict(zip(dynamics.state.names, state, strict=True))
+        named = dynamics.tables.displacement_of
+        return Sight(dynamics.graph, dynamics.signals, named, times, states, anchors, at.flows, at.efforts)
 
     def _shaped(self, value: Any, times: Array) -> Array:
         return np.array(np.broadcast_to(np.asarray(value, dtype=float), times.shape))
@@ -790,3 +798,60 @@ def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
     assert k is not None
     gain = Walk(dynamics.tables, 0.0, [0.0] * len(dynamics.state.names), {}).gain[form.variable(junction)][k]
     return (k, float(gain)) if gain else None
+
+
+def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
+    """What each state would be if it held all the energy of a run, from states (a column for every time).
+
+    E = greatest energy of all stores + integral of |e f| over all other ports. A linear store has sqrt(2 E W), W its own
+    inertia or compliance with those that follow it; one of a curved law the least power of two with |e(q) q|/2 >= E (an
+    inertia: |f(p) p|/2); a declared displacement what these flows make of it in the time of the run.
+    """
+    walk, form = Walk(dynamics.tables, times, list(states), anchors), dynamics.form
+    with np.errstate(all="ignore"):
+        instant, passed, stored = walk.instant(), np.zeros(times.shape), np.zeros(times.shape)
+        for port in form.ports:
+            power = _filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
+            place = next((k for k, p in enumerate(form.stores) if p == port), None)
+            if place is not None and port.element.name not in form.massless:
+                given = _filled(walk.outputs[place], times.shape)
+                stored = stored + 0.5 * np.abs(given * states[place])
+            elif port in form.followers and dynamics.graph.is_linear(port.element.name):
+                constant = dynamics.graph.constant(port.element.name)
+                stored = stored + 0.5 * constant * _filled(walk.value(port.input), times.shape) ** 2
+            elif port.element.name not in form.massless:
+                passed = passed + np.abs(power)
+        energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
+        matrix, _ = walk.mass_and_force()
+    weights = {k: float(np.max(matrix[i][i])) for i, k in enumerate(dynamics.tables.weighed)}
+    greatest, scales = [], []
+    for k, port in enumerate(form.stores):
+        curved = form.graph.is_curve(port.element.name)
+        own = 0.0 if port.element.name in form.massless or curved else dynamics.graph.constant(port.element.name)
+        weight = max(weights.get(k, own), 1e-300)
+        if curved:
+            scales.append(_stretched(dynamics, port, states[:, 0].tolist(), energy))
+        else:
+            scales.append((1.0 if port.element.name in form.massless else own) * math.sqrt(2.0 * energy / weight))
+        greatest.append(float(np.max(np.abs(walk.outputs[k]))) if curved else math.sqrt(2.0 * energy / weight))
+    greatest += [float(np.max(np.abs(z))) if z is not None else 0.0 for z in walk.outputs[len(form.stores) :]]
+    for displacement in form.displacements:
+        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
+        scales.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
+    return np.array(scales)
+
+
+def _stretched(dynamics: Dynamics, port: Port, start: list[float], energy: float) -> float:
+    """The least power of two at which a store of a curved law holds an energy."""
+    walk, stretch, taken = Walk(dynamics.tables, 0.0, start, {}), 2.0**-100, 0.0
+    while taken < energy and stretch < 2.0**100:
+        stretch *= 2.0
+        try:
+            taken = 0.5 * stretch * max(abs(walk.stored(port, side * stretch)) for side in (-1.0, 1.0))
+        except GraphError:  # the law ends here
+            break
+    return stretch
+
+
+def _filled(value: Any, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(value, dtype=float), shape)
