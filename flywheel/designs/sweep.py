@@ -40,6 +40,7 @@ LEAST_CHUNK = 1_000
 _MOST_CHUNK, _CHUNKS = 20_000, 64
 MOST_DESIGNS = 20_000_000
 _SLOW_RATE = 100  # designs a second, one by one: below it a few are tried first, as many at once may not do
+_TRIED = 4  # designs that show whether an executor's will be sized one by one
 _OUTSTANDING = 64  # chunks that wait for an executor at a time
 _POOLS = 3  # of worker processes, before what is left is sized here
 _SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with the largest estimates
@@ -308,7 +309,8 @@ def _batches(
     """
     lost, few = pending, _second_of_designs(plan) if executor is not None and cut and pending else LEAST_CHUNK
     if few < _SLOW_RATE and plan.engine != "size":
-        first, lost = lost[0][:few], [chunk for chunk in (lost[0][few:], *lost[1:]) if chunk.size]
+        tried = min(few, _TRIED)
+        first, lost = lost[0][:tried], [chunk for chunk in (lost[0][tried:], *lost[1:]) if chunk.size]
         batch = designs.sized(plan.scene, *plan.chunk(first))
         yield first, batch
         few = few if _mostly_alone(batch) else LEAST_CHUNK
