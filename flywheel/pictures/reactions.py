@@ -6,7 +6,7 @@ a force jumps, its curve is broken, and a dotted line says so.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import ceil, sqrt
 from pathlib import Path
 from textwrap import fill, wrap
@@ -107,10 +107,16 @@ def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequenc
             _over_driver(panel, row, x, curves, linkage.sliding)
         done.add(row.key)
     made.draw_without_rendering()
+    marks = []
     for panel, row, at, path in plane:
         panel.autoscale(enable=False)  # its limits are those that make scales equal
         panel.set_adjustable("box")
-        _mark(panel, row, at, path, linkage.sliding)
+        marks.append(_mark(panel, row, at, path, linkage.sliding))
+    enlarged = [next(dots) for dots in marks]  # all dots are drawn before the words are laid out
+    if any(enlarged):
+        made.draw_without_rendering()
+    for words in marks:
+        next(words, None)
 
 
 def _whole_round(poses: Poses) -> float:
@@ -156,8 +162,11 @@ def _draw_path(panel: Axes, row: Row, path: Array) -> None:
     panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
-def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> None:
-    """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged."""
+def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> Iterator[bool]:
+    """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged.
+
+    Between dots and words it yields whether there is such a corner, which must have its place before words come into it.
+    """
     spots = np.stack([np.interp(row.along, shown, part) for part in path], axis=1)
     places = (1000.0 if sliding else 180.0 / np.pi) * np.array(row.along)
     most, unit_of_place = float(np.nanmax(np.hypot(*path))), "" if sliding else "°"
@@ -181,9 +190,9 @@ def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> No
         near.locator_params(nbins=3)
         near.set_title(_("enlarged, {unit}", unit=row.unit), fontsize=8, pad=3)
         words.append((near, places[crowd], spots[crowd], []))
-        panel.figure.draw_without_rendering()  # type: ignore[union-attr]
     elif corner is None:
         words = [(panel, places, spots, jumps)]
+    yield len(words) > 1
     for where, at, dots, leaps in words:
         names = [figures.name(where, _("jump"), fontsize=8.0, color=GREY, zorder=5) for ends in leaps[:1]]
         anchors = [ends[:, np.argsort(np.hypot(*ends))] @ (0.3, 0.7) for ends in leaps[:1]]
