@@ -52,7 +52,8 @@ if TYPE_CHECKING:
     from flywheel.motions.transients import run_down, run_up, transient
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
-    from flywheel.pictures.mechanisms import animate, draw
+    from flywheel.pictures.animation import animate
+    from flywheel.pictures.mechanisms import draw
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.scene.scene import Scene
@@ -60,10 +61,10 @@ if TYPE_CHECKING:
     from flywheel.sizing.results import PowerFlow, Sizing, Sizings
     from flywheel.sizing.sizing import size
     from flywheel.study.tradeoff import Tradeoff, tradeoff
-    from flywheel.tables.scene import Explanation, explain
+    from flywheel.tables.explanation import Explanation, explain
 
 _HOMES = {
-    "Explanation": "tables.scene",
+    "Explanation": "tables.explanation",
     "Fault": "numerics.faults",
     "JointForces": "motions.joint_forces",
     "Kinematics": "motions.kinematics",
@@ -83,10 +84,10 @@ _HOMES = {
     "Tradeoff": "study.tradeoff",
     "Transient": "motions.motion",
     "along": "regime.state",
-    "animate": "pictures.mechanisms",
+    "animate": "pictures.animation",
     "cycle_shares": "motions.kinetic_energy",
     "draw": "pictures.mechanisms",
-    "explain": "tables.scene",
+    "explain": "tables.explanation",
     "instant_centres": "motions.velocities",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",

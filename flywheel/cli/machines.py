@@ -106,13 +106,13 @@ def size(
 
         result, explained = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy), None
         if explain:
-            from flywheel.tables.scene import explanation
+            from flywheel.tables.explanation import explanation
 
             explained = explanation(result)
         if as_json or full:
             from flywheel.tables import sizing as page
         if as_json:
-            show(page.json(result, explained))
+            show(page.json(result, None if explained is None else explained.as_dict()))
             remarked(scene, page.remarks(result))
             for message in result.messages:
                 click.echo(message, err=True)

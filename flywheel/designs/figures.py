@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -358,3 +358,13 @@ def wheel_figures(request: WheelAsked, wheel: Wheel | None) -> dict[str, float |
         return dict(zip(OF_WHEEL, bounds, strict=True))
     stress = wheel.mass, wheel.greatest_stress, wheel.utilisation, wheel.safety
     return dict(zip(OF_WHEEL, (*stress, wheel.rim_speed, 2 * wheel.body.outer), strict=True))
+
+
+MAIN = ("mass", "exact", "irregularity", "power")
+"""The figures that are shown unless others are named."""
+
+
+def shown(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
+    """The figures to be shown: those that are named, or the main ones."""
+    own = list(there)
+    return [name for name in names or MAIN if name in own] or own[:1]

@@ -628,3 +628,8 @@ def _tokens(value: Any) -> Iterable[bytes]:
         yield b")"
     else:
         yield repr(value).encode() + b";"
+
+
+def objective(found: Sweep) -> str:
+    """The figure by which designs are compared: the exact flywheel, or in an analysis the irregularity."""
+    return "exact" if "exact" in found.names else "irregularity"

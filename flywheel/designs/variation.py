@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import degrees, isfinite, isnan
+from math import degrees, isfinite, isnan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
 from flywheel.components.wheels import choose
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, OF_WHEEL, Batch, figures_of, sized, wheel_figures
+from flywheel.designs.figures import (
+    ALONE,
+    ENGINES,
+    FIGURES,
+    MISSING,
+    OF_WHEEL,
+    Batch,
+    figures_of,
+    sized,
+    wheel_figures,
+)
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.arguments import name_faults, refuse, shown
@@ -479,3 +489,13 @@ def _angle(sizing: Sizing, which: str, row: int) -> float | None:
     extremes = wittenbauer.figures_of(cycle, sizing.speed, sizing.scene.irregularity).extremes
     angles: Array = extremes.angle_greatest if which == _GREATEST else extremes.angle_least
     return float(np.asarray(angles)[row])
+
+
+_DEGREE = pi / 180
+
+
+def change(found: Sensitivities, name: str, path: str) -> float:
+    """By how many per cent a figure changes for one per cent of a number, or for a degree of an angle; NaN if unknown."""
+    value, derivative = found.values[name], found.derivative(name, path).value
+    step = _DEGREE if found.units[path] == "rad" else 0.01 * found.numbers[path]
+    return 100.0 * derivative * step / value if value else float("nan")

@@ -19,7 +19,7 @@ from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.motions.motion import DRIVER as DRIVER
 from flywheel.motions.motion import TIME as TIME
-from flywheel.motions.motion import Motion, Transient, sampled, steady_motion, switching, time_along
+from flywheel.motions.motion import Driver, Motion, Transient, sampled, steady_motion, switching, time_along
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
@@ -39,19 +39,6 @@ from flywheel.sizing.sizing import size
 Array = NDArray[np.float64]
 
 UNSURE = state.EVALUATED * ROUNDING
-
-
-class Driver(NamedTuple):
-    """The driver at n instants: q (rad or m), t (s), rate and acceleration, and their estimated absolute errors.
-
-    Per unit of the driver there is neither time nor rate. `errors` are those of t, q, rate and acceleration.
-    """
-
-    q: Array
-    t: Array | None = None
-    rate: Array | None = None
-    acceleration: Array | None = None
-    errors: tuple[Array | float, Array | float, Array | float, Array | float] = (0.0, 0.0, 0.0, 0.0)
 
 
 class Course(NamedTuple):

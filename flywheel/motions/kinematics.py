@@ -1,7 +1,6 @@
-"""Position, velocity and acceleration of everything in a machine: bodies, joints, points, centres of mass, slides, shafts.
+"""Position, velocity and acceleration of everything in a machine over a course of its driver, with their extremes.
 
-What moves is found once, against the driver's coordinate q: its place x, the influence coefficient g = dx/dq and
-g' = d²x/dq². With the driver's rate and acceleration they give v = g q̇ and a = g q̈ + g' q̇².
+`motion` takes the course and the curves of what moves; a survey of cells finds where each curve is least and greatest.
 """
 
 from __future__ import annotations
@@ -15,230 +14,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.families import build, has_joints
-from flywheel.mechanisms.linkages.equations import Track
-from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
+from flywheel.motions.curves import POINTS, Curve, Moving, amount
+from flywheel.motions.driver import DRIVER, Course, course_of, instants
 from flywheel.motions.motion import Motion, Transient
 from flywheel.numerics import arguments, cells, notebook
-from flywheel.numerics.cells import ROUNDING, middles
+from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime import state
-from flywheel.scene.linkage import CRANK, PIN, SLIDE, SLOT, offered, straight
-from flywheel.scene.scene import TURN, Mechanism, Scene
+from flywheel.scene.linkage import offered
+from flywheel.scene.scene import TURN, Scene
 
 Array = NDArray[np.float64]
 
-ANGLE, POINT, WAY = "angle", "point", "slide"
-UNITS = {ANGLE: "rad", POINT: "m", WAY: "m"}
 DRIVERS = ("t", "q", "rate", "acceleration")
-POINTS = 361
-
-# -- what moves, against the driver's coordinate ---------------------------------------------------------------------
-
-
-class Place(NamedTuple):
-    """Moving quantity: an angle (rad), a point (x and y, m) or the way of a slide (m), with g and g'.
-
-    `unit` (m, or 1 of angles) and `per` (m, or 1 of a driver that turns) are sizes that its rounding is counted in.
-    """
-
-    kind: str
-    track: Track
-    unit: float = 1.0
-    per: float = 1.0
-
-
-def places(
-    scene: Scene, mechanisms: Sequence[Mechanism], own: Array, anchor: Array
-) -> tuple[dict[str, Place], dict[str, str]]:
-    """Everything that moves at own coordinates (rad or m, from where the machine's begin), by name; and other names of it.
-
-    anchor: inside the smooth piece that every coordinate belongs to, where a law decides its branches.
-    """
-    found: dict[str, Place] = {}
-    other: dict[str, str] = {}
-    sliding = scene.sliding
-    if not (sliding and mechanisms):
-        for name, ratio in {scene.reduction_element: 1.0, **scene.shafts}.items():
-            if not sliding or name == scene.reduction_element:
-                value = ratio * (own + scene.origin)
-                found[name] = Place(WAY if sliding else ANGLE, Track(value, ratio + 0.0 * own, 0.0 * own))
-    for mechanism in mechanisms:
-        ratio = scene.shafts[mechanism.shaft]
-        psi, middle = ratio * own + mechanism.phase, ratio * anchor + mechanism.phase
-        if mechanism.outputs:
-            moving, names = _outputs(mechanism, psi, middle, scene.parameters), dict[str, str]()
-        else:
-            moving, names = _bodies_and_joints(mechanism, psi)
-        prefix = f"{mechanism.name}."
-        turns_so = mechanism.shaft == CRANK and mechanism.phase == scene.origin
-        for name, place in moving.items():
-            alone = len(mechanisms) == 1 and (name not in scene.shafts or (name == CRANK and turns_so))
-            other[f"{prefix}{name}"] = title = name if alone else f"{prefix}{name}"
-            track = Track(place.track.value, ratio * place.track.rate, ratio**2 * place.track.slope)
-            found.setdefault(title, place._replace(track=track))
-        other |= {f"{prefix}{name}": other[f"{prefix}{of}"] for name, of in names.items()}
-    ends = [name.partition(".")[2] for name in other]
-    bare = {name.partition(".")[2]: of for name, of in other.items() if ends.count(name.partition(".")[2]) == 1}
-    return found, {name: of for name, of in (bare | other).items() if name not in found}
-
-
-def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mapping[str, float]) -> dict[str, Place]:
-    """The outputs of a law."""
-    family = build(mechanism, parameters)
-    position, found = family.position(psi, np, anchor), {}
-    sizes = family.position(np.linspace(0.0, mechanism.period, POINTS, endpoint=False), np)
-    for output in mechanism.outputs:
-        jet = position.jet(output.name)
-        value = family.ports[output.name].position(position)
-        track = Track(*(part + 0.0 * psi for part in (value, jet.first, jet.second)))
-        size = float(np.max(np.abs(sizes.jet(output.name).value + 0.0)))
-        found[output.name] = Place(ANGLE if output.rotating else WAY, track, max(size, 1.0) if output.rotating else size)
-    return found
-
-
-def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Place], dict[str, str]]:
-    """Bodies, joints, points and ports of a mechanism with joints; and other names of the same."""
-    solution, period = solution_of(mechanism)
-    linkage, unit = solution.linkage, solution.unit
-    turns = 0.0 * psi if period is None else np.floor(psi / period)
-    own = np.clip(psi, solution.low, solution.high) if period is None else psi - period * turns
-    poses = solution.poses(own)
-    gained = dict.fromkeys(linkage.names, 0.0)
-    if period is not None:
-        ends = solution.poses(np.array([0.0, period])).value[:, 2]
-        gained = dict(zip(linkage.names, (TURN * np.round((ends[:, 1] - ends[:, 0]) / TURN)).tolist(), strict=True))
-    found: dict[str, Place] = {}
-    other: dict[str, str] = {}
-
-    def put(name: str, kind: str, track: Track, gain: float = 0.0) -> str:
-        while name in found:
-            name = f"{name}.place"
-        track = track._replace(value=track.value + gain * turns) if gain else track
-        found[name] = Place(kind, track, 1.0 if kind == ANGLE else unit, solution.scale)
-        return name
-
-    held, moving = straight(linkage.joints), [link for link in linkage.links if link.name]
-    for link in moving:
-        if link.name not in held:
-            put(link.name, ANGLE, poses.angle(link.name), gained[link.name])
-    at: dict[tuple[str, str], str] = {}
-    for joint in linkage.joints:
-        first, second = (joint.first, joint.first_at), (joint.second, joint.second_at)
-        if joint.kind in (SLIDE, SLOT):
-            put(joint.name, WAY, solution.coordinate(joint.name, poses))
-            place = put(f"{joint.name}.place", POINT, poses.point(*second))
-        else:
-            place = put(joint.name, POINT, poses.point(*first))
-            at[first[0], first[1].name] = place
-        at[second[0], second[1].name] = place
-        if joint.kind in (PIN, SLOT):
-            a, b = poses.angle(joint.first), poses.angle(joint.second)
-            turn = Track(*(y - x for x, y in zip(a, b, strict=True)))
-            put(f"{joint.name}.angle", ANGLE, turn, gained[joint.second] - gained[joint.first])
-    for link in moving:
-        if link.mass or link.com != (0.0, 0.0):
-            put(f"{link.name}.com", POINT, poses.centre(link.name))
-    for link in (linkage.ground, *moving):
-        for point in link.points:
-            if (link.name, point.name) in at:
-                other[f"{link.name}.{point.name}"] = at[link.name, point.name]
-            else:
-                put(f"{link.name}.{point.name}", POINT, poses.point(link.name, point))
-    for port in mechanism.points:
-        seen = poses.point(port.body, linkage.link(port.body).point(port.point))
-        axis = np.array([[np.cos(port.direction)], [np.sin(port.direction)]])
-        put(port.name, WAY, Track(*((part * axis).sum(axis=0) for part in seen)))
-    other |= dict(KINDS[mechanism.type].guides)
-    for joint in linkage.joints:
-        if joint.kind == SLIDE and joint.second in held and joint.first == linkage.names[0]:
-            other.setdefault(joint.second, joint.name)
-    for name in held - other.keys() - found.keys():
-        put(name, ANGLE, poses.angle(name), gained[name])
-    return found, {name: of for name, of in other.items() if name not in found}
-
-
-def edges_of(scene: Scene) -> Array:
-    """Own coordinates between which everything moves smoothly: 0, where a law or a cam's lift goes over, the cycle."""
-    cycle = scene.cycle
-    found = [np.array([0.0, cycle])]
-    for mechanism in scene.mechanisms:
-        if KINDS[mechanism.type].smooth(mechanism):
-            continue
-        breaks = np.array(build(mechanism, scene.parameters).breakpoints)
-        ratio = scene.shafts[mechanism.shaft]
-        period = solution_of(mechanism)[1] if has_joints(mechanism) else mechanism.period
-        if period is None:
-            found.append((breaks - mechanism.phase) / ratio)
-        else:
-            turns = np.arange(-1.0, np.ceil(ratio * cycle / period) + 2.0)
-            found.append(((breaks[:, None] + period * turns - mechanism.phase) / ratio).ravel())
-    edges = np.concatenate(found)
-    edges = np.unique(edges[(edges >= 0.0) & (edges <= cycle)])
-    return np.asarray(edges[np.append(True, np.diff(edges) > 64 * ROUNDING * cycle)])
 
 
 # -- the record --------------------------------------------------------------------------------------------------------
-
-
-class Curve(NamedTuple):
-    """Position, velocity and acceleration of one thing over a motion.
-
-    `kind` is "angle", "point" or "slide" and `unit` that of the position, rad or m. Of n positions of the driver, angles and
-    slides have arrays of shape (n,), points (2, n): x and y along the frame's axes. Velocity and acceleration are per unit
-    of the driver (g, g') or per second. `parts` are those of the acceleration that come from the driver's acceleration and
-    from its speed, g q̈ and g' q̇² (0 and g' per unit of the driver). `errors` are estimated absolute errors of position,
-    velocity and acceleration.
-    """
-
-    name: str
-    kind: str
-    unit: str
-    position: Array
-    velocity: Array
-    acceleration: Array
-    parts: tuple[Array, Array]
-    errors: tuple[Array, Array, Array]
-
-    @property
-    def speed(self) -> Array:
-        """The amount of the velocity, (n,)."""
-        return _amount(self.velocity)
-
-    @property
-    def total(self) -> Array:
-        """The amount of the acceleration, (n,)."""
-        return _amount(self.acceleration)
-
-    @property
-    def tangential(self) -> Array:
-        """A point's acceleration along its velocity, (n,); NaN where it stands still, and has no direction."""
-        return self._along(self.velocity)
-
-    @property
-    def normal(self) -> Array:
-        """A point's acceleration to the left of its velocity, v²/radius of its path, (n,); NaN where it stands still."""
-        return self._along(np.stack((-self.velocity[1], self.velocity[0])))
-
-    @property
-    def direction_error(self) -> Array:
-        """Estimated error of the tangential and of the normal acceleration, (n,): theirs, and that of the direction."""
-        speed, off = _amount(self.velocity), _amount(self.errors[1])
-        turned = np.divide(2 * off, speed, out=np.full_like(speed, np.nan), where=speed > off)
-        return np.asarray(_amount(self.errors[2]) + turned * self.total)
-
-    def _along(self, direction: Array) -> Array:
-        if self.kind != POINT:
-            raise SceneError([Fault(self.name, f"one of kind {self.kind}", "a point, which has a path")])
-        speed = _amount(direction)
-        still = speed <= _amount(self.errors[1])
-        return np.where(still, np.nan, (direction * self.acceleration).sum(axis=0) / np.where(still, 1.0, speed))
-
-
-def _amount(vector: Array) -> Array:
-    return np.abs(vector) if vector.ndim == 1 else np.hypot(vector[0], vector[1])
 
 
 class Extreme(NamedTuple):
@@ -444,97 +235,6 @@ def motion(
     )
 
 
-class Moving:
-    """Moving quantities of a scene: at coordinates of the driver, and computed again with other roundings."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.edges = edges_of(scene)
-        self.others = state.mechanisms_rounded_otherwise(scene.mechanisms)
-
-    def _own(self, q: Array) -> tuple[Array, Array]:
-        """The machine's own coordinates, and the middles of the pieces that they lie in."""
-        scene = self.scene
-        if scene.stroke is not None:
-            own = state.own_coordinate(scene, q)
-            return own, np.asarray(middles(self.edges, own))
-        turns = np.floor(q / scene.cycle) * scene.cycle
-        return q, turns + middles(self.edges, q - turns)
-
-    def places(self, q: Array) -> tuple[dict[str, Place], dict[str, str]]:
-        """Everything that moves, by name, and other names of it."""
-        return places(self.scene, self.scene.mechanisms, *self._own(q))
-
-    def errors(self, q: Array, found: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:
-        """Estimated absolute errors of x, g and g' by rounding: found again a few roundings aside, lengths a few off."""
-        own, anchor = self._own(q)
-        size, again = max(self.scene.cycle, float(np.abs(q).max())), []
-        for mechanisms, share in zip(self.others, (1.0, 0.4), strict=True):
-            aside = state.beside(own, anchor, size, share)
-            try:
-                again.append(places(self.scene, mechanisms, aside, anchor)[0])
-            except SceneError:  # at the very limit of what can be assembled
-                again.append(places(self.scene, self.scene.mechanisms, aside, anchor)[0])
-        floor = state.EVALUATED * ROUNDING
-        return {
-            name: tuple(
-                state.spread(part, [other[name].track[k] for other in again]) + floor * place.unit / place.per**k
-                for k, part in enumerate(place.track)
-            )
-            for name, place in found.items()
-        }
-
-    def curves(self, driver: Driver) -> tuple[dict[str, Curve], dict[str, str]]:
-        """Position, velocity and acceleration of everything as the driver moves, with errors; other names of them."""
-        found, other = self.places(driver.q)
-        errors = self.errors(driver.q, found)
-        off = driver.errors[1] + 0.0 * driver.q
-        if off.any():  # the driver's own place is not known better
-            for side in (-1.0, 1.0):
-                beside = self.places(self._within(driver.q + side * off))[0]
-                for name, (_, track, *_) in found.items():
-                    for error, there, here in zip(errors[name], beside[name].track, track, strict=True):
-                        error += np.abs(there - here)
-        return {name: _curve(name, place, errors[name], driver) for name, place in found.items()}, other
-
-    def plain(self, driver: Driver, names: Sequence[str]) -> dict[str, tuple[Array, Array, Array]]:
-        """Position, velocity and acceleration of some curves, without errors."""
-        found = self.places(driver.q)[0]
-        return {name: _moved(found[name].track, driver)[:3] for name in names}
-
-    def _within(self, q: Array) -> Array:
-        stroke = self.scene.stroke
-        return q if stroke is None else np.clip(q, stroke.start, stroke.end)
-
-
-def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Array, Array]]:
-    """Place, velocity g q̇, acceleration g q̈ + g' q̇² and its two parts; x, g, g' per unit of the driver."""
-    x, g, bend = track
-    if driver.rate is None or driver.acceleration is None:
-        return x, g, bend, (0.0 * g, bend)
-    parts = g * driver.acceleration, bend * driver.rate**2
-    return x, g * driver.rate, parts[0] + parts[1], parts
-
-
-def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
-    """A curve with what the errors of place, g, g' and of the driver's motion come to."""
-    x, v, a, parts = _moved(place.track, driver)
-    if driver.rate is None or driver.acceleration is None:
-        return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, errors)
-    (_, g, bend), (of_x, of_g, of_bend) = place.track, errors
-    size, speeding, (_, _, slower, less) = np.abs(driver.rate), np.abs(driver.acceleration), driver.errors
-    apart = (
-        of_x,
-        of_g * size + (np.abs(g) + of_g) * slower,
-        of_g * speeding
-        + of_bend * size**2
-        + (np.abs(g) + of_g) * less
-        + (np.abs(bend) + of_bend) * (2 * size + slower) * slower
-        + state.EVALUATED * ROUNDING * (np.abs(parts[0]) + np.abs(parts[1])),
-    )
-    return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, apart)
-
-
 # -- extremes, dead centres and breakpoints ----------------------------------------------------------------------------
 
 _QUANTITIES = ("position", "velocity", "acceleration")
@@ -621,14 +321,14 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
 
 def _component(vector: Array, component: str) -> Array:
     """A component of a curve's array: the array itself, x, y, or the amount of both."""
-    return vector if component == "" else _amount(vector) if component == "total" else vector["xy".index(component)]
+    return vector if component == "" else amount(vector) if component == "total" else vector["xy".index(component)]
 
 
 def _noise(curve: Curve, row: _Row) -> float:
     """Accuracy of a function's values at the edges of cells, where it is worst."""
     error = _component(curve.errors[row.order], row.component)
     if row.component == "total":
-        value = _amount((curve.position, curve.velocity, curve.acceleration)[row.order])
+        value = amount((curve.position, curve.velocity, curve.acceleration)[row.order])
         return float((2 * value * error + error**2).max())
     return float(error.max())
 

@@ -538,3 +538,16 @@ def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
         return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size))
     omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
     return MachineMotion(phi, omega, turning_moment.acceleration_over_cycle(sizing.cycle, sizing.run, phi, omega))
+
+
+class Driver(NamedTuple):
+    """The driver at n instants: q (rad or m), t (s), rate and acceleration, and their estimated absolute errors.
+
+    Per unit of the driver there is neither time nor rate. `errors` are those of t, q, rate and acceleration.
+    """
+
+    q: Array
+    t: Array | None = None
+    rate: Array | None = None
+    acceleration: Array | None = None
+    errors: tuple[Array | float, Array | float, Array | float, Array | float] = (0.0, 0.0, 0.0, 0.0)

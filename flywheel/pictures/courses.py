@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
-from flywheel.motions.kinematics import ANGLE, motion
+from flywheel.motions.curves import ANGLE
+from flywheel.motions.kinematics import motion
 from flywheel.motions.motion import Samples, Transient, sampled
 from flywheel.pictures import figures, noun, written
 from flywheel.pictures.figures import BLACK, BLUE, BODIES, GREEN, GREY, ORANGE, PURPLE, VERMILLION

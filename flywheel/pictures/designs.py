@@ -21,11 +21,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
-from flywheel.designs.figures import FIGURES
+from flywheel.designs.figures import FIGURES, shown
 from flywheel.designs.optimum import Optimum
-from flywheel.designs.sweep_results import Sweep
+from flywheel.designs.sweep_results import Sweep, objective
 from flywheel.designs.tolerance import QUANTILES, Tolerance
-from flywheel.designs.variation import Sensitivities
+from flywheel.designs.variation import Sensitivities, change
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import current_form, written
 from flywheel.pictures.figures import (
@@ -44,8 +44,7 @@ from flywheel.pictures.figures import (
     save,
 )
 from flywheel.study.tradeoff import FAMILIES, RESTARTED, MethodRow, Tradeoff, ordered
-from flywheel.tables.designs import change, objective, short_names, shown
-from flywheel.tables.rows import plain, printable
+from flywheel.tables.rows import plain, printable, short_names
 
 Array = NDArray[np.float64]
 

@@ -46,8 +46,8 @@ from flywheel.tables.sizing import candidates, inertia_errors
 
 if TYPE_CHECKING:  # the door of linkages, which a flywheel's diagrams leave shut
     from flywheel.mechanisms.linkages.equations import Track
-    from flywheel.motions.driver import Driver
     from flywheel.motions.joint_forces import JointForces
+    from flywheel.motions.motion import Driver
 
 Array = NDArray[np.float64]
 
@@ -710,7 +710,7 @@ _PARTS = {"": ("blue", "-", 2.0), "x": ("blue", "-", 2.0), "y": ("vermillion", "
 
 def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
     """Position, velocity or acceleration of what is asked for, or the reaction of a joint, against the driver."""
-    from flywheel.motions.kinematics import POINT, Moving
+    from flywheel.motions.curves import POINT, Moving
 
     scene = part.scene
     if scene.areas is not None:
@@ -827,18 +827,18 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
 def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
     """Motion of the driver: as the forces say; by the steady regime; at the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
-    from flywheel.motions.motion import regime_motion
+    from flywheel.motions.motion import Driver, regime_motion
 
     scene, q = part.scene, part.axis.taken
     if part.sizing is not None and part.machine is not None:
         motion = regime_motion(part.sizing, q) if isinstance(forces, str) else forces.motion
-        return courses.Driver(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
+        return Driver(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
     speed = scene.speed if scene.stroke is None else scene.stroke.speed
     if speed:
         course = courses.constant_speed(scene, "scene", courses.DRIVER)
         acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
         return course.at(q), {"kind": "constant", "speed": speed, "acceleration": acceleration}
-    return courses.Driver(q), {"kind": "unit", "speed": None}
+    return Driver(q), {"kind": "unit", "speed": None}
 
 
 def _joints(forces: JointForces) -> dict[str, Array]:

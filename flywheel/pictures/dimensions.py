@@ -26,7 +26,7 @@ from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, GREY
-from flywheel.pictures.mechanisms import _draw_bodies, _write_names, colours
+from flywheel.pictures.mechanisms import colours, draw_bodies, write_names
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism, Scene
@@ -93,7 +93,7 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     names += _angle(panel, scene, view, poses, phi, lines)
     _gravity(panel, scene, view, box)
     made.draw_without_rendering()
-    _write_names(panel, view, poses, 1.0, names, lines[1:])
+    write_names(panel, view, poses, 1.0, names, lines[1:])
     told = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
     return made, told
 
@@ -107,7 +107,7 @@ def _box(view: View, poses: Poses) -> Array:
 def _scale_to_metres(panel: Axes, view: View, poses: Poses) -> None:
     """Draws the bodies in metres."""
     metres = np.array([[0.0, 2.0], [0.0, 2.0]])  # a box from which no mm are taken
-    _draw_bodies(panel, view, poses, metres)
+    draw_bodies(panel, view, poses, metres)
 
 
 def _outline(view: View, poses: Poses) -> Array:

@@ -20,8 +20,9 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from flywheel.language import text as _
+from flywheel.motions.curves import ANGLE, POINT, WAY, Curve, Moving
 from flywheel.motions.driver import TIME
-from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Kinematics, Moving
+from flywheel.motions.kinematics import Kinematics
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import figures, written
 from flywheel.pictures.figures import BLACK, BODIES, GREY

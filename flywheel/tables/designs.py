@@ -13,15 +13,15 @@ from textwrap import wrap
 import numpy as np
 
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
-from flywheel.designs.figures import ALONE, FIGURES, REFINED, REFUSED, TRACED
+from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, shown
 from flywheel.designs.optimum import KeptLimit, Optimum
-from flywheel.designs.sweep_results import Sweep
+from flywheel.designs.sweep_results import Sweep, objective
 from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
-from flywheel.designs.variation import Derivative, Sensitivities
+from flywheel.designs.variation import Derivative, Sensitivities, change
 from flywheel.numerics.units import aligned, columns, figure
 from flywheel.study.tradeoff import RESTARTED, MethodRow, Tradeoff, ordered
 from flywheel.tables.power import warnings
-from flywheel.tables.rows import Row, encoded, page, plain, printable, sentences, wrapped
+from flywheel.tables.rows import Row, encoded, page, plain, printable, sentences, short_names, wrapped
 from flywheel.tables.sizing import remarks
 
 WIDTH = 80
@@ -112,11 +112,6 @@ def _question(found: Sweep) -> list[str]:
     return [*lines, *_hung(f"sized: {', '.join(told)}{error}", "  ")]
 
 
-def objective(found: Sweep) -> str:
-    """The figure by which designs are compared: the exact flywheel, or in an analysis the irregularity."""
-    return "exact" if "exact" in found.names else "irregularity"
-
-
 def _best(found: Sweep) -> list[str]:
     name = objective(found)
     if not np.isfinite(found.values[name]).any():
@@ -182,25 +177,6 @@ def _fitting(order: Iterable[str], cells: dict[str, list[str]], heads: dict[str,
     return [key for key in cells if key in chosen]
 
 
-def short_names(paths: Iterable[str]) -> dict[str, str]:
-    """Paths by their last parts, as many as tell them apart.
-
-    >>> short_names(["mechanism.crank.length", "mechanism.rod.length"])
-    {'mechanism.crank.length': 'crank.length', 'mechanism.rod.length': 'rod.length'}
-    """
-    found = {}
-    every = list(paths)
-    for path in every:
-        parts = path.split(".")
-        for count in range(min(2, len(parts)), len(parts) + 1):
-            name = ".".join(parts[-count:])
-            same = [other for other in every if other == name or other.endswith(f".{name}")]
-            if len(same) == 1 and not name[0].isdigit():
-                break
-        found[path] = name
-    return found
-
-
 def _sentences(title: str, said: Iterable[str]) -> list[str]:
     return [*([title] if title else []), *(line for sentence in said for line in _hung(sentence, ""))]
 
@@ -212,26 +188,10 @@ def _hung(sentence: str, indent: str) -> Iterator[str]:
 # -- sensitivities, tolerances, optima, motors ----------------------------------------------------------------------------
 
 
-MAIN = ("mass", "exact", "irregularity", "power")
-"""The figures that are shown unless others are named."""
-_DEGREE = pi / 180
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
 _NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
 _WEAK = 1e-3  # per cent: a change whose derivative's error is not printed
-
-
-def shown(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
-    """The figures to be shown: those that are named, or the main ones."""
-    own = list(there)
-    return [name for name in names or MAIN if name in own] or own[:1]
-
-
-def change(found: Sensitivities, name: str, path: str) -> float:
-    """By how many per cent a figure changes for one per cent of a number, or for a degree of an angle; NaN if unknown."""
-    value, derivative = found.values[name], found.derivative(name, path).value
-    step = _DEGREE if found.units[path] == "rad" else 0.01 * found.numbers[path]
-    return 100.0 * derivative * step / value if value else float("nan")
 
 
 def per(found: Sensitivities, path: str) -> str:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre
+from flywheel.motions.curves import ANGLE, POINT, WAY, Curve
 from flywheel.motions.driver import DRIVER
-from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Extreme, Kinematics
+from flywheel.motions.kinematics import Extreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants

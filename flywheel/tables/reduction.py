@@ -16,8 +16,9 @@ from bondgraph import BondGraph, GraphError
 from flywheel.machine.machine import Machine, graph_with_flywheel
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
+from flywheel.motions.curves import POINT, Curve
 from flywheel.motions.joint_forces import DRIVING, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
-from flywheel.motions.kinematics import POINT, Curve, motion
+from flywheel.motions.kinematics import motion
 from flywheel.motions.kinetic_energy import stored_energy
 from flywheel.motions.motion import DRIVER, TIME
 from flywheel.numerics.faults import Fault, SceneError

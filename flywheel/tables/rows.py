@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from textwrap import wrap
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -216,8 +217,6 @@ def printable(text: str) -> str:
 
 def wrapped(sentence: str, indent: str = "  ", first: str | None = None) -> list[str]:
     """A sentence as lines of a page; `first` is what its first line begins with, the indent if None."""
-    from textwrap import wrap
-
     head = indent if first is None else first
     return wrap(printable(sentence), WIDTH, initial_indent=head, subsequent_indent=indent)
 
@@ -304,3 +303,22 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def short_names(paths: Iterable[str]) -> dict[str, str]:
+    """Paths by their last parts, as many as tell them apart.
+
+    >>> short_names(["mechanism.crank.length", "mechanism.rod.length"])
+    {'mechanism.crank.length': 'crank.length', 'mechanism.rod.length': 'rod.length'}
+    """
+    found = {}
+    every = list(paths)
+    for path in every:
+        parts = path.split(".")
+        for count in range(min(2, len(parts)), len(parts) + 1):
+            name = ".".join(parts[-count:])
+            same = [other for other in every if other == name or other.endswith(f".{name}")]
+            if len(same) == 1 and not name[0].isdigit():
+                break
+        found[path] = name
+    return found

@@ -7,9 +7,9 @@ errors) are shared by the page and the pictures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import log, log1p, nan, pi
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
@@ -45,10 +45,6 @@ from flywheel.tables.rows import (
     wrapped,
 )
 from flywheel.tables.scene import scene_rows
-
-if TYPE_CHECKING:
-    from flywheel.tables.scene import Explanation
-
 
 _FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
 _DIGITS = 6
@@ -431,9 +427,9 @@ def text(sizing: Sizing) -> str:
     return page(lines(sizing) for lines in BLOCKS)
 
 
-def json(sizing: Sizing, explanation: Explanation | None = None) -> str:
+def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
     """JSON that `flywheel size --json` prints: the sizing, SI throughout, and its explanation if there is one."""
-    told = {} if explanation is None else {"explanation": explanation.as_dict()}
+    told = {} if explanation is None else {"explanation": explanation}
     return encoded({**sizing.as_dict(), **told}, indent=2)
 
 

@@ -16,8 +16,9 @@ from flywheel.reading.scenes import build_scene, parse_scene, read_scene
 from flywheel.starters import kinds, starter
 from flywheel.tables import sizing as scene_report
 from flywheel.tables import summary
+from flywheel.tables.explanation import explanation
 from flywheel.tables.rows import US, five_digits
-from flywheel.tables.scene import explanation, scene_rows
+from flywheel.tables.scene import scene_rows
 from flywheel.tables.sizing import candidates, text
 from tests import regimes, scenes
 from tests.limits import sample
