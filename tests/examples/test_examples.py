@@ -10,8 +10,10 @@ import shlex
 import sys
 from contextlib import redirect_stdout
 from functools import cache
+from importlib import import_module
 from io import StringIO
 from math import pi
+from operator import attrgetter
 from pathlib import Path
 
 import matplotlib as mpl
@@ -507,6 +509,18 @@ def test_a_command_of_the_readme_runs_as_typed(command: str, tmp_path: Path, mon
 @pytest.mark.parametrize(("page", "path"), sorted(LINKS))
 def test_every_link_leads_somewhere(page: str, path: str) -> None:
     assert ((ROOT / page).parent / path).exists()
+
+
+NAMED = re.findall(r"`([a-z_/]+\.py)`, `([\w.]+)`", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(("module", "name"), NAMED)
+def test_what_the_guide_names_is_where_it_says(module: str, name: str) -> None:
+    package = "" if module.startswith("bondgraph/") else "flywheel."
+    found = import_module(package + module.removesuffix(".py").replace("/", "."))
+    owner, _, last = name.rpartition(".")
+    place = attrgetter(owner)(found) if owner else found
+    assert hasattr(place, last) or last in place.__annotations__
 
 
 def test_every_example_is_in_the_index_with_a_picture() -> None:
