@@ -34,7 +34,7 @@ def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
     return formulas.number_shown(Quantity("", value, unit, digits)).text
 
 
-class Point(NamedTuple):
+class CyclePoint(NamedTuple):
     """Point of the cycle at one crank angle: phi (rad), W (J), I* (kg m²)."""
 
     phi: float
@@ -71,12 +71,12 @@ class Context:
         """True if another limit than the irregularity decides the flywheel."""
         return self.sizing.binding not in (None, "irregularity")
 
-    def at(self, phi: float, cycle: Cycle | None = None) -> Point:
+    def at(self, phi: float, cycle: Cycle | None = None) -> CyclePoint:
         """W and I* at a crank angle, from the cycle itself."""
         cycle = cycle or self.cycle
         assert cycle is not None
         work, variation = cycle.at(*cycle.where(np.array([phi])))
-        return Point(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
+        return CyclePoint(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
 
     @cached_property
     def works(self) -> Mapping[str, float]:

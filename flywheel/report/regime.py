@@ -16,7 +16,7 @@ from flywheel.numerics import cells
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.context import Context, Point, label, number, quantity
+from flywheel.report.context import Context, CyclePoint, label, number, quantity
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.sizing.findings import REPORT, shown
@@ -492,7 +492,7 @@ def inertia_torque(known: Context) -> Section | None:
     return Section(_("The short way of English textbooks, with the inertia torque"), tuple(parts))
 
 
-def _point_table(point: Point, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
+def _point_table(point: CyclePoint, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
     """W and I* at an angle that was found."""
     row = (Quantity(angle, point.phi, "°"), work, inertia)
     return Table(told, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))

@@ -32,7 +32,7 @@ from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
 from flywheel.sizing.errors import estimates
-from flywheel.sizing.limits import Point, Span, State
+from flywheel.sizing.limits import FlywheelPoint, LimitState, Span
 from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
 from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
 
@@ -130,7 +130,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         limits.check_reached(search, {name: spans[name] for name in whole}, 1.0, duty=True)
     limits.check_together(spans, 1.0)
     every = limits.together(spans.values())
-    inertia, error = next((span.first, span.error) for span in every if span.state is State.KEPT)
+    inertia, error = next((span.first, span.error) for span in every if span.state is LimitState.KEPT)
     runs = _all(running, lambda phase: plain(analysed(_scene(phase), inertia)))
     hardest = max(running, key=lambda p: (_begins(spans[_of(p)], inertia), *_hardness(alone[p.name], runs[p.name])))
     decides = next((name for name in whole if inertia > 0.0 and _begins(spans[name], inertia)), None)
@@ -171,22 +171,23 @@ def _of(phase: Phase) -> str:
 def ranges(sizing: Sizing) -> list[Span]:
     """The flywheels (kg m² at their own shaft) with which a sized machine keeps its limits, and those that break them."""
     exact, broken = sizing.inertia or 0.0, sizing.flywheel.broken
-    found = [Span(State.BROKEN, 0.0, exact), Span(State.KEPT, exact, inf, sizing.error.exact or 0.0)][exact == 0.0 :]
+    kept = Span(LimitState.KEPT, exact, inf, sizing.error.exact or 0.0)
+    found = [kept] if exact == 0.0 else [Span(LimitState.BROKEN, 0.0, exact), kept]
     for each in broken:
         found[-1] = found[-1]._replace(last=each.start)
-        found.append(Span(State.BROKEN, each.start, inf if each.end is None else each.end, each.start_error))
+        found.append(Span(LimitState.BROKEN, each.start, inf if each.end is None else each.end, each.start_error))
         if each.end is not None:
-            found.append(Span(State.KEPT, each.end, inf, each.end_error))
+            found.append(Span(LimitState.KEPT, each.end, inf, each.end_error))
     return found
 
 
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
     """Tests whether a limit is kept from a flywheel on, and not by lighter ones beside it."""
-    return any(span.state is State.KEPT and span.first == inertia for span in spans)
+    return any(span.state is LimitState.KEPT and span.first == inertia for span in spans)
 
 
 def _smallest(spans: Iterable[Span]) -> float:
-    return next(span.first for span in spans if span.state is State.KEPT)
+    return next(span.first for span in spans if span.state is LimitState.KEPT)
 
 
 def _hardness(alone: Sizing, run: Sizing) -> tuple[float, float]:
@@ -237,24 +238,24 @@ class _Branches:
         self.rated = {phase.name: _rated(alone[phase.name]) for phase in running}
         self.linear = dict[str, tuple[_Start, _Start, float]]()
 
-    def at(self, inertia: float, rtol: float) -> Point:
+    def at(self, inertia: float, rtol: float) -> FlywheelPoint:
         """The limits of the duty with a flywheel (kg m² at its own shaft), and the motions of its phases."""
         found = [self.branches[p.name].at(inertia * _scene(p).flywheel_ratio ** 2, rtol) for p in self.running]
         kinds = {finding.existence for finding in found}
         if kinds != {Existence.MOTION}:
-            return Point(inertia, Existence.NONE if Existence.NONE in kinds else Existence.UNKNOWN)
+            return FlywheelPoint(inertia, Existence.NONE if Existence.NONE in kinds else Existence.UNKNOWN)
         motions = {p.name: finding.motion for p, finding in zip(self.running, found, strict=True) if finding.motion}
         try:
             rows = [self._row(phase, motions.get(phase.name), inertia, rtol) for phase in self.scene.duty]
         except SceneError:  # starts that do not come to the regime, or not in time
-            return Point(inertia, Existence.NONE)
+            return FlywheelPoint(inertia, Existence.NONE)
         shares = dict[str, Share]()
         for name in self.names:
             value, off = _combined(WHOLE[name], rows)
             assert value is not None
             assert off is not None
             shares[name] = Share(value, off * abs(value))
-        return Point(inertia, Existence.MOTION, tuple(motions.values()), shares)
+        return FlywheelPoint(inertia, Existence.MOTION, tuple(motions.values()), shares)
 
     def _row(self, phase: Phase, motion: OwnMotion | None, inertia: float, rtol: float) -> PhaseLoad:
         """Contribution of a phase to the limits of the duty."""

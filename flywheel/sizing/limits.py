@@ -92,7 +92,7 @@ def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
     found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol, omega))
     if any(share.value - share.error > names[name] for name, share in found.items()):
         return None
-    spans = {name: Span(State.KEPT, 0.0, np.inf, share.error / names[name]) for name, share in found.items()}
+    spans = {name: Span(LimitState.KEPT, 0.0, np.inf, share.error / names[name]) for name, share in found.items()}
     return {name: _limit(names[name], share, spans[name]) for name, share in found.items()}
 
 
@@ -110,7 +110,7 @@ def _limit(asked: float, share: Share, kept: Span, square: float = 1.0) -> Limit
 # -- the search ----------------------------------------------------------------------------------------------------------
 
 
-class State(Enum):
+class LimitState(Enum):
     """State of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is open."""
 
     KEPT = "kept"
@@ -119,19 +119,19 @@ class State(Enum):
     UNKNOWN = "unknown"
 
 
-_WITHOUT_MOTION = {Existence.NONE: State.NONE, Existence.UNKNOWN: State.UNKNOWN}
+_WITHOUT_MOTION = {Existence.NONE: LimitState.NONE, Existence.UNKNOWN: LimitState.UNKNOWN}
 
 
 class Span(NamedTuple):
     """Inertias (kg m²) from `first` to `last` with one state of a limit; `error` of `first`, relative."""
 
-    state: State
+    state: LimitState
     first: float
     last: float
     error: float = 0.0
 
 
-class Point(NamedTuple):
+class FlywheelPoint(NamedTuple):
     """A flywheel (kg m²) with its motions (of a duty, one for each phase) and the figures along them."""
 
     inertia: float
@@ -146,10 +146,10 @@ class Point(NamedTuple):
         share = self.shares[name]
         return 0.0 if abs(share.value - asked) <= share.error else share.value - asked
 
-    def state(self, name: str, asked: float) -> State:
+    def state(self, name: str, asked: float) -> LimitState:
         """State of a limit with this flywheel."""
         if self.motions:
-            return State.KEPT if self.beyond(name, asked) <= 0.0 else State.BROKEN
+            return LimitState.KEPT if self.beyond(name, asked) <= 0.0 else LimitState.BROKEN
         return _WITHOUT_MOTION[self.existence]
 
 
@@ -171,7 +171,7 @@ class Search:
 
     def __init__(
         self,
-        at: Callable[[float, float], Point],
+        at: Callable[[float, float], FlywheelPoint],
         limits: Mapping[str, float],
         lightest: float,
         heaviest: float,
@@ -181,11 +181,11 @@ class Search:
     ) -> None:
         self.at, self.limits, self.rtol = at, limits, rtol
         self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
-        self.known: dict[float, Point] = {}  # at the error asked for
-        self.extremes: list[Point] = []
+        self.known: dict[float, FlywheelPoint] = {}  # at the error asked for
+        self.extremes: list[FlywheelPoint] = []
         self.grid = self._scanned()
 
-    def closely(self, inertia: float) -> Point:
+    def closely(self, inertia: float) -> FlywheelPoint:
         """The figures with a flywheel at the error asked for, or at the least error possible."""
         if inertia not in self.known:
             found = self.at(inertia, 0.5 * self.rtol)
@@ -198,10 +198,10 @@ class Search:
     def _inertia(self, scaled: float) -> float:
         return max(float(np.exp(scaled)) - self.lightest, 0.0)
 
-    def _add(self, point: Point) -> None:
+    def _add(self, point: FlywheelPoint) -> None:
         self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
 
-    def _scanned(self) -> list[Point]:
+    def _scanned(self) -> list[FlywheelPoint]:
         """Flywheels from the heaviest down to none, the lightest first.
 
         Where several in turn have no motion, none at all is tried, and from there those heavier, as far as they have one.
@@ -210,7 +210,7 @@ class Search:
         decades = float(np.log10(self.heaviest / self.lightest))
         count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
         inertias = [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
-        points, lost = list[Point](), 0
+        points, lost = list[FlywheelPoint](), 0
         while inertias and lost < _IN_TURN:
             points.append(self.at(inertias.pop(0), _COARSE))
             lost = 0 if points[-1].motions else lost + 1
@@ -218,7 +218,7 @@ class Search:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
             if points[-1].existence is Existence.NONE and not self.swings:
                 break
-        light = list[Point]()
+        light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
             light.append(self.at(inertias.pop(), _COARSE))
         return light + points[::-1]
@@ -246,22 +246,22 @@ class Search:
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
                 inertia, error = self._boundary(name, asked, before, after)
-                if was is State.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
+                if was is LimitState.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
                     error = max(error, 1.0 - found[-1].first / inertia)
                 self._begin(found, state, inertia, error)
         last = points[-1]
         if not last.motions:
             return found
         rises = len(points) > 1 and name in points[-2].shares and last.shares[name].value > points[-2].shares[name].value
-        ultimately = self._ultimately(name, asked) if states[-1] is State.BROKEN or rises else 0.0
-        if states[-1] is State.BROKEN and ultimately < 0.0:
-            self._begin(found, State.KEPT, *self._beyond(name, asked, last))
-        elif states[-1] is State.KEPT and ultimately > 0.0:
-            self._begin(found, State.BROKEN, *self._beyond(name, asked, last))
+        ultimately = self._ultimately(name, asked) if states[-1] is LimitState.BROKEN or rises else 0.0
+        if states[-1] is LimitState.BROKEN and ultimately < 0.0:
+            self._begin(found, LimitState.KEPT, *self._beyond(name, asked, last))
+        elif states[-1] is LimitState.KEPT and ultimately > 0.0:
+            self._begin(found, LimitState.BROKEN, *self._beyond(name, asked, last))
         return found
 
     @staticmethod
-    def _begin(spans: list[Span], state: State, first: float, error: float) -> None:
+    def _begin(spans: list[Span], state: LimitState, first: float, error: float) -> None:
         """Lets the next range begin where the last one ends."""
         spans[-1] = spans[-1]._replace(last=first)
         spans.append(Span(state, first, np.inf, error))
@@ -271,8 +271,8 @@ class Search:
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
                 states, gap = (before.state(name, asked), after.state(name, asked)), after.inertia - before.inertia
-                near = _NEAR_UNKNOWN if State.UNKNOWN in states else _EDGE
-                if State.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
+                near = _NEAR_UNKNOWN if LimitState.UNKNOWN in states else _EDGE
+                if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
                         self._add(self.at(middle, _COARSE))
@@ -280,12 +280,12 @@ class Search:
             else:
                 return
 
-    def _boundary(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float]:
+    def _boundary(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float]:
         """The inertia (kg m²) at which the state of a limit changes between two flywheels, and its relative error."""
         if before.motions and after.motions:
             return self._crossing(name, asked, before, after)
         states = before.state(name, asked), after.state(name, asked)
-        known = after if states[0] is State.UNKNOWN or (after.motions and State.UNKNOWN not in states) else before
+        known = after if states[0] is LimitState.UNKNOWN or (after.motions and LimitState.UNKNOWN not in states) else before
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
     def _ultimately(self, name: str, asked: float) -> float:
@@ -293,7 +293,7 @@ class Search:
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
-    def _beyond(self, name: str, asked: float, last: Point) -> tuple[float, float]:
+    def _beyond(self, name: str, asked: float, last: FlywheelPoint) -> tuple[float, float]:
         """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
         share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
@@ -304,7 +304,7 @@ class Search:
             heavier = self.closely(4.0 * heavier.inertia)
         return self._crossing(name, asked, last, heavier)
 
-    def _crossing(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float]:
+    def _crossing(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float]:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
         By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
@@ -346,19 +346,19 @@ class Search:
             sizes.append(abs(off))
         return inertia, self._error(name, asked, here)
 
-    def _error(self, name: str, asked: float, here: Point) -> float:
+    def _error(self, name: str, asked: float, here: FlywheelPoint) -> float:
         """The relative error of an inertia at which a figure is at its limit."""
         missed = here.shares[name].error + abs(here.shares[name].value - asked)
         return missed / max(self._slope(name, here), 1e-300) + 0.02 * self.rtol
 
-    def _bracket(self, name: str, asked: float, before: Point, after: Point) -> tuple[float, float, bool]:
+    def _bracket(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float, bool]:
         """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
 
         What is looked at coarsely may lie on the other side by a little: the bracket is widened then.
         """
         rising = before.beyond(name, asked) <= 0.0
 
-        def lies_beyond(point: Point) -> bool:
+        def lies_beyond(point: FlywheelPoint) -> bool:
             if point.motions and point.beyond(name, asked) == 0.0:
                 point = self.closely(point.inertia)
             return not point.motions or point.shares[name].value > asked
@@ -374,7 +374,7 @@ class Search:
                     ends[end] = self.closely(further)
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
-    def _slope(self, name: str, here: Point) -> float:
+    def _slope(self, name: str, here: FlywheelPoint) -> float:
         """|d figure/d ln J| at a flywheel, from the nearest one that is known as closely, or from one beside it."""
         value = here.shares[name].value
         apart = {
@@ -388,7 +388,7 @@ class Search:
         beside = self.closely(here.inertia * (1.0 + _BESIDE))
         return np.inf if not beside.motions else abs(beside.shares[name].value - value) / _BESIDE
 
-    def _with_extremes(self, name: str, asked: float) -> list[Point]:
+    def _with_extremes(self, name: str, asked: float) -> list[FlywheelPoint]:
         """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
         found = list(self.grid)
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
@@ -401,7 +401,7 @@ class Search:
                 found.append(self._extreme(name, asked, sign, (low, middle, high)))
         return sorted(found, key=lambda point: point.inertia)
 
-    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[Point]) -> Point:
+    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[FlywheelPoint]) -> FlywheelPoint:
         """The flywheel with which a figure is least (sign +1) or greatest, or one that is already beyond the limit.
 
         Args:
@@ -472,11 +472,11 @@ def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) 
     """
     branch = Branch(machine, figures.speed, unknown, figures.speed if machine.scene.unknown is not None else None)
 
-    def at(inertia: float, rtol: float) -> Point:
+    def at(inertia: float, rtol: float) -> FlywheelPoint:
         finding = branch.at(inertia, rtol)
         if finding.motion is None:
-            return Point(inertia, finding.existence)
-        return Point(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
+            return FlywheelPoint(inertia, finding.existence)
+        return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
 
     asked = asked_of(machine.scene)
     own, irregularity = figures.reduced_inertia.greatest, asked.get(IRREGULARITY, 2.0)
@@ -520,8 +520,8 @@ def together(every: Iterable[Sequence[Span]]) -> list[Span]:
     found: list[Span] = []
     for first, error in sorted({(span.first, span.error) for spans in listed for span in spans}):
         states = {span.state for spans in listed for span in spans if span.first <= first < span.last}
-        broken, unknown = states & {State.BROKEN, State.NONE}, State.UNKNOWN in states
-        state = State.BROKEN if broken else State.UNKNOWN if unknown else State.KEPT
+        broken, unknown = states & {LimitState.BROKEN, LimitState.NONE}, LimitState.UNKNOWN in states
+        state = LimitState.BROKEN if broken else LimitState.UNKNOWN if unknown else LimitState.KEPT
         if found and found[-1].state is state:
             continue
         if found:
@@ -536,7 +536,7 @@ def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) ->
     return tuple(
         Broken(span.first / square, None if span.last == np.inf else span.last / square, span.error, end)
         for span, end in zip(spans, ends, strict=True)
-        if span.state is State.BROKEN and span.first >= inertia
+        if span.state is LimitState.BROKEN and span.first >= inertia
     )
 
 
@@ -559,14 +559,14 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
     asked = asked_of(scene)
     search = of_machine(machine, figures, unknown, rtol)
     if by_irregularity is not None and by_irregularity.inertia > 0.0:
-        found = shares_along(machine, by_irregularity, rtol)
-        search.known[by_irregularity.inertia] = Point(by_irregularity.inertia, Existence.MOTION, (by_irregularity,), found)
+        own, found = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
+        search.known[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), found)
     spans = {name: search.spans(name) for name in asked}
     square = scene.flywheel_ratio**2
     check_reached(search, spans, square)
     check_together(spans, square)
     whole = together(spans.values())
-    inertia, error = next((span.first, span.error) for span in whole if span.state is State.KEPT)
+    inertia, error = next((span.first, span.error) for span in whole if span.state is LimitState.KEPT)
     binding = next((name for name in asked for span in spans[name] if span.first == inertia and inertia > 0.0), None)
     point = search.closely(inertia)
     if not point.motions:
@@ -578,7 +578,7 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
         beside = search.closely(inertia * (1.0 + _BESIDE)).shares
         moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in found.items() if beside}
         found = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in found.items()}
-    kept = {name: next(span for span in spans[name] if span.state is State.KEPT) for name in asked}
+    kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in asked}
     limits = {name: _limit(scene.limits[name], found[name], kept[name], square) for name in scene.limits}
     messages = (*_of_current(scene, asked), *gaps(spans, inertia, square))
     return Smallest(point.motions[0], error, limits, binding, broken_beyond(whole, inertia, square), messages)
@@ -598,17 +598,17 @@ def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: f
         duty: whether figures are those of a whole duty.
 
     """
-    never = [name for name, each in spans.items() if not any(span.state is State.KEPT for span in each)]
+    never = [name for name, each in spans.items() if not any(span.state is LimitState.KEPT for span in each)]
     if never:
         raise SceneError([_unreached(search, name, spans[name], square, duty=duty) for name in never])
 
 
 def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
     """Refuses limits that are kept each by some flywheels, but by none together."""
-    if any(span.state is State.KEPT for span in together(spans.values())):
+    if any(span.state is LimitState.KEPT for span in together(spans.values())):
         return
     told = "; ".join(
-        f"{name} by {' or '.join(_range(span, square) for span in each if span.state is State.KEPT)}"
+        f"{name} by {' or '.join(_range(span, square) for span in each if span.state is LimitState.KEPT)}"
         for name, each in spans.items()
     )
     found = f"limits that no flywheel keeps together: {told}"
@@ -638,7 +638,7 @@ def _range(span: Span, square: float) -> str:
 
 def _unknown(spans: Iterable[Span], square: float) -> str:
     """The flywheels whose state is unknown, in words; empty where there are none."""
-    return " and ".join(_range(span, square) for span in spans if span.state is State.UNKNOWN)
+    return " and ".join(_range(span, square) for span in spans if span.state is LimitState.UNKNOWN)
 
 
 def _of_current(scene: Scene, asked: Mapping[str, float]) -> Iterator[str]:
@@ -652,11 +652,11 @@ def gaps(spans: Mapping[str, Sequence[Span]], inertia: float, square: float) -> 
     """Messages on lighter flywheels that stop, on heavier ones that fail, and on those that are unknown."""
     for name, each in spans.items():
         for before, span in pairwise(each):
-            if before.state is State.NONE and span.state is State.KEPT and span.first == inertia:
+            if before.state is LimitState.NONE and span.state is LimitState.KEPT and span.first == inertia:
                 least = figure(inertia / square, most=5)
                 yield f"{name} is kept by all flywheels with which the machine keeps turning, from {least} kg m^2 on"
         for span in each:
-            if span.state in (State.BROKEN, State.NONE) and span.first >= inertia:
+            if span.state in (LimitState.BROKEN, LimitState.NONE) and span.first >= inertia:
                 yield f"{name} is not kept by heavier flywheels of {_range(span, square)}"
     if unknown := _unknown(together(spans.values()), square):
         yield f"whether flywheels of {unknown} keep it is unknown: no steady motion was found, and its absence was not shown"

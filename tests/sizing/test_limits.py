@@ -14,7 +14,7 @@ from flywheel.components.wheels import parts
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
 from flywheel.sizing import limits
-from flywheel.sizing.limits import Point, Search, State
+from flywheel.sizing.limits import FlywheelPoint, LimitState, Search
 from flywheel.sizing.motor import Share
 from flywheel.tables import sizing as report
 from tests import regimes, scenes
@@ -396,13 +396,13 @@ def test_heat_over_a_duty_that_is_kept_without_a_flywheel_or_with_the_least():
 def test_the_error_of_a_least_flywheel_covers_lighter_ones_of_which_nothing_is_known():
     """From 0.5 kg m² down no motion is known: the least flywheel may be any of those."""
 
-    def at(inertia: float, error: float) -> Point:
+    def at(inertia: float, error: float) -> FlywheelPoint:
         if inertia < 0.5:
-            return Point(inertia, Existence.UNKNOWN)
-        return Point(inertia, Existence.MOTION, (None,), {"irregularity": Share(0.1 / inertia, 1e-9)})
+            return FlywheelPoint(inertia, Existence.UNKNOWN)
+        return FlywheelPoint(inertia, Existence.MOTION, (None,), {"irregularity": Share(0.1 / inertia, 1e-9)})
 
     unknown, kept = Search(at, {"irregularity": 0.3}, 1e-3, 1e3, 1e-6).spans("irregularity")
-    assert (unknown.state, kept.state) == (State.UNKNOWN, State.KEPT)
+    assert (unknown.state, kept.state) == (LimitState.UNKNOWN, LimitState.KEPT)
     assert kept.first == pytest.approx(0.5, rel=0.2)
     assert kept.error == 1.0
 
