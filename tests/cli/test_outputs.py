@@ -629,7 +629,8 @@ def test_at_an_angle_in_spanish_with_a_picture(tmp_path):
 
 def test_a_sizing_in_spanish_has_its_figures_in_spanish(tmp_path):
     picture = tmp_path / "size.svg"
-    command = ["size", str(PUNCH), "--language", "es", "--accuracy", "fast", "--plot", str(picture)]
+    compressor = Path(PUNCH).parents[1] / "drive_lines" / "compressor.toml"
+    command = ["size", str(compressor), "--language", "es", "--accuracy", "fast", "--plot", str(picture)]
     found = CliRunner().invoke(main, command)
     assert found.exit_code == 0
     assert "velocidad de la manivela  " in found.stdout

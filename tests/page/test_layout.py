@@ -36,6 +36,18 @@ _HEIGHTS = """() => [...document.querySelectorAll("msqrt")]
   .map((root) => [root, root.querySelector("mfrac")].map((part) => part.getBoundingClientRect().height))"""
 
 
+_ON_HATCHING = """() => {
+  const boxes = (part) => [...document.querySelectorAll(`[data-panel=mechanism] svg ${part}`)]
+    .map((one) => [one.textContent, one.getBoundingClientRect()]);
+  const grounds = boxes('path[data-body=frame][fill=none][stroke-width="1"]');
+  const names = boxes('text:not([visibility=hidden])');
+  const common = (a, b, low, high) => Math.min(a[high], b[high]) - Math.max(a[low], b[low]);
+  const deep = (a, b) => common(a, b, "top", "bottom") > 4 && common(a, b, "left", "right") > 0;
+  const found = grounds.flatMap(([, ground]) => names.filter(([, name]) => deep(ground, name)).map(([words]) => words));
+  return [grounds.length, names.length, found];
+}"""
+
+
 def answers() -> dict[str, list[Any]]:
     """The answers of all examples that can be sized, in both languages, and in English in US units."""
     found = {}
@@ -90,3 +102,16 @@ def test_a_page_that_is_printed_has_its_title_and_no_empty_panel(page: Page) -> 
         expected(page.locator(part).first).to_be_hidden()
     width = page.evaluate("document.getElementById('title').scrollWidth - document.getElementById('title').clientWidth")
     assert width <= 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", ["0", "45", "90", "180", "270"])
+def test_names_of_a_mechanism_stand_off_its_hatching(page: Page, angle: str) -> None:
+    answered(page)
+    page.locator("#angle").fill(angle)
+    page.locator("#angle").press("Enter")
+    until(page, "(angle) => document.querySelector('[role=slider]').ariaValueNow === angle", angle)
+    grounds, names, found = page.evaluate(_ON_HATCHING)
+    assert grounds == 2
+    assert names >= 6
+    assert found == []

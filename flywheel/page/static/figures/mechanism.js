@@ -179,6 +179,8 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     group.append(drawn);
     return { ...each, drawn, w: body ? 1.1 * wide(each.text, 11) : wide(each.text, 10), last: 0, isBody: body };
   });
+  const hatched = view.shapes.filter((shape) => shape.kind === "ground" && !view.bodies[shape.at[0]]).flatMap(({ at, outline: [xs, ys] }) =>
+    xs.flatMap((x, k) => (x === null ? [] : [[X(at[1] + x), Y(at[2] + ys[k])]])));
   const bounds = [left + 2, top + 2, left + width - 2, top + head + tall + 14];
 
   function move(at) {
@@ -195,7 +197,7 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     write(texts, (spot) => {
       const [x, y] = spotAt(pose, spot);
       return [X(x), Y(y)];
-    }, view.centres.map((each) => each.at), bounds);
+    }, view.centres.map((each) => each.at), hatched, bounds);
   }
 
   return {
@@ -314,9 +316,11 @@ function centreOf(body) {
 
 const AROUND = [[0, -14], [12, -10], [12, 8], [0, 16], [-12, 8], [-12, -10], [18, -22], [-18, -22], [18, 22], [-18, 22]];
 
-/** Names beside their places, clear of one another: each stays on the side where it was as long as that is free. */
-function write(texts, spotOf, centres, bounds) {
+/** Names beside their places, clear of one another and, if there is room, of hatching: each stays on its side as long as that is free. */
+function write(texts, spotOf, centres, hatched, bounds) {
   const free = clear();
+  const bare = clear();
+  for (const [x, y] of hatched) bare.block(x - 2, y - 2, 4, 4);
   for (const at of [...texts.filter((name) => !name.isBody).map((name) => name.at), ...centres]) {
     const [x, y] = spotOf(at);
     free.block(x - 5, y - 5, 10, 10);
@@ -326,7 +330,8 @@ function write(texts, spotOf, centres, bounds) {
     const h = 12;
     const places = AROUND.map(([dx, dy]) => [x + dx + (dx > 0 ? 0 : dx < 0 ? -name.w : -name.w / 2), y + dy - h / 2]);
     const inside = ([a, b]) => a >= bounds[0] && b >= bounds[1] && a + name.w <= bounds[2] && b + h <= bounds[3] && free.free(a, b, name.w, h);
-    let k = inside(places[name.last]) ? name.last : places.findIndex(inside);
+    const best = (place) => inside(place) && bare.free(...place, name.w, h);
+    const k = [best, inside].map((fits) => (fits(places[name.last]) ? name.last : places.findIndex(fits))).find((found) => found >= 0) ?? -1;
     name.drawn.setAttribute("visibility", k < 0 ? "hidden" : "visible");
     if (k < 0) continue;
     name.last = k;
