@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from flywheel.motions.kinetic_energy import cycle_shares, shares, stored_energy
     from flywheel.motions.motion import Motion, Transient, time_along
     from flywheel.motions.simulation import simulate
+    from flywheel.motions.single_stroke import SingleStroke, single_stroke
     from flywheel.motions.transients import run_down, run_up, transient
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
@@ -78,6 +79,7 @@ _HOMES = {
     "Sensitivities": "designs.variation",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
+    "SingleStroke": "motions.single_stroke",
     "SuitableMotors": "designs.catalogue",
     "Sweep": "designs.sweep_results",
     "Tolerance": "designs.tolerance",
@@ -101,6 +103,7 @@ _HOMES = {
     "sensitivities": "designs.variation",
     "shares": "motions.kinetic_energy",
     "simulate": "motions.simulation",
+    "single_stroke": "motions.single_stroke",
     "size": "sizing.sizing",
     "stored_energy": "motions.kinetic_energy",
     "sweep": "designs.sweep",
@@ -131,6 +134,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sensitivities",
+    "SingleStroke",
     "Sizing",
     "Sizings",
     "SuitableMotors",
@@ -171,6 +175,7 @@ __all__ = [
     "sensitivities",
     "shares",
     "simulate",
+    "single_stroke",
     "size",
     "stored_energy",
     "suitable_motors",

@@ -104,7 +104,13 @@ def size(
         from flywheel.reading.scenes import load
         from flywheel.sizing import sizing
 
-        result, explained = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy), None
+        read = load(scene)
+        if read.single_stroke is not None:
+            options: dict[str, object] = {"rtol": rtol, "accuracy": accuracy, "no-simulate": no_simulate, "full": full}
+            options |= {"units": units, "language": language, "explain": explain, "plot": plot}
+            _stroke_by_stroke(read, as_json, [name for name, value in options.items() if value])
+            return
+        result, explained = sizing.size(read, rtol, accuracy=NORMAL if no_simulate else accuracy), None
         if explain:
             from flywheel.tables.explanation import explanation
 
@@ -127,6 +133,18 @@ def size(
 
             with written(plot), use(language or "en"):
                 picture.plot(result, plot)
+
+
+def _stroke_by_stroke(scene: Scene, as_json: bool, others: Sequence[str]) -> None:
+    """Print the periodic stroke of a machine with clutch and brake."""
+    if others:
+        raise click.UsageError(f"--{others[0]} does not apply to [single_stroke]; --json does.")
+    from flywheel.motions.single_stroke import single_stroke
+    from flywheel.tables.motions import stroke_text
+    from flywheel.tables.rows import encoded
+
+    found = single_stroke(scene)
+    show(encoded(found.as_dict()) if as_json else stroke_text(found))
 
 
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:

@@ -147,6 +147,7 @@ def actual(given: Machine | Scene) -> Machine:
 
     """
     machine = given if isinstance(given, Machine) else Machine(given)
+    turning_moment.refuse_strokes(machine.scene)
     if machine.scene.rubs and machine.scene.compliances:
         found, expected = "a shaft that twists in a machine with friction in joints", "one or the other"
         advice = "leave stiffness out to follow the machine with friction, or friction out to follow the twist"

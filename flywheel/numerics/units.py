@@ -125,6 +125,7 @@ DIMENSIONS = {
         Dimension("damping", (0, 1, -1), (0,), "N s/m", "5 N s/m"),
         Dimension("angular damping", (2, 1, -1), (0, -1), "N m s/rad", "0.2 N m s/rad"),
         Dimension("frequency", (0, 0, -1), (0,), "Hz", "50 Hz"),
+        Dimension("rate", (0, 0, -1), (0,), "1/s", "30 1/min"),
         Dimension("voltage", (2, 1, -3), (0,), "V", "400 V", -1),
         Dimension("current", (0, 0, 0), (0,), "A", "12 A", 1),
         Dimension("resistance", (2, 1, -3), (0,), "ohm", "0.4 ohm", -2),
@@ -408,7 +409,7 @@ def _unit(text: str, dimension: str | None) -> Unit:
     if len(spelt) > _TEXT_LENGTH or "(" in spelt or ")" in spelt:
         raise QuantityError(quote(text), "a unit", "write no brackets: everything after / divides")
     if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
-        return UNITS["rpm"]
+        return UNITS["min"] ** -1 if dimension == "rate" else UNITS["rpm"]
     above, *below = spelt.split("/")
     unit = Unit()
     for k, part in enumerate((above, *below)):

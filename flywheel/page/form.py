@@ -27,6 +27,7 @@ from flywheel.reading.schema import (
     COUPLING_KEYS,
     COUPLING_ONE_OF,
     FRAME_BODY,
+    INNER,
     JOINT,
     JOINT_KEYS,
     LIMITS,
@@ -36,6 +37,7 @@ from flywheel.reading.schema import (
     POINT_PORT,
     SECTIONS,
     SIDE,
+    SINGLE_STROKE_EXCLUDE,
     STROKE_EXCLUDE,
     TABLE,
     TOP,
@@ -70,6 +72,7 @@ OFFERED = {
     "damping": ("N s/m", "kN s/m", "lbf s/in"),
     "angular damping": ("N m s/rad", "kN m s/rad"),
     "frequency": ("Hz", "kHz"),
+    "rate": ("1/min", "1/s", "1/h"),
     "voltage": ("V", "kV", "mV"),
     "current": ("A", "mA", "kA"),
     "resistance": ("ohm", "mohm"),
@@ -239,7 +242,7 @@ def title_of(name: str) -> str:
 @cache
 def translated() -> frozenset[str]:
     """Every text of forms that comes from the lists of keys: labels, titles, what keys and tables are about."""
-    sections = [*SECTIONS.values(), LIMITS, FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE]
+    sections = [*SECTIONS.values(), *INNER.values(), FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE]
     sections += TABLES.values()
     sections += [*MOTORS.values(), *LOAD_MODELS.values()]
     sections += [Section("", kind.about, kind.keys) for kind in KINDS.values()]
@@ -307,6 +310,8 @@ class _Reader:
                 STROKE_EXCLUDE if "stroke" in self.raw else ()
             )
             needs = name == "areas" and any(other in self.raw for other in AREAS_EXCLUDE)
+            needs = needs or (name == "single_stroke" and any(other in self.raw for other in SINGLE_STROKE_EXCLUDE))
+            excluded |= set(SINGLE_STROKE_EXCLUDE if "single_stroke" in self.raw else ())
             needs = needs or (name == "stroke" and any(other in self.raw for other in STROKE_EXCLUDE))
             repeated = section.array and isinstance(self.raw.get(name, []), list)
             if name in excluded or needs or (there and not (repeated or section.named or section.free)):
@@ -360,8 +365,8 @@ class _Reader:
                 type_key = next(iter(kinds.values())).keys[0]
                 section = Section(key.name, key.about, (type_key,))
             yield from self.table(path, title_of(key.name), section, table, removable=True, level=level)
-        elif key.name == "limits":
-            yield from self.table(path, title_of(key.name), LIMITS, table, removable=True, level=level)
+        elif key.name in INNER:
+            yield from self.table(path, title_of(key.name), INNER[key.name], table, removable=True, level=level)
         else:
             rows = TABLES.get(key.name, TABLE)
             inner = table.get("table")

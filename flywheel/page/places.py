@@ -80,6 +80,8 @@ class Places(NamedTuple):
             "regime": {"speed": "60 rpm"},
             "flywheel": {"irregularity": "5 %"},
             "duty": {"duration": "60 s"},
+            "brake": {"torque": "100 N m", "engage": "330 deg"},
+            "single_stroke": {"rate": "10 1/min"},
             "stroke": ends,
             "areas": {"values": [1, -1], "scale": "100 J"},
             "accuracy": {"rtol": 1e-9},
@@ -96,6 +98,8 @@ class Places(NamedTuple):
             return literal(begun), "table"
         if key.name == "limits":
             return literal({"irregularity": "5 %"}), "table"
+        if key.name == "clutch":
+            return literal({"torque": "100 N m", "disengage": "300 deg"}), "table"
         if key.kind in ("table", "position"):
             if key.kind == "position":
                 return "0.01*sin(phi)", "expression"

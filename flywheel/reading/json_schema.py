@@ -17,6 +17,7 @@ from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import MOTORS, TABLES, Even
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
+    CLUTCH,
     COUPLING,
     COUPLING_KEYS,
     COUPLING_ONE_OF,
@@ -210,6 +211,8 @@ def _inner(name: str) -> Schema:
         return _table(LIMITS) | {"minProperties": 1}
     pair: Schema = {"type": "array", "minItems": 2, "maxItems": 2}
     place = pair | {"items": {"type": ["number", "string"], "pattern": _QUANTITY}}
+    if name == "clutch":
+        return _table(CLUTCH)
     if name in ("com", "between", "teeth"):
         return {
             "com": place,

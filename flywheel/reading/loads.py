@@ -6,14 +6,15 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from flywheel.numerics.expressions import Expression, Node, expression_of, numeral
-from flywheel.numerics.faults import show, told
+from flywheel.numerics.faults import quote, show, told
 from flywheel.reading.fields import (
     TOLERANCE,
+    Faults,
     Item,
     Place,
     Places,
@@ -27,9 +28,9 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Section
+from flywheel.reading.schema import CLUTCH, MOST_TABLES, MOST_TURNS, SECTIONS, SINGLE_STROKE_EXCLUDE, Section
 from flywheel.reading.tables import fit_period, fit_stroke, fit_window, read_effort, read_table
-from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Table
+from flywheel.scene.scene import Brake, Clutch, Damper, Inertia, Law, Load, SingleStroke, Spring, Table
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
@@ -119,6 +120,69 @@ def read_shaft_drag(drags: Mapping[str, float], setting: Setting) -> tuple[Load,
     return tuple(
         Load(name, -drag, every, path=f"{child('shafts', name)}.drag", once=once, drag=True) for name, drag in drags.items()
     )
+
+
+def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting) -> SingleStroke | None:
+    """Clutch, brake and rate of a machine that works stroke by stroke; None where it does not, or after faults."""
+    faults, clutches = setting.faults, _clutches(raw, setting.faults)
+    brakes = list(_listed(raw.get("brake"), SECTIONS["brake"], places, setting))
+    if "single_stroke" not in raw:
+        advice = "give rate or idle there, or leave it out"
+        for path in (*(f"{item.path}" for item in clutches.values()), *(item.path for item, _ in brakes)):
+            faults.add(path, "nothing to engage it", "a table [single_stroke]", advice)
+        return None
+    for name in SINGLE_STROKE_EXCLUDE:
+        if name in raw:
+            advice = {"stroke": "[stroke] is a driver that goes one way"}.get(name, "")
+            faults.add(name, f"{name} beside [single_stroke]", "one of the two", advice)
+    table = as_table(raw["single_stroke"], "single_stroke", faults)
+    plan = None if table is None else read_item(table, SECTIONS["single_stroke"], "single_stroke", faults)
+    if len(clutches) != 1:
+        found = f"{len(clutches)} clutches" if clutches else "no clutch"
+        faults.add("shafts", found, "one", 'write clutch = {torque = "900 N m", disengage = "330 deg"} in a shaft\'s table')
+    if len(brakes) != 1:
+        faults.add("brake", f"{len(brakes)} brakes" if brakes else "nothing", "one table [[brake]]")
+    if plan is None or len(clutches) != 1 or len(brakes) != 1:
+        return None
+    (on, clutch), (brake, at) = next(iter(clutches.items())), brakes[0]
+    shaft = places.shaft(brake.fields["on"], f"{brake.path}.on", faults)
+    if at is not None and at.name not in places.shafts:
+        brake.add("on", quote(at.name), "a shaft")
+    stop_at, count = plan.fields["stop_at"], whole(plan.fields["continuous"] or 1.0)
+    if count is None or abs(count - (plan.fields["continuous"] or 1.0)) > 0.0:
+        plan.add("continuous", show(plan.raw["continuous"]), "a whole number of strokes")
+    for item, key in ((clutch, "engage"), (brake, "release")):
+        angle = item.fields[key]
+        if angle is not None and stop_at is not None and abs(math.remainder(angle - stop_at, 2 * math.pi)) > TOLERANCE:
+            found = f"{math.degrees(angle):.6g} deg, and stop_at at {math.degrees(stop_at):.6g} deg"
+            item.add(key, found, "the same angle", "a stroke begins where the crank was stopped: leave it out")
+    if not (plan.clean and clutch.clean and brake.clean):
+        return None
+    torque = clutch.fields["torque"]
+    shared = ("rise", "fall", "heat_per_stroke", "heat_per_hour")
+    static = torque if clutch.fields["static_torque"] is None else clutch.fields["static_torque"]
+    return SingleStroke(
+        Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in shared)),
+        Brake(shaft, brake.fields["torque"], brake.fields["engage"], *(brake.fields[name] for name in shared)),
+        plan.fields["rate"],
+        plan.fields["idle"],
+        stop_at,
+        count or 1,
+    )
+
+
+def _clutches(raw: Mapping[str, Any], faults: Faults) -> dict[str, Item]:
+    """The clutches of shafts by the names of these."""
+    shafts, found = raw.get("shafts"), dict[str, Item]()
+    for name, shaft in shafts.items() if isinstance(shafts, Mapping) else ():
+        if isinstance(shaft, Mapping) and "clutch" in shaft:
+            path = f"{child('shafts', name)}.clutch"
+            table = as_table(shaft["clutch"], path, faults)
+            if name == "crank":
+                faults.add(path, "a clutch on the crank", "one on the shaft that drives it", "name that shaft")
+            if table is not None:
+                found[name] = read_item(table, CLUTCH, path, faults)
+    return found
 
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:

@@ -47,7 +47,16 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.loads import Drive, read_dampers, read_drive, read_inertias, read_loads, read_shaft_drag, read_springs
+from flywheel.reading.loads import (
+    Drive,
+    read_dampers,
+    read_drive,
+    read_inertias,
+    read_loads,
+    read_shaft_drag,
+    read_single_stroke,
+    read_springs,
+)
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.motors import phases, read_duty
 from flywheel.reading.schema import AREAS_EXCLUDE, LIMITS, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
@@ -497,6 +506,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         "loads": (*read_loads(raw.get("load"), places, setting), *read_shaft_drag(train.shaft_drag, setting)),
         "springs": read_springs(raw.get("spring"), places, setting),
         "dampers": read_dampers(raw.get("damper"), places, setting),
+        "single_stroke": read_single_stroke(raw, places, setting),
         "drive": drive.load,
         "motor": drive.motor,
         "unknown": "drive" if drive.balance else unknowns[0] if unknowns else None,

@@ -93,6 +93,13 @@ MECHANISM = Section(
 _ON = Key("on", "text", "a shaft or a port", required=True)
 _ON_SHAFT = Key("on", "text", "a shaft", "crank")
 
+_ONCE_ROUND = Range(0.0, TURN * (1 + 1e-9))
+_RAMPS = (Key("rise", "time", "in which the torque builds up evenly", 0.0, NOT_NEGATIVE),)
+_HEATS = (
+    Key("heat_per_stroke", "energy", "that it bears in one stroke, or in those in a row", None, POSITIVE),
+    Key("heat_per_hour", "energy", "that it bears in an hour", None, POSITIVE),
+)
+
 _SECTIONS = (
     Section(
         "parameters",
@@ -111,6 +118,7 @@ _SECTIONS = (
             Key("efficiency", "number", "of its mesh or belt", 1.0, Range(0.0, 1.0, low_open=True), example="95 %"),
             Key("slip", "number", "of its belt: share of speed lost", 0.0, Range(0.0, 1.0, high_open=True), example="2 %"),
             Key("drag", "torque", "constant, against the shaft's own rotation", 0.0, NOT_NEGATIVE),
+            Key("clutch", "tables", "friction clutch in its mesh, through which it drives the crank stroke by stroke"),
         ),
         named=True,
     ),
@@ -270,6 +278,33 @@ _SECTIONS = (
         ),
     ),
     Section(
+        "brake",
+        "a brake that stops the crank at the end of a stroke",
+        (
+            _ON_SHAFT,
+            Key("torque", "torque", "against the shaft's rotation", None, POSITIVE, required=True),
+            Key("engage", "angle", "crank angle at which it is put on", required=True, range=_ONCE_ROUND),
+            Key("release", "angle", "crank angle at which it is released: that of stop_at", range=_ONCE_ROUND),
+            *_RAMPS[:1],
+            Key("fall", "time", "in which its torque vanishes when a stroke begins", 0.0, NOT_NEGATIVE),
+            *_HEATS,
+        ),
+        array=True,
+    ),
+    Section(
+        "single_stroke",
+        "work stroke by stroke: the clutch takes the crank along, the brake stops it",
+        (
+            Key("rate", "rate", "strokes a time", None, POSITIVE),
+            Key("idle", "time", "from standstill to the next engagement of the clutch", None, NOT_NEGATIVE),
+            Key("stop_at", "angle", "crank angle at which the crank should come to rest", 0.0, _ONCE_ROUND),
+            Key(
+                "continuous", "number", "strokes in a row before the crank is stopped", 1.0, Range(1.0, 1000.0), example="3"
+            ),
+        ),
+        one_of=(("rate", "idle"),),
+    ),
+    Section(
         "areas",
         "areas of a turning-moment diagram between its crossings, instead of mechanism, loads and drive",
         (
@@ -313,6 +348,24 @@ LIMITS = Section(
 )
 """What `[flywheel.limits]` may hold, one at least."""
 
+CLUTCH = Section(
+    "shafts.NAME.clutch",
+    "a friction clutch in the mesh of a shaft",
+    (
+        Key("torque", "torque", "that it passes while it slips, at its shaft", None, POSITIVE, required=True),
+        Key("static_torque", "torque", "that it passes at the most while it holds (default: torque)", None, POSITIVE),
+        Key("engage", "angle", "crank angle at which it is engaged: that of stop_at", range=_ONCE_ROUND),
+        Key("disengage", "angle", "crank angle at which it is released", required=True, range=_ONCE_ROUND),
+        *_RAMPS,
+        Key("fall", "time", "for which it still holds after its release", 0.0, NOT_NEGATIVE),
+        *_HEATS,
+    ),
+)
+"""What the clutch of a shaft may hold."""
+
+INNER = {"limits": LIMITS, "clutch": CLUTCH}
+"""Tables within a table of the scene, by their names."""
+
 TOP = (Key("title", "text", "description of the machine"), Key("source", "text", "source of its data"))
 """Keys outside any table."""
 
@@ -324,6 +377,9 @@ AREAS_EXCLUDE = ("mechanism", "inertia", "load", "spring", "damper", "gravity", 
 
 STROKE_EXCLUDE = ("regime", "flywheel", "areas")
 """Tables that a scene with `[stroke]` must do without."""
+
+SINGLE_STROKE_EXCLUDE = ("stroke", "duty", "areas")
+"""Tables that a scene with `[single_stroke]` must do without."""
 
 
 # The tables of a linkage

@@ -31,6 +31,7 @@ _AFTER = (
     ),
     *(
         "stroke",
+        "single-stroke",
         "areas",
         "accuracy",
         "faults",

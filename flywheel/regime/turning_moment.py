@@ -186,11 +186,20 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
 
 
 def check_cycle(scene: Scene) -> None:
-    """Refuses a scene with a stroke: without a cycle nothing balances, and a flywheel has no task."""
+    """Refuses a scene without a steady cycle: one with a one-way stroke, or one that works stroke by stroke."""
+    refuse_strokes(scene)
     if scene.stroke is not None:
         found = "a one-way stroke, which has no cycle and so no flywheel"
         advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
         raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
+
+
+def refuse_strokes(scene: Scene) -> None:
+    """Refuse a machine that works stroke by stroke, where its clutch and brake would go unheard."""
+    if scene.single_stroke is not None:
+        found = "a machine that works stroke by stroke, which has no steady cycle"
+        advice = "use flywheel size or flywheel.single_stroke, or leave clutch, brake and [single_stroke] out"
+        raise SceneError([Fault("single_stroke", found, "a machine that runs on", advice)])
 
 
 def no_effect(machine: Machine) -> Fault:

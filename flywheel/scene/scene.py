@@ -251,6 +251,53 @@ class Stroke(NamedTuple):
         return self.end - self.start
 
 
+class Clutch(NamedTuple):
+    """A friction clutch in the mesh of a shaft with the one that it hangs on; torques (N m) and heats (J) at that shaft.
+
+    `torque` is passed while it slips, `static_torque` at the most while it does not. `rise` (s) is the time in which the
+    torque builds up evenly, `fall` that for which it still holds after `disengage` (crank angle, rad), where it is released.
+    """
+
+    on: str
+    torque: float
+    disengage: float
+    static_torque: float
+    rise: float = 0.0
+    fall: float = 0.0
+    heat_per_stroke: float | None = None
+    heat_per_hour: float | None = None
+
+
+class Brake(NamedTuple):
+    """A brake on a shaft that stops with the crank: torque (N m) at it, put on at a crank angle `engage` (rad).
+
+    `rise` (s) is the time in which its torque builds up evenly, `fall` that in which it vanishes when a stroke begins.
+    """
+
+    on: str
+    torque: float
+    engage: float
+    rise: float = 0.0
+    fall: float = 0.0
+    heat_per_stroke: float | None = None
+    heat_per_hour: float | None = None
+
+
+class SingleStroke(NamedTuple):
+    """A machine that works stroke by stroke: its clutch takes the crank along, its brake stops it about `stop_at` (rad).
+
+    One of `rate` (strokes per second) and `idle` (s, from standstill to the next engagement) is set. `continuous` strokes
+    follow one another before the crank is stopped.
+    """
+
+    clutch: Clutch
+    brake: Brake
+    rate: float | None = None
+    idle: float | None = None
+    stop_at: float = 0.0
+    continuous: int = 1
+
+
 class Phase(NamedTuple):
     """A phase of a duty: the machine as it runs then, None where its motor is off and it stands still, and for how long.
 
@@ -317,6 +364,7 @@ class Scene(Frozen):
     motor: Motor | None = None  # what the drive's law comes from, where it is a motor
     areas: Areas | None = None
     stroke: Stroke | None = None  # in place of cycle, speed and flywheel
+    single_stroke: SingleStroke | None = None  # by clutch and brake, in place of steady running
     duty: tuple[Phase, ...] = ()  # what the machine does in turn, for ever
     wheel: WheelAsked | None = None  # what the flywheel is made of and how large, where that is to be found
     rtol: float = DEFAULT_RTOL

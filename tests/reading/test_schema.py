@@ -21,6 +21,7 @@ from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import CURVE, MOTORS
 from flywheel.reading.scenes import build_scene
 from flywheel.reading.schema import (
+    CLUTCH,
     COUPLING,
     COUPLING_KEYS,
     JOINT,
@@ -63,7 +64,7 @@ OTHER_KINDS = {
 LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys, CURVE.keys]
 LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS, *LOAD_MODELS.values(), *MOTORS.values())]
 LISTS += [part.keys for kind in KINDS.values() for part in kind.parts] + [kind.keys for kind in KINDS.values()]
-LISTS += [(*SECTIONS["flywheel"].keys, *WHEEL_KEYS)]
+LISTS += [(*SECTIONS["flywheel"].keys, *WHEEL_KEYS), CLUTCH.keys]
 KEYS = [key for keys in LISTS for key in keys]
 
 
@@ -255,6 +256,7 @@ def test_the_overview_says_how_an_editor_finds_it():
 
 
 SECTION_TOPICS = {name: name for name in SECTIONS} | {"damper": "spring"}
+SECTION_TOPICS |= dict.fromkeys(("brake", "single_stroke"), "single-stroke")
 EXAMPLES = [(topic, block) for topic in topics() for block in re.findall(r"```toml\n(.*?)```", text(topic), re.DOTALL)]
 
 

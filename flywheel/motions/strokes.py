@@ -1,0 +1,538 @@
+"""The motion of a machine stroke by stroke: clutch, work, brake, standstill, and the periodic one among such strokes.
+
+While the clutch slips, its torque depends on neither speed. So the driving side and the driven side are two machines of one
+freedom each, which share nothing but that torque, until their speeds are equal; from there to the release of the clutch they
+are one machine. Each is followed by `free_motion.follow`, phase by phase (`Strokes.stroke`). A stroke takes two figures to
+the next one: the speed of the driving side where it begins, and the angle at which the crank stands. `periodic` finds those
+that return, by Newton's method.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from bondgraph.numerics import root
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Machine
+from flywheel.numerics.cells import Array
+from flywheel.numerics.expressions import Expression, parse
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime.free_motion import Goal, follow, neighbours, straight
+from flywheel.regime.trail import NODES, Start, Trail
+from flywheel.scene.scene import TURN, Load, Scene
+
+_RPM = 30.0 / math.pi
+_SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between them where the torque is looked at
+_HALVINGS = 6  # of a step of Newton's method whose stroke fails
+_LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
+_BACKWARDS = 1e-6  # of the typical speed: a crank that turns back by this falls back
+_MOST_STEPS = 25  # of Newton's method
+_PLAIN = 2  # strokes one after the other, before the first of them
+_DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
+_TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
+_SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
+_ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
+NAME = "clutch"
+"""The path of the clutch's torque as a load, and `BRAKE` that of the brake's."""
+BRAKE = "brake[0]"
+
+
+class Phases(NamedTuple):
+    """The motions of one stroke, each from its own t = 0; times (s) count from the engagement of the clutch.
+
+    `driving` is the driving side while the clutch slips (its position is not that of the crank) and `recovery` from the
+    release of the clutch on; `slipping` is the driven side until the clutch locks, `locked` the whole machine until its
+    release, `coasting` the driven side until the brake acts (None where it acts at once), `braking` until it stands
+    still. `slopes` are the derivatives of speed and angle after a stroke by those before it.
+    """
+
+    driving: Trail
+    slipping: Trail
+    locked: Trail
+    coasting: Trail | None
+    braking: Trail
+    recovery: Trail
+    lock_time: float
+    release_time: float
+    brake_time: float
+    stop_time: float
+    period: float
+    slopes: Array | None = None
+
+    @property
+    def begin(self) -> tuple[float, float]:
+        """Speed of the clutch's shaft (rad/s) and resting angle of the crank (rad) where the stroke begins."""
+        return self.driving.start.omega, self.slipping.start.phi
+
+    @property
+    def lock_angle(self) -> float:
+        """The crank angle at which the clutch locks, rad; not reduced to a turn."""
+        return _last(self.slipping)[0]
+
+    @property
+    def rest(self) -> float:
+        """The crank angle at which the crank comes to rest, rad; not reduced to a turn."""
+        return _last(self.braking)[0]
+
+    @property
+    def speed(self) -> float:
+        """Speed of the clutch's shaft at the end of the period, rad/s."""
+        return _last(self.recovery)[1]
+
+
+def _last(trail: Trail) -> tuple[float, float]:
+    """Position and speed at a motion's end."""
+    if not trail.stretches:
+        return trail.start.phi, trail.start.omega
+    step, offset, _ = trail.stretches[-1]
+    return float(step.last[0]) + offset, float(step.last[1])
+
+
+class Strokes:
+    """A machine that works stroke by stroke, with a flywheel (kg m² at its own shaft), at a relative tolerance of a step.
+
+    Raises SceneError where the scene is not one that can be followed so.
+    """
+
+    def __init__(self, scene: Scene, inertia: float, rtol: float) -> None:
+        if scene.single_stroke is None:
+            raise SceneError([Fault("single_stroke", "nothing", "a table with rate or idle")])
+        check(scene)
+        self.scene, self.inertia, self.rtol, self.plan = scene, inertia, rtol, scene.single_stroke
+        self.clutch, self.brake = self.plan.clutch, self.plan.brake
+        self.ratio = scene.shafts[self.clutch.on]
+        self.wheel = scene.shafts[scene.flywheel_on] / self.ratio  # of the flywheel's speed over the clutch's shaft's
+        self.end = self._coming(self.clutch.disengage)
+        self.brakes_at = self._coming(self.brake.engage)
+
+    def _coming(self, angle: float) -> float:
+        """A crank angle (rad) in the last turn of a stroke that begins at `stop_at`."""
+        first = (angle - self.plan.stop_at) % TURN or TURN
+        return self.plan.stop_at + first + (self.plan.continuous - 1) * TURN
+
+    # -- the machines ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def whole(self) -> Dynamics:
+        """The machine with its clutch locked and its brake off."""
+        machine = Machine(replace(self.scene, single_stroke=None))
+        return Dynamics(machine, self.inertia * self.scene.flywheel_ratio**2)
+
+    @cached_property
+    def driving(self) -> Dynamics:
+        """The driving side alone, reduced to the shaft of the clutch."""
+        return self._driving(None)
+
+    @cached_property
+    def engaging(self) -> Dynamics:
+        """The driving side with the torque of the clutch against it."""
+        return self._driving(f"-{ramp(self.clutch.torque, self.clutch.rise)}")
+
+    @cached_property
+    def driven(self) -> Dynamics:
+        """The driven side alone, its brake off."""
+        return self._driven()
+
+    @cached_property
+    def taken(self) -> Dynamics:
+        """The driven side with the torque of the clutch, and with the brake that is just released."""
+        brake = self.brake
+        released = f"-{brake.torque!r}*(1 - t/{brake.fall!r} if t < {brake.fall!r} else 0)*sign(omega)"
+        loads = [_load(self.clutch.on, ramp(self.clutch.torque, self.clutch.rise), NAME)]
+        return self._driven(loads + [_load(brake.on, released, BRAKE)] * (brake.fall > 0.0))
+
+    @cached_property
+    def braked(self) -> Dynamics:
+        """The driven side with its brake, which is put on at t = 0."""
+        return self._driven([_load(self.brake.on, f"-{ramp(self.brake.torque, self.brake.rise)}", BRAKE)])
+
+    def _driving(self, law: str | None) -> Dynamics:
+        scene, on = self.scene, self.clutch.on
+        mine = beyond(scene, on)
+        names = {name: "crank" if name == on else name for name in mine}
+        transmissions = {name: scene.transmissions[name] for name in mine if name != on}
+        loads = [_moved(load, names[load.on]) for load in scene.loads if load.on in mine]
+        side = replace(
+            scene,
+            single_stroke=None,
+            speed=None,
+            shafts={names[name]: scene.shafts[name] / self.ratio for name in mine},
+            efficiencies={name: share for name, share in scene.efficiencies.items() if name in mine and name != on},
+            transmissions={name: one._replace(on=names[one.on]) for name, one in transmissions.items()},
+            mechanisms=(),
+            gravity=None,
+            inertias=tuple(each._replace(on=names[each.on]) for each in scene.inertias if each.on in mine),
+            loads=(*loads, *([] if law is None else [_load("crank", law, NAME)])),
+            springs=(),
+            dampers=tuple(each._replace(on=names[each.on]) for each in scene.dampers if each.on in mine),
+            drive=None if scene.drive is None else _moved(scene.drive, names[scene.drive.on]),
+            flywheel_on=names[scene.flywheel_on],
+        )
+        return Dynamics(Machine(side), self.inertia * self.wheel**2)
+
+    def _driven(self, loads: Sequence[Load] = ()) -> Dynamics:
+        scene, on = self.scene, self.clutch.on
+        theirs = set(beyond(scene, on)) - ({on} if any(load.on == on for load in loads) else set())
+        side = replace(
+            scene,
+            single_stroke=None,
+            speed=self.typical,
+            shafts={name: ratio for name, ratio in scene.shafts.items() if name not in theirs},
+            efficiencies={name: share for name, share in scene.efficiencies.items() if name not in theirs},
+            transmissions={name: one for name, one in scene.transmissions.items() if name not in theirs},
+            inertias=tuple(each for each in scene.inertias if each.on not in (*theirs, on)),
+            loads=(*(load for load in scene.loads if load.on not in (*theirs, on)), *loads),
+            dampers=tuple(each for each in scene.dampers if each.on not in (*theirs, on)),
+            drive=None,
+            motor=None,
+            flywheel_on="crank",
+            irregularity=None,
+            inertia=None,
+        )
+        return Dynamics(Machine(side), 0.0)
+
+    # -- one stroke ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def typical(self) -> float:
+        """The speed (rad/s) of the crank at which the driving side idles: the highest that its torques bring it back to."""
+        speeds = np.geomspace(_SLOWEST, _FASTEST, _LOOKED_AT)
+
+        def moment(omega: float) -> float:
+            return float(self.driving.at(math.pi, math.pi, omega, 0.0).moment)
+
+        moments = np.array([moment(omega) for omega in speeds.tolist()])
+        falls = np.flatnonzero((moments[:-1] > 0.0) & (moments[1:] <= 0.0))
+        if not falls.size:
+            found, expected = (
+                "a torque that is 0 at no speed, or does not fall there",
+                "one that brings the wheel to a speed",
+            )
+            raise SceneError([Fault("drive", found, expected, "a motor, or an expression that falls with omega")])
+        k = int(falls[-1])
+        return root(moment, float(speeds[k]), float(speeds[k + 1])) / self.ratio
+
+    def _run(self, dynamics: Dynamics, start: Start, goals: Iterable[Goal] = (), until: float | None = None) -> Trail:
+        """A phase, until a goal or a time (s)."""
+        longest = _LONGEST * TURN / self.typical if until is None else until
+        return follow(dynamics, start, longest, self.rtol, [*goals])
+
+    def stroke(self, speed: float, rest: float, period: float | None = None) -> Phases:
+        """One stroke, from a speed (rad/s) of the clutch's shaft and an angle (rad) at which the crank stands.
+
+        Args:
+            speed: of the driving side where the clutch engages.
+            rest: crank angle at that instant.
+            period: from one engagement to the next (s); that of the scene if None, without standstill if 0.
+
+        Raises:
+            SceneError: a clutch that does not lock, or slips under the work, a machine that stalls, a brake that does not
+                stop the crank or does not hold it, a stroke that lasts longer than the period.
+
+        """
+        driving, slipping = self._slip(speed, rest)
+        lock_time = float(slipping.t[-1])
+        locked = self._locked(_last(slipping), lock_time)
+        release_time = lock_time + float(locked.t[-1])
+        coasting, braking, brake_time = self._stop(_last(locked), release_time)
+        stop_time = brake_time + float(braking.t[-1])
+        lasting = self._period(stop_time) if period is None else period or stop_time
+        if lasting < stop_time:
+            found = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
+            advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
+            raise SceneError([Fault("single_stroke.rate", found, "a stroke that ends before the next begins", advice)])
+        start = Start(0.0, _last(locked)[1] * self.ratio)
+        recovery = self._run(self.driving, start, [straight("stop", 1, 0.0, 1.0)], lasting - release_time)
+        if recovery.goal is not None or recovery.stuck is not None:
+            found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
+            expected = "a motor that brings the flywheel back to its speed"
+            raise SceneError([Fault("drive", found, expected, "a stronger motor")])
+        return Phases(
+            driving, slipping, locked, coasting, braking, recovery, lock_time, release_time, brake_time, stop_time, lasting
+        )
+
+    def _period(self, stop_time: float) -> float:
+        if self.plan.rate is not None:
+            return self.plan.continuous / self.plan.rate
+        return stop_time + (self.plan.idle or 0.0)
+
+    def _slip(self, speed: float, rest: float) -> tuple[Trail, Trail]:
+        """Both sides while the clutch slips."""
+        longest = _LONGEST * TURN / self.typical
+        until = min(longest, self.clutch.rise + TURN / self.typical)
+        while True:  # what is followed of the driving side is no more than a few times what the slip takes
+            driving, slipping = self._slip_until(speed, rest, until)
+            if slipping.goal is not None or slipping.stuck is not None or driving.t[-1] < until or until >= longest:
+                return self._taken_along(driving, slipping, rest)
+            until = min(longest, 4.0 * until)
+
+    def _slip_until(self, speed: float, rest: float, until: float) -> tuple[Trail, Trail]:
+        """Both sides until the clutch locks, or a time (s)."""
+        driving = self._run(self.engaging, Start(0.0, speed), [straight("stop", 1, 0.0, 1.0)], until)
+        last, ratio = float(driving.t[-1]), self.ratio
+
+        def apart(t: Array, phi: Array, omega: Array) -> Array:
+            times = np.ravel(np.asarray(t, dtype=float) + np.zeros_like(omega))
+            over = np.maximum(times - last, 0.0)  # a step may try a time past the end of the driving side's motion
+            speeds = driving.states(np.minimum(times, last))[1].reshape(np.shape(omega))
+            return np.asarray(speeds - over.reshape(np.shape(omega)) * speed / max(last, 1e-300) - ratio * omega)
+
+        back = straight("back", 1, _BACKWARDS * self.typical, 1.0)
+        goals = [Goal("lock", apart), straight("release", 0, self.end, -1.0), back]
+        return driving, self._run(self.taken, Start(rest, 0.0), goals, last)
+
+    def _taken_along(self, driving: Trail, slipping: Trail, rest: float) -> tuple[Trail, Trail]:
+        """The same two motions, refused where the clutch did not lock."""
+        phi, omega = _last(slipping)
+        if slipping.goal == "lock" and omega > _BACKWARDS * self.typical:
+            return driving, slipping
+        where, when = _at(phi), float(slipping.t[-1])
+        torque = f"{self.clutch.torque:.5g} N m"
+        path, expected = f"shafts.{self.clutch.on}.clutch", "a clutch that takes the crank along"
+        if slipping.goal == "back":
+            found = f"a crank that falls back from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
+            advice = "a clutch torque that is there sooner, a brake that is released later, or a counterbalance"
+        elif slipping.goal == "release":
+            found = (
+                f"a clutch of {torque} that never locks: at its release at {where}, after {when:.4g} s, "
+                f"{self.clutch.on} turns at {driving.states(np.array([when]))[1, 0] * _RPM:.4g} rpm "
+                f"and the crank as if it turned at {self.ratio * omega * _RPM:.4g} rpm"
+            )
+            advice = "a larger torque, a shorter rise, less inertia on the driven side, or a later release"
+        elif slipping.stuck is not None or omega <= _BACKWARDS * self.typical:
+            found = f"a clutch of {torque} that does not move the crank from {where} ({when:.4g} s)"
+            advice = "a larger torque, or less load on the way"
+        else:
+            found = f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}"
+            advice = "a larger torque, or less inertia on the driven side"
+        raise SceneError([Fault(path, found, expected, advice)])
+
+    def _locked(self, begin: tuple[float, float], time: float) -> Trail:
+        """The whole machine from the instant at which the clutch locks to its release."""
+        if time < self.brake.fall:
+            found = f"a brake that is still released when the clutch locks after {time:.4g} s"
+            raise SceneError([Fault(f"{BRAKE}.fall", found, f"less than {time:.4g} s", "a brake that lets go sooner")])
+        goals = [straight("release", 0, self.end, -1.0), straight("stall", 1, 0.0, 1.0)]
+        locked = self._run(self.whole, Start(*begin), goals)
+        if locked.goal == "release" and self.clutch.fall > 0.0:  # it still holds for a while
+            longer = [straight("brake", 0, self.brakes_at, -1.0), goals[1]]
+            locked = self._run(self.whole, Start(*begin), longer, float(locked.t[-1]) + self.clutch.fall)
+            if locked.goal == "brake":
+                found = f"a brake put on at {_at(self.brakes_at)}, less than {self.clutch.fall:.4g} s after the release"
+                advice = "put the brake on later, or release the clutch sooner"
+                raise SceneError([Fault(f"{BRAKE}.engage", found, "a clutch that has let go by then", advice)])
+            if locked.goal is None and locked.stuck is None:
+                locked = locked._replace(goal="release")
+        if locked.goal != "release":
+            phi, omega = _last(locked)
+            found = f"a machine that stalls at {_at(phi)}, {time + locked.t[-1]:.4g} s after the clutch engaged"
+            if locked.stuck is None and locked.goal is None:
+                found = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {time + locked.t[-1]:.4g} s on"
+            advice = "a larger flywheel, a stronger motor, or more time between strokes"
+            expected = "a flywheel that carries the crank through the work"
+            raise SceneError([Fault("flywheel.inertia", found, expected, advice)])
+        self._check_grip(locked, time)
+        return locked
+
+    def _check_grip(self, locked: Trail, time: float) -> None:
+        """Refuse a clutch that would slip again while it is locked."""
+        moments, times = self.clutch_torques(locked)
+        top = int(np.argmax(np.abs(moments)))
+        if abs(moments[top]) > self.clutch.static_torque:
+            phi = float(locked.states(times[top : top + 1])[0, 0])
+            found = f"a clutch that holds {self.clutch.static_torque:.5g} N m and would have to pass {moments[top]:.5g} N m"
+            found += f" at {_at(phi)}, {time + times[top]:.4g} s after it engaged: it slips again"
+            key = "torque" if self.clutch.static_torque == self.clutch.torque else "static_torque"
+            path = f"shafts.{self.clutch.on}.clutch.{key}"
+            advice = "a larger clutch, or more inertia on the driven side; a second slip is not followed"
+            raise SceneError([Fault(path, found, "a clutch that holds through the work", advice)])
+
+    def clutch_torques(self, locked: Trail) -> tuple[Array, Array]:
+        """The torque (N m) that the locked clutch passes, and its times (s): what its shaft has over to give."""
+        times, owners = locked.within(NODES)
+        found = [np.zeros(0)]
+        for _, states, here in locked.along(times, owners):
+            alpha = self.whole.at_many(*here).acceleration * self.ratio
+            one = [self.driving.at(math.pi, math.pi, float(omega), 0.0) for omega in states[1] * self.ratio]
+            found.append(np.array([now.moment - now.inertia * a for now, a in zip(one, alpha, strict=True)]))
+        return np.concatenate(found), times
+
+    def _stop(self, begin: tuple[float, float], time: float) -> tuple[Trail | None, Trail, float]:
+        """The driven side from the release of the clutch until the crank stands still, and when the brake is put on (s)."""
+        coasting = None
+        if begin[0] < self.brakes_at:
+            goals = [straight("brake", 0, self.brakes_at, -1.0), straight("stop", 1, 0.0, 1.0)]
+            coasting = self._run(self.driven, Start(*begin), goals)
+            begin, time = _last(coasting), time + float(coasting.t[-1])
+            if coasting.goal != "brake":
+                found = f"a crank that comes to rest by itself at {_at(begin[0])}, {time:.4g} s after the clutch engaged"
+                advice = "release the clutch later, or put the brake on sooner"
+                expected = f"one that comes to the brake at {_at(self.brakes_at)}"
+                raise SceneError([Fault(f"shafts.{self.clutch.on}.clutch.disengage", found, expected, advice)])
+        goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, self.brakes_at + TURN, -1.0)]
+        braking = self._run(self.braked, Start(*begin), goals)
+        rest, omega = _last(braking)
+        torque = f"a brake of {self.brake.torque:.5g} N m"
+        if braking.goal != "stop":
+            found = f"{torque} that leaves the crank at {omega * _RPM:.4g} rpm after a turn"
+            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that stops the crank", "a larger torque")])
+        held = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
+        most = self.brake.torque * self.scene.shafts[self.brake.on]
+        if abs(held.moment) > most + held.friction:
+            found = f"{torque} that does not hold the crank at {_at(rest)}, where M* = {held.moment:.5g} N m on the crank"
+            advice = "a larger torque, a counterbalance, or another stop_at"
+            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
+        return coasting, braking, time
+
+
+def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None = None) -> Phases:
+    """The stroke that returns: speed of the driving side and resting angle of the crank as they were when it began.
+
+    Newton's method on the whole stroke, whose derivatives are differences of neighbouring ones.
+
+    Args:
+        strokes: of the machine.
+        period: from one engagement to the next (s); that of the scene if None.
+        guess: a stroke of nearly the same machine; from the motor's no-load speed and `stop_at` if None.
+
+    Raises:
+        SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke returns.
+
+    """
+    turns = strokes.plan.continuous * TURN
+
+    def after(begin: Array) -> tuple[Array, Phases]:
+        found = strokes.stroke(float(begin[0]), float(begin[1]), period)
+        return np.array([found.speed, found.rest - turns]), found
+
+    state, slopes = np.array([strokes.typical * strokes.ratio, strokes.plan.stop_at]), None
+    if guess is not None:
+        state, slopes = np.array(guess.begin), guess.slopes
+    for _ in range(0 if guess else _PLAIN):
+        state = after(state)[0]
+    scale, before, change, tries = np.array([abs(state[0]), TURN]), math.inf, np.zeros(2), 0
+    for _ in range(_MOST_STEPS):
+        try:
+            image, found = after(state)
+        except SceneError:
+            if not 0 < tries < _HALVINGS:
+                raise
+            change, before, tries = 0.5 * change, math.inf, tries + 1  # back towards the stroke that went through
+            state = state - change
+            continue
+        off = float(np.max(np.abs(image - state) / scale))
+        if off <= _ENOUGH * strokes.rtol and slopes is not None:
+            return found._replace(slopes=slopes)
+        if slopes is None or off > _SLOW * before:  # else those of the step before, or of a neighbour, still serve
+            moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP])
+            slopes = np.array([(image - after(state - move)[0]) / move.sum() for move in moves]).T
+        change = np.linalg.solve(slopes - np.eye(2), state - image)
+        if not np.isfinite(change).all():
+            break
+        change *= min(1.0, 0.5 * state[0] / max(abs(change[0]), 1e-300))
+        state, before, tries = state + change, off, 1
+    found_text = "no stroke after which the driving side has the speed that it began with"
+    advice = "a motor whose torque falls with speed, with power enough for this rate"
+    raise SceneError([Fault("single_stroke", found_text, "a rate that the drive can keep", advice)])
+
+
+def beyond(scene: Scene, shaft: str) -> list[str]:
+    """A shaft, and all that hang on it: nearer ones first."""
+    return [name for name in scene.shafts if shaft in scene.inwards(name)]
+
+
+def ramp(torque: float, rise: float) -> str:
+    """A torque (N m) that builds up evenly in a time (s) from t = 0, as an expression.
+
+    >>> ramp(900.0, 0.0), ramp(900.0, 0.05)
+    ('900.0', '900.0*min(1, t/0.05)')
+    """
+    return f"{torque!r}" if rise == 0.0 else f"{torque!r}*min(1, t/{rise!r})"
+
+
+def _load(on: str, law: str, path: str) -> Load:
+    """A torque on a shaft by its expression."""
+    return Load(on, parse(law), TURN, path=path)
+
+
+def _moved(load: Load, on: str) -> Load:
+    return load._replace(on=on, every=TURN)
+
+
+def _at(phi: float) -> str:
+    return f"crank angle {math.degrees(phi % TURN):.4g} deg"
+
+
+def check(scene: Scene) -> None:
+    """Refuse what strokes cannot be followed with, each with its reason."""
+    plan = scene.single_stroke
+    assert plan is not None
+    clutch, faults = plan.clutch, list[Fault]()
+    mine = set(beyond(scene, clutch.on))
+
+    def add(path: str, found: str, expected: str, advice: str = "") -> None:
+        faults.append(Fault(path, found, expected, advice))
+
+    if abs(scene.cycle - TURN) > 1e-9:
+        add("regime.cycle", f"a cycle of {math.degrees(scene.cycle):.6g} deg", "one turn of the crank, which is a stroke")
+    if scene.drive is None or scene.drive.on not in mine:
+        on = "no drive" if scene.drive is None else f"a drive on {scene.drive.on}"
+        add("drive.on", on, f"one on {clutch.on} or beyond it, before the clutch")
+    if scene.has_flywheel and scene.flywheel_on not in mine:
+        found = f"a flywheel on {scene.flywheel_on}, behind the clutch"
+        add("flywheel.on", found, f"one on {clutch.on} or beyond it, which runs on between strokes")
+    if scene.unknown is not None:
+        add(
+            "drive.torque" if scene.unknown == "drive" else f"parameters.{scene.unknown}", '"balance"', "a value, or a motor"
+        )
+    if scene.drive is not None and not (isinstance(scene.drive.law, Expression) and scene.drive.law.uses_speed):
+        add("drive", "a torque that does not depend on speed", "a motor, which brings the flywheel back to its speed")
+    if scene.motor is not None and scene.motor.circuit is not None:
+        add(
+            "drive.motor", f"a {scene.motor.title} with states of its own", "one by its torque over speed", "leave those out"
+        )
+    if scene.limits:
+        add(
+            "flywheel.limits", "limits beside [single_stroke]", "irregularity or inertia", "limits are not sized for strokes"
+        )
+    if scene.wheel is not None:
+        add(
+            "flywheel.shape",
+            "a wheel beside [single_stroke]",
+            "inertia or irregularity alone",
+            "flywheel.wheel.choose gives it",
+        )
+    if scene.compliances:
+        add(f"shafts.{next(iter(scene.compliances))}.stiffness", "a compliant shaft beside a clutch", "rigid shafts")
+    if plan.brake.on in mine:
+        add(
+            f"{BRAKE}.on",
+            f"a brake on {plan.brake.on}, before the clutch",
+            "one on the crank, or geared to it behind the clutch",
+        )
+    hung = [(each.shaft, each.path) for each in scene.mechanisms] + [(each.on, each.path) for each in scene.springs]
+    for on, path in hung:
+        if on in mine:
+            add(path, f"on {on}, before the clutch", "mechanisms and springs behind the clutch")
+    for load in scene.loads:
+        law = load.law
+        if isinstance(law, Expression) and law.uses_time:
+            add(load.path, "a load that depends on time", "one of position and speed")
+        free = isinstance(law, (int, float)) or (isinstance(law, Expression) and not law.names & {"phi", "x"})
+        if load.on in mine and not (free and load.start is None and load.sense == 0):
+            add(load.path, f"a load on {load.on} that depends on an angle", "one that does not, before the clutch")
+    if any(mechanism.linkage is not None for mechanism in scene.mechanisms) and Machine(scene).has_joint_friction:
+        add("mechanism", "friction in joints beside a clutch", "joints without", "leave friction out")
+    if (clutch.disengage - plan.brake.engage) % TURN != 0.0:
+        first, then = ((angle - plan.stop_at) % TURN or TURN for angle in (clutch.disengage, plan.brake.engage))
+        if then < first:
+            found = f"a brake put on at {math.degrees(plan.brake.engage):.4g} deg, before the clutch lets go"
+            add(f"{BRAKE}.engage", found, f"at {math.degrees(clutch.disengage):.4g} deg or later")
+    if faults:
+        raise SceneError(faults)

@@ -1,0 +1,263 @@
+"""Work stroke by stroke, by formulas, an integration of its own, and one stroke after another."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.integrate import solve_ivp
+
+import flywheel
+from flywheel import SceneError
+from flywheel.cli import main
+from flywheel.motions.single_stroke import clutch_heat
+from flywheel.motions.strokes import Strokes, periodic
+from flywheel.reference import text
+
+TURN = 2 * math.pi
+DEGREE = math.pi / 180
+
+J_WHEEL, J_CRANK, RATIO, CLUTCH, BRAKE = 1.5, 5.0, 4.0, 120.0, 400.0
+ROTOR = f"""
+shafts.wheel = {{ratio = {RATIO}, clutch = {{torque = {CLUTCH}, disengage = "300 deg"}}}}
+inertia = [{{on = "crank", value = {J_CRANK}}}]
+load = [{{on = "crank", torque = "-150 N m", from = "120 deg", to = "200 deg"}}]
+brake = [{{torque = {BRAKE}, engage = "310 deg"}}]
+single_stroke.rate = "40 1/min"
+drive = {{on = "wheel", torque = "2*(40 - omega)"}}
+flywheel = {{on = "wheel", inertia = {J_WHEEL}}}
+"""
+IDLE = {"drive.torque": "1e-13*(40 - omega)", "load": None}
+
+
+def rotor(**changes):
+    return flywheel.load(ROTOR).with_({key.replace("__", "."): value for key, value in changes.items()})
+
+
+def wound_up(scene):
+    return Strokes(scene, J_WHEEL, 1e-11)
+
+
+# -- by formulas -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.03])
+def test_two_inertias_that_lock_lose_the_energy_of_an_inelastic_impact(rise):
+    scene = flywheel.load(ROTOR).with_(IDLE | {"shafts.wheel.clutch.rise": rise})
+    strokes = wound_up(scene)
+    found = strokes.stroke(38.0, 0.0)
+    driven = J_CRANK / RATIO**2
+    assert clutch_heat(strokes, found.driving, found.slipping) == pytest.approx(
+        J_WHEEL * driven / (J_WHEEL + driven) * 38.0**2 / 2, rel=1e-9
+    )
+    speed = J_WHEEL * 38.0 / (J_WHEEL + driven)
+    assert found.speed == pytest.approx(speed, rel=1e-9)
+    # the clutch's impulse is what the driving side loses; the brake takes the crank's energy over its angle
+    assert CLUTCH * (found.lock_time - rise / 2) == pytest.approx(J_WHEEL * (38.0 - speed), rel=1e-9)
+    braked = (found.rest - 310 * DEGREE) * BRAKE
+    assert braked == pytest.approx(J_CRANK * (speed / RATIO) ** 2 / 2, rel=1e-8)
+
+
+def test_a_brake_that_builds_up_stops_by_its_impulse():
+    scene = flywheel.load(ROTOR).with_(IDLE | {"brake.0.rise": "50 ms"})
+    found = wound_up(scene).stroke(38.0, 0.0)
+    lasting = found.stop_time - found.brake_time
+    assert lasting > 0.05
+    assert BRAKE * (lasting - 0.025) == pytest.approx(J_CRANK * found.locked.states(found.locked.t[-1:])[1, 0], rel=1e-9)
+
+
+def test_energy_goes_in_and_comes_out_by_name():
+    found = flywheel.single_stroke(rotor())
+    energy = found.energy
+    assert energy["loads"] == pytest.approx(150.0 * 80 * DEGREE, rel=1e-9)
+    assert energy["brake_heat"] == pytest.approx(BRAKE * found.brake_angle, rel=1e-8)
+    out = energy["loads"] + energy["mesh_heat"] + energy["clutch_heat"] + energy["brake_heat"]
+    assert energy["motor"] == pytest.approx(out, rel=1e-8)
+    assert abs(found.energy_residual) < 1e-8
+    assert found.mean_power * found.period == pytest.approx(energy["motor"], rel=1e-12)
+
+
+def test_a_mesh_with_losses_heats_by_its_share():
+    found = flywheel.single_stroke(rotor(shafts__wheel__efficiency=0.9))
+    assert found.energy["mesh_heat"] > 0.05 * found.energy["loads"]
+    assert abs(found.energy_residual) < 1e-8
+
+
+# -- by an integration of its own --------------------------------------------------------------------------------------
+
+
+def independent(speed, rest, period):
+    """Speed and resting angle after one stroke of the rotor, and when it locks and stops, by scipy."""
+    tight = {"rtol": 1e-12, "atol": 1e-12, "method": "DOP853"}
+
+    def drive(w):
+        return 2 * (40 - w)
+
+    def run(rate, start, begin, *events):
+        for event in events:
+            event.terminal = True
+        found = solve_ivp(rate, (begin, 60.0), start, events=events, **tight)
+        return found.t[-1], found.y[:, -1]
+
+    t, state = run(
+        lambda t, y: [(drive(y[0]) - CLUTCH) / J_WHEEL, y[2], CLUTCH * RATIO / J_CRANK, CLUTCH * (y[0] - RATIO * y[2])],
+        [speed, rest, 0.0, 0.0], 0.0, lambda t, y: y[0] - RATIO * y[2],
+    )  # fmt: skip
+    lock, (_, phi, omega, heat) = t, state
+    whole, lowest = J_CRANK + J_WHEEL * RATIO**2, omega * RATIO
+    for end, load in ((120, 0.0), (200, -150.0), (300, 0.0)):
+        t, (phi, omega) = run(
+            lambda t, y, load=load: [y[1], (RATIO * drive(RATIO * y[1]) + load) / whole],
+            [phi, omega], t, lambda t, y, end=end: y[0] - end * DEGREE,
+        )  # fmt: skip
+        lowest = min(lowest, omega * RATIO)
+    release, driving = t, omega * RATIO
+    t += 10 * DEGREE / omega
+    stop, rest = t + omega * J_CRANK / BRAKE, 310 * DEGREE + omega**2 * J_CRANK / BRAKE / 2
+    after = 40 + (driving - 40) * math.exp(-2 / J_WHEEL * (period - release))
+    return after, rest - TURN, lock, stop, heat, lowest
+
+
+def test_the_periodic_stroke_is_that_of_an_independent_integration():
+    found = flywheel.single_stroke(rotor())
+    state = np.array([38.0, 0.0])
+    for _ in range(40):  # what a stroke leaves of a difference is a third
+        state = np.array(independent(*state, 1.5)[:2])
+    speed, rest, lock, stop, heat, lowest = independent(*state, 1.5)
+    assert found.phases.begin == pytest.approx((speed, rest), rel=1e-8)
+    assert found.slip_time == pytest.approx(lock, rel=1e-8)
+    assert found.stroke_time == pytest.approx(stop, rel=1e-8)
+    assert found.clutch_heat == pytest.approx(heat, rel=1e-8)
+    assert found.overrun == pytest.approx(rest, rel=1e-8)
+    assert found.speed_least == pytest.approx(lowest, rel=1e-8)
+    true = {"slip_time": lock, "stroke_time": stop, "clutch_heat": heat, "overrun": rest, "speed_least": lowest}
+    for name, value in true.items():
+        assert abs(found.figures[name] - value) <= found.error[name] + 3e-10 * abs(value), name
+
+
+def test_it_is_what_stroke_after_stroke_comes_to():
+    strokes = Strokes(rotor(), J_WHEEL, 1e-9)
+    state = 35.0, 0.3
+    for _ in range(100):
+        found = strokes.stroke(*state)
+        state = found.speed, found.rest - TURN
+    assert periodic(strokes).begin == pytest.approx(state, rel=1e-6)
+
+
+# -- rates, rows of strokes, the flywheel sought -----------------------------------------------------------------------
+
+
+def test_the_flywheel_of_an_irregularity_has_it():
+    sized = flywheel.single_stroke(rotor(flywheel__inertia=None, flywheel__irregularity=0.3))
+    assert sized.irregularity == pytest.approx(0.3, rel=1e-6)
+    assert sized.as_dict()["flywheel"] == {"on": "wheel", "inertia": None, "exact": sized.inertia}
+    again = flywheel.single_stroke(rotor(flywheel__inertia=sized.inertia))
+    assert again.irregularity == pytest.approx(0.3, rel=1e-6)
+
+
+def test_without_other_limits_the_greatest_rate_leaves_no_standstill():
+    found = flywheel.single_stroke(rotor())
+    assert found.decides == "time of the stroke"
+    at_once = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle=0.0))
+    assert at_once.rate == pytest.approx(found.greatest_rate, rel=1e-5)
+    assert at_once.period == at_once.stroke_time
+
+
+def test_heat_an_hour_decides_the_rate_where_it_is_least():
+    limit = {"shafts.wheel.clutch.heat_per_hour": "500 kJ"}
+    scene = flywheel.load(ROTOR).with_(limit)
+    found = flywheel.single_stroke(scene)
+    assert found.decides == "clutch heat an hour"
+    assert found.shares["clutch heat an hour"] == pytest.approx(found.clutch_heat_per_hour / 500e3)
+    assert (found.verdicts != ()) == (found.shares["clutch heat an hour"] > 1.0)
+    there = flywheel.single_stroke(scene.with_({"single_stroke.rate": found.greatest_rate}))
+    assert there.clutch_heat_per_hour == pytest.approx(500e3, rel=1e-3)
+
+
+def test_strokes_in_a_row_turn_the_crank_as_often():
+    one, three = flywheel.single_stroke(rotor()), flywheel.single_stroke(rotor(single_stroke__continuous=3))
+    assert three.period == pytest.approx(3 * one.period)
+    assert three.energy["loads"] == pytest.approx(3 * one.energy["loads"], rel=1e-9)
+    assert three.phases.rest - three.overrun == pytest.approx(3 * TURN)
+
+
+def test_idle_time_follows_the_standstill():
+    found = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="1 s"))
+    assert found.period - found.stroke_time == pytest.approx(1.0, rel=1e-9)
+
+
+# -- what is refused ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"shafts.wheel.clutch.torque": 4.0, "load": None}, r"never locks: at its release at crank angle 300 deg"),
+        ({"load.0.from": "0 deg", "load.0.to": "90 deg", "load.0.torque": -600.0}, "does not move the crank|falls back"),
+        ({"load.0.torque": -700.0, "load.0.to": "140 deg"}, "would have to pass .* at crank angle .* it slips again"),
+        ({"load.0.torque": -3000.0, "shafts.wheel.clutch.static_torque": 9e9}, "stalls at crank angle 1"),
+        ({"brake.0.torque": 1.0, "load": None}, "a brake of 1 N m that leaves the crank at"),
+        ({"load.0": {"on": "crank", "torque": -450.0, "from": "330 deg", "to": "350 deg"}}, "400 N m that does not hold"),
+        ({"single_stroke.rate": "200 1/min"}, "rate: found a stroke that lasts .* at most"),
+        ({"drive.torque": "balance"}, "drive.torque"),
+        ({"drive.torque": 5.0}, "does not depend on speed"),
+        ({"flywheel.on": "crank"}, "flywheel.on: found a flywheel on crank, behind the clutch"),
+        ({"brake.0.on": "wheel"}, "before the clutch"),
+        ({"brake.0.engage": "200 deg"}, "before the clutch lets go"),
+        ({"drive.on": "crank"}, "drive.on"),
+        ({"load.0.torque": "-10*t"}, "depends on time"),
+    ],
+)  # fmt: skip
+def test_what_does_not_work_is_refused_with_its_reason(changes, words):
+    with pytest.raises(SceneError, match=words):
+        flywheel.single_stroke(flywheel.load(ROTOR).with_(changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"single_stroke": None}, r"clutch: found nothing to engage it, expected a table \[single_stroke\]"),
+        ({"single_stroke.idle": 1.0}, "single_stroke"),
+        ({"brake": None}, "brake: found nothing"),
+        ({"shafts.wheel.clutch": None}, "found no clutch"),
+        ({"shafts.wheel.clutch.engage": "20 deg"}, "engage: found 20 deg, and stop_at at 0 deg"),
+        ({"single_stroke.rate": "30 rpm"}, "single_stroke.rate: found"),
+        ({"single_stroke.continuous": 1.5}, "a whole number of strokes"),
+        ({"shafts.wheel.clutch.torqe": 1.0}, 'did you mean "torque"'),
+        ({"duty": [{"duration": "60 s"}]}, r"duty beside \[single_stroke\]"),
+    ],
+)
+def test_faults_of_the_scene(changes, words):
+    with pytest.raises(SceneError, match=words):
+        flywheel.load(ROTOR).with_(changes)
+
+
+def test_other_commands_do_not_pass_over_clutch_and_brake():
+    for call in (flywheel.size, flywheel.run_up, lambda scene: flywheel.simulate(scene, 0.0, 1.0, 1.0)):
+        with pytest.raises(SceneError, match="works stroke by stroke"):
+            call(rotor())
+    with pytest.raises(SceneError, match="single_stroke: found nothing"):
+        flywheel.single_stroke(rotor(single_stroke=None, brake=None, shafts__wheel__clutch=None))
+
+
+# -- the press of the reference, by the command ------------------------------------------------------------------------
+
+
+def test_the_press_of_the_reference(tmp_path):
+    scene = tmp_path / "press.toml"
+    scene.write_text(re.search(r"```\n(\[shafts.*?)```", text("single-stroke"), re.DOTALL)[1])
+    run = CliRunner().invoke(main, ["size", str(scene), "--json"])
+    assert run.exit_code == 0
+    found = json.loads(run.stdout)
+    figures = found["single_stroke"]
+    assert figures["keeps_up"] is True
+    assert figures["period"] == 3.0
+    assert abs(figures["energy_residual"]) < 1e-7
+    assert found["error"]["single_stroke"].keys() <= figures.keys()
+    assert {f"`{name}`" for name in figures} <= set(re.findall(r"`\w+`", text("single-stroke")))
+    shown = CliRunner().invoke(main, ["size", str(scene)])
+    assert re.search(r"overrun past stop_at +-19\.87 +deg", shown.stdout)
+    refused = CliRunner().invoke(main, ["size", str(scene), "--full"])
+    assert (refused.exit_code, "--full does not apply" in refused.stderr) == (2, True)
