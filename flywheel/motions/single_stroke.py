@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.numerics import root, summits
+from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
 from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, periodic
 from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.state import DRIVE
-from flywheel.regime.trail import NODES, Trail
 from flywheel.scene.scene import TURN, Scene
 
 _TIGHT, _LOOSE = 1e-10, 1e-8  # tolerances of the steps: of the figures, and of those that they are compared with

@@ -416,7 +416,8 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
         state, slopes = np.array(guess.begin), guess.slopes
     for _ in range(0 if guess else _PLAIN):
         state = after(state)[0]
-    scale, before, change, tries = np.array([abs(state[0]), TURN]), math.inf, np.zeros(2), 0
+    change: Array = np.zeros(2)
+    scale, before, tries = np.array([abs(state[0]), TURN]), math.inf, 0
     for _ in range(_MOST_STEPS):
         try:
             image, found = after(state)
