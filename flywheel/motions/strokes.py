@@ -18,13 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.numerics import root
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import NODES, Dynamics, Start, Trail
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.free_motion import Goal, follow, neighbours, straight
-from flywheel.regime.trail import NODES, Start, Trail
 from flywheel.scene.scene import TURN, Load, Scene
 
 _RPM = 30.0 / math.pi
@@ -411,7 +410,8 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
         found = strokes.stroke(float(begin[0]), float(begin[1]), period)
         return np.array([found.speed, found.rest - turns]), found
 
-    state, slopes = np.array([strokes.typical * strokes.ratio, strokes.plan.stop_at]), None
+    state: Array = np.array([strokes.typical * strokes.ratio, strokes.plan.stop_at])
+    slopes: Array | None = None
     if guess is not None:
         state, slopes = np.array(guess.begin), guess.slopes
     for _ in range(0 if guess else _PLAIN):
@@ -433,7 +433,7 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
         if slopes is None or off > _SLOW * before:  # else those of the step before, or of a neighbour, still serve
             moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP])
             slopes = np.array([(image - after(state - move)[0]) / move.sum() for move in moves]).T
-        change = np.linalg.solve(slopes - np.eye(2), state - image)
+        change = np.asarray(np.linalg.solve(slopes - np.eye(2), state - image), dtype=np.float64)
         if not np.isfinite(change).all():
             break
         change *= min(1.0, 0.5 * state[0] / max(abs(change[0]), 1e-300))
