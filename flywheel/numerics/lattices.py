@@ -9,6 +9,8 @@ Source: I. Sloan, S. Joe, Lattice Methods for Multiple Integration (1994), 4 and
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +28,9 @@ def points(count: int, variables: int, seed: list[int]) -> Array:
     return np.asarray((_generator(count, variables)[:, None] * np.arange(count) / count + shift) % 1.0)
 
 
+@lru_cache(maxsize=16)
 def _generator(count: int, variables: int) -> NDArray[np.int64]:
-    """The powers of the best multiplier, modulo the count of points."""
+    """The powers of the best multiplier, modulo the count of points: one search for lattices that differ in their shift."""
     k, best, least = np.arange(count), np.ones(variables, dtype=np.int64), np.inf
     for a in range(1, max(count // 2, 2), 2):
         powers = np.array([pow(a, j, count) for j in range(variables)], dtype=np.int64)
