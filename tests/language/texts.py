@@ -168,7 +168,13 @@ NOT_TRANSLATED = frozenset(  # names of units that people write, what a programm
         *("found {0}, expected {1}", "found {0}, expected {1}{2}", "line {0}", '{0} {1} such as "{2}"{3}'),
         *("a unit of {0} such as {1}", "{0} of {1}", '{0} on "{1}"', "and x {0} {1}"),
         'write {0} = {{1} = "{2}", ...}; see flywheel reference {3}',
-        *(r"write abs(\1)", r"write a\1(...)", r"write \1(...)", r"write a\1\2(...)", r"write \1(\2)"),  # of a function's name
+        *(
+            r"write abs(\1)",
+            r"write a\1(...)",
+            r"write \1(...)",
+            r"write a\1\2(...)",
+            r"write \1(\2)",
+        ),  # of functions
         r"angles in an expression are in rad: write \1(...*pi/180)",
     ]
 )
