@@ -194,10 +194,14 @@ class UnrecordedError(ValueError):
 
 
 class RecordedMachine(Machine):
-    """A machine from a scene with recorded numbers, beside its plain `twin` from the scene with their values."""
+    """A machine from a scene with recorded numbers, beside its plain `twin` from the scene with their values.
+
+    `zeros` are the angles (rad) that were followed, each with the function whose zero it is.
+    """
 
     def __init__(self, scene: Scene, twin: Machine) -> None:
         self.twin = twin
+        self.zeros: list[tuple[Any, Function]] = []
         super().__init__(scene)
 
     @cached_property
@@ -251,12 +255,15 @@ class RecordedMachine(Machine):
         """The zero that one of some functions has at an angle now, by Newton's method from there."""
         near, found = _ZERO_DISTANCE * self.scene.cycle, [function(angle) for function in functions]
         if not any(isinstance(value, Recorded) for value, _ in found):
+            crossed = (abs(value) < near * abs(slope) for value, slope in found)
+            self.zeros += [(angle, function) for function, zero in zip(functions, crossed, strict=True) if zero]
             return angle
         for function, (value, slope) in zip(functions, found, strict=True):
             now, steep = abs(present(value)), abs(present(slope))
             if steep == 0.0 or not now <= near * steep:
                 continue
             if not isinstance(value, Recorded):
+                self.zeros.append((angle, function))
                 return angle
             phi: Any = angle
             step: Any = 0.0
@@ -266,6 +273,7 @@ class RecordedMachine(Machine):
                 phi = phi - step
             settled = _LAST_STEP * self.scene.cycle
             if -settled <= step <= settled:
+                self.zeros.append((phi, function))
                 return phi
         raise UnrecordedError("an angle at which a law only touches its switch, or a place only stands still")
 

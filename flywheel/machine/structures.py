@@ -106,7 +106,8 @@ class Structure:
     conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
-    crank's; NaN where there is none.
+    crank's; NaN where there is none. zeros: an angle (rad) that Newton's method has followed, and the function whose zero it
+    is, with its slope, at phi.
     """
 
     paths: tuple[str, ...]
@@ -117,6 +118,7 @@ class Structure:
     walks: tuple[StretchWalk, ...]
     numbers: Program
     counts: tuple[int, ...] = ()
+    zeros: tuple[Program, ...] = ()
 
     def edges(self, columns: Array) -> Array:
         """Edges of the cells (cells + 1, designs), rad."""
@@ -341,6 +343,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         walks=tuple(stretches),
         numbers=recorder.program([*given, nothing if scene.inertia is None else scene.inertia, machine.fastest]),
         counts=(1,) * len(stretches),
+        zeros=tuple(recorder.program([angle, *function(phi)]) for angle, function in machine.zeros),
     )
 
 

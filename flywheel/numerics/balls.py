@@ -26,6 +26,7 @@ _TURNS = 720  # multiples of pi are known as such down to pi over this
 _DIGITS = 9  # decimals of a constant: one that needs more may have been calculated, with roundings
 _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
 _MOST_SPLITS = 4_000  # of intervals, for one extreme
+_ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is looked for at least
 
 
 class UnprovenError(ValueError):
@@ -68,6 +69,33 @@ def exact(value: float) -> Any:
 def ball(value: Any) -> Any:
     """A ball of a ball or of a plain number."""
     return value if isinstance(value, arb) else arb(value)
+
+
+def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
+    """The ball of the one zero of a function near an angle (rad), proven by an interval Newton step.
+
+    N = m - f(m)/f'(X), X = m ± r: where N lies inside X, f has one zero in X, and that lies in N.
+
+    Args:
+        function: f and its slope at a ball.
+        angle: near the zero, with the radius that its calculation has.
+
+    Raises UnprovenError where the slope may be 0 in X, or N reaches beyond it: the zero is not proven.
+    Source: R. E. Moore, Interval Analysis (1966).
+
+    >>> with precision(96, 2):
+    ...     root = zero_near(lambda x: (x * x - 2, 2 * x), arb(1.4142135623730951))
+    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
+    (True, True)
+
+    """
+    middle = angle.mid()
+    value, slope = (_lifted(each) for each in function(middle))
+    reach = (8 * abs(value / slope) + 4 * angle.rad() + arb(2) ** _ZERO_REACH).upper()
+    step = value / _lifted(function(arb(middle, reach))[1])
+    if not (reach.is_finite() and abs(step) < reach):
+        raise UnprovenError("an angle at which a load breaks is not proven")
+    return middle - step
 
 
 def positive(value: Any) -> Any:

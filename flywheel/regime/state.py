@@ -26,6 +26,7 @@ from flywheel.scene.scene import Mechanism, Scene, Stroke
 
 _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
 _ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
+_BALANCE_STEP = 1e-3  # of a balance: by which it is changed to see what its error does
 EVALUATED = 24
 """Roundings of a figure, or of the sum of the sizes that it is made of, from its evaluation."""
 
@@ -158,6 +159,9 @@ def state_errors(
     friction = 0.0 if machine.friction is None else float(tails(machine.friction.series).max())
     found["slope"] = found["slope"] + EVALUATED * ROUNDING * steepness
     found["moment"] = found["moment"] + EVALUATED * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
+    if balance:  # it must not cancel against what the lengths change
+        other = _at(machine, angles, anchor, balance * (1.0 + _BALANCE_STEP), speed)
+        found["moment"] = found["moment"] + off_balance / _BALANCE_STEP * np.abs(other.moment - state.moment)
     return found
 
 

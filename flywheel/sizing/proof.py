@@ -18,7 +18,6 @@ import numpy as np
 
 from bondgraph.recording import Program
 from flywheel.machine.structures import Structure, recorded
-from flywheel.numerics.expressions import Expression
 from flywheel.numerics.units import exact_ratio
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Scene, Table
@@ -79,8 +78,6 @@ def _refusal(scene: Scene) -> str:
     for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
         if isinstance(load.law, Table):
             return f"{load.path}: a table's pieces are calculated in floats"
-        if isinstance(load.law, Expression) and (load.law.switches() or load.law.branch_points()):
-            return f"{load.path}: the angle at which its expression switches is not proven"
     return ""
 
 
@@ -187,7 +184,7 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     zero = balls.rational(0, 1)
     asked = scene.irregularity is not None
     speed, *rest = _over_balls(structure.numbers, 3 if asked else 1)(zero, *columns)
-    edges = _over_balls(structure.landmarks)(zero, *columns)
+    edges = _edges(structure, columns)
     cells = _cells(structure, edges, columns, order, left)
     figures = {"speed": balls.ball(speed)}
     balance = zero
@@ -214,6 +211,37 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     figures["flywheel.inertia_torque"] = torque / square
     figures["flywheel.inertia_torque_flywheel"] = balls.positive(torque - least) / square
     return figures
+
+
+def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
+    """Balls of the edges of smooth pieces.
+
+    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float which it began
+    at does not count. An edge inside a piece is wherever it is: nothing breaks there.
+    """
+    from flywheel.numerics import balls
+
+    zero, marks = balls.rational(0, 1), structure.landmarks
+
+    def loosely(program: Program) -> Any:
+        part = program.only(1)
+        found = part._replace(places=tuple(map(_threshold, part.places))).function(balls.NAMESPACE)(zero, *columns)
+        return balls.ball(found[0])
+
+    zeros = [(loosely(program), program._replace(outputs=program.outputs[1:])) for program in structure.zeros]
+    edges = []
+    for k, output in enumerate(marks.outputs):
+        program = marks._replace(outputs=(output,))
+        angle = loosely(program)
+        followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
+        if 0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]:
+            edges.append(angle)
+        elif followed is None:
+            edges.append(balls.ball(_over_balls(program, 1)(zero, *columns)[0]))
+        else:
+            function = _over_balls(followed, 2)
+            edges.append(balls.zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
+    return edges
 
 
 def _cells(structure: Structure, edges: Sequence[Any], columns: Sequence[Any], order: int, left: float) -> list[Model]:

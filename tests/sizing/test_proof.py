@@ -12,10 +12,13 @@ from typing import Any
 import pytest
 
 import flywheel
+from flywheel.machine import programs
 from flywheel.numerics import units
 from flywheel.sizing import proof
 from tests import scenes
 from tests.extras import extra
+from tests.oracle import figures
+from tests.oracle.machine import Machine
 
 FOLDER = Path(__file__).parent.parent / "references"
 REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
@@ -138,7 +141,6 @@ def test_values_of_a_yoke_by_its_closed_form() -> None:
     ("change", "reason"),
     [
         ({"load": [{"on": "slider", "force": "-1000*v"}], "drive": {"torque": "balance"}}, "depend on speed"),
-        ({"load": [{"on": "slider", "force": "-1000 if phi < 2 else 0"}]}, "switches"),
         ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
         ({"load": [{"on": "slider", "table": {"angle": [0, 1, 6.283185307179586], "value": [0, -9, 0]}}]}, "table"),
     ],
@@ -172,6 +174,48 @@ def test_a_ratio_as_it_is_written() -> None:
     assert units.exact_ratio("-1.25e-2 kN", "force") == (-125 * 1000, 10**4)
     top, bottom = units.exact_ratio("180 deg", "angle")
     assert top / bottom == math.pi
+
+
+TURNS: dict[str, dict[str, Any]] = {
+    "a coupler that turns back": {
+        "mechanism": {
+            "type": "four-bar",
+            "ground": {"length": 0.9},
+            "crank": {"length": 0.3},
+            "coupler": {"length": 0.8, "mass": 2},
+            "rocker": {"length": 0.6, "mass": 3, "inertia": 0.1},
+            "assembly": "open",
+        },
+        "load": [{"on": "coupler", "torque": "-5*sign(v)"}],
+    },
+    "a follower that turns back": {
+        "mechanism": {"type": "law", "outputs": {"follower": {"x": "0.1*sin(phi)+0.02*sin(2*phi)", "mass": 3}}},
+        "load": [{"on": "follower", "force": "-5*sign(v)"}],
+    },
+    "a torque that switches": {
+        "mechanism": PRESS["mechanism"],
+        "load": [{"on": "crank", "torque": "-max(30, 55*sin(phi) + 7*cos(2*phi))"}],
+    },
+}
+
+
+@pytest.mark.parametrize("name", TURNS)
+def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An interval Newton step proves them; from angles 1e-16 rad beside them too, from angles farther off none is proven."""
+    scene = {key: PRESS[key] for key in ("drive", "regime", "flywheel")} | TURNS[name]
+    from flywheel.numerics import balls
+
+    found = proven(scene).figures["flywheel.exact"]
+    assert found[1] - found[0] < 1e-13 * found[1]
+    true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]["exact"]
+    assert found[0] - 1e-14 * found[1] < float(true) < found[1] * (1 + 1e-14)
+    monkeypatch.setattr(programs, "_NEWTON_STEPS", 0)
+    assert proven(scene).figures["flywheel.exact"] == pytest.approx(found, rel=1e-14)
+    zero_near = balls.zero_near
+    monkeypatch.setattr(balls, "zero_near", lambda function, at: zero_near(lambda x: (function(x)[0] * 0 + 1, 0 * x), at))
+    assert proven(scene).reason == "an angle at which a load breaks is not proven"
 
 
 def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
