@@ -684,6 +684,24 @@ def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     return most
 
 
+def error_of_speeds(motion: OwnMotion) -> float:
+    """Error (rad) of the angles of extreme speed as far as errors of speeds change torques there.
+
+    d phi = |dF/d omega| d omega/|d(M* - omega² dI*/dphi/2)/dphi| at a root inside a cell, at most the width of the cell.
+    """
+    run, rate, mesh = motion.run, motion.solved.rate, motion.solved.moments.mesh
+    cycle = run.cycle
+    assert cycle is not None, "a motion of its own has its cycle"
+    speeds, places = np.array([[run.speed_max, run.speed_min], [run.angle_speed_max, run.angle_speed_min]])
+    cell, t = cycle.where(places)
+    half = mesh.half.take(cell)
+    rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * cycle.series[1].take(cell, axis=0)
+    by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)
+    off = np.abs(by_speed) * speeds * (0.5 * run.irregularity * run.error + motion.level_error)
+    errors = np.minimum(off * half / np.maximum(np.abs(cells.slope(rows, t)), 1e-300), 2.0 * half)
+    return float(errors[np.abs(t) < 1.0].max(initial=0.0))
+
+
 def error_of_cuts(motion: OwnMotion) -> float:
     """Error (rad) of the angles of extreme speed that stand where cells are cut by the motion itself."""
     moments, run = motion.solved.moments, motion.run

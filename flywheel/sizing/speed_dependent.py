@@ -100,7 +100,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
         exact=(max(motion.inertia, 0.0), off),
         broken=broken,
-        extremes_error=periodic_motion.error_of_cuts(motion),
+        extremes_error=periodic_motion.error_of_cuts(motion) + periodic_motion.error_of_speeds(motion),
         limits=reached,
         binding=binding,
         messages=messages,

@@ -31,6 +31,7 @@ FOUND = {  # what these once had wrong
     1000629: "a double root of M* at the beginning of a cell, off by 7e-5 rad",
     4000456: "a weight all but square to its path, whose angle is rounded",
     5000954: "a load that acts where its port all but stands still",
+    8000129: "an angle of extreme speed where a damper follows an error of speed",
     8000969: "a speed that its motor hardly fixes, said to be reached",
     1000287: "an approximate flywheel that is but rounding beside an exact one",
 }
