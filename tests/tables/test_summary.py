@@ -240,7 +240,7 @@ def test_losses_and_currents_are_named_by_their_paths():
 
 @pytest.mark.slow
 def test_laws_that_switch_at_a_speed_are_named():
-    assert said(explain(regimes.scene("governor", inertia=0.5)), "switch at a speed, where the motion itself cuts")
+    assert said(explain(regimes.scene("governor", inertia=0.5)), "switch at a speed, where the motion itself divides")
 
 
 def test_bodies_without_mass_are_named_and_are_not_in_the_graph():
