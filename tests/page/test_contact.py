@@ -114,6 +114,7 @@ def test_a_page_of_another_start_asks_to_be_loaded_again_and_hands_over_its_text
 def test_a_save_shows_what_the_disk_has_not_what_was_opened(
     page: Page, scene: Path, start: Callable[..., Any], watched: Watched
 ) -> None:
+    watched.expected += ["Failed to load resource", "ERR_"]
     server, _end = start()
     own = answered(shown(page.context.new_page(), server.address))
     own.route("**/api/watch?*", lambda route: route.abort())
