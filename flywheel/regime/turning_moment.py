@@ -20,6 +20,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
 
 EVALUATION = 4 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
+BALANCING = 8 * ROUNDING  # added to it for a balance: beside a lock all that is rounded may have one sign
 SHIFT = 4 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
 INERTIA_EVALUATION = 24 * ROUNDING  # error of I* relative to it
 _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
@@ -181,7 +182,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
         errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
-        balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
+        balance_error=(work + BALANCING * exchanged) / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
 
 
