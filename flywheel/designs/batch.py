@@ -18,7 +18,7 @@ from flywheel.machine.structures import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import BALANCING, EVALUATION, SHIFT
+from flywheel.regime.turning_moment import EVALUATION, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -489,8 +489,7 @@ def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, g
     """Adds the balance and the drive's power at the mean of the extreme speeds, with their errors."""
     exchanged = np.maximum(sums.exchanged, 1e-300)
     by_balance = np.abs(sums.balance * sums.by_unknown)
-    off = sums.work + BALANCING * sums.exchanged
-    of_balance = np.divide(off, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
+    of_balance = np.divide(sums.work, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
     torque = givens.torque
     if givens.unknown:
         values["balance"] = sums.balance

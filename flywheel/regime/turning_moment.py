@@ -19,9 +19,8 @@ from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
 
-EVALUATION = 4 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
-BALANCING = 8 * ROUNDING  # added to it for a balance: beside a lock all that is rounded may have one sign
-SHIFT = 4 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
+EVALUATION = 12 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
+SHIFT = 8 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
 INERTIA_EVALUATION = 24 * ROUNDING  # error of I* relative to it
 _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
@@ -35,11 +34,12 @@ class CycleErrors(NamedTuple):
 
     `work` and `variation` hold for every difference of two values within the cycle, W - W(0) among them.
 
-    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 4
+    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 12
     units of the sizes that they are summed from, and what rounded lengths and angles of the scene move: as much as a shift
-    of the crank by 4 units of rounding. What the rounding of each node's angle shifts adds up as independent shares do:
+    of the crank by 8 units of rounding. What the rounding of each node's angle shifts adds up as independent shares do:
     twice the root of the sum of their squares, which is what to expect and no bound. On 2,900 random machines, in extended
-    precision, the errors came to 0.13 of these in 99 of 100, and to 0.67 at most.
+    precision, the errors came to less than 0.09 of these in 99 of 100, and to less than 0.5 in all. Beside a lock rounded lengths
+    weigh most: a shaper at 0.999 of it, under another library of sines, has 0.9 of them in its net work.
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
     I* itself in each cell.
@@ -182,7 +182,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
         errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
-        balance_error=(work + BALANCING * exchanged) / abs(balance * by_unknown) if balance and by_unknown else 0.0,
+        balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
 
 
