@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -34,9 +33,6 @@ from flywheel.cli.common import (
     written,
 )
 from flywheel.cli.common import speed as speed_of
-
-if TYPE_CHECKING:
-    pass
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500

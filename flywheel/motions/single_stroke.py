@@ -195,14 +195,9 @@ def _driving_sides(strokes: Strokes, found: Phases) -> list[_Side]:
 def _until(trail: Trail, end: float) -> Trail:
     """A motion as far as a time (s)."""
     kept = [stretch for stretch in trail.stretches if stretch.step.start < end]
-    step = kept[-1].step
-    kept[-1] = kept[-1]._replace(step=replace_end(step, end))
+    step = kept[-1].step  # with the same dense output, to its new end
+    kept[-1] = kept[-1]._replace(step=type(step)(step.dense, step.start, min(step.end, end)))
     return trail._replace(stretches=tuple(kept))
-
-
-def replace_end(step: Any, end: float) -> Any:
-    """A step that ends sooner, with the same dense output."""
-    return type(step)(step.dense, step.start, min(step.end, end))
 
 
 def _extreme(trail: Trail, sign: float, factor: float) -> tuple[float, float]:
@@ -232,6 +227,7 @@ class _Speeds(NamedTuple):
 
     @property
     def irregularity(self) -> float:
+        """Difference of the two over their mean."""
         return 2.0 * (self.greatest - self.least) / (self.greatest + self.least)
 
 

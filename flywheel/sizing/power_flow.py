@@ -19,7 +19,7 @@ flow management, Journal of Industrial Ecology 12 (2008), for its picture.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,9 +33,6 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.errors import speed_error_over_cycle
 from flywheel.sizing.motor import SPEED_STEP, states_on
 from flywheel.sizing.results import HEATS, PowerFlow, ShaftFlow, Sizing, Stream
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["power_flow"]
 
