@@ -244,10 +244,13 @@ class UnrecordableError(UnrecordedError):
     """Numbers that a machine needs as they are, such as a count of teeth, or the lengths of a linkage."""
 
 
-def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = ()) -> Structure:
+def recorded(
+    scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = (), *, zeros: bool = False
+) -> Structure:
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
 
-    held: paths whose numbers designs of the structure have in common.
+    fixed: paths whose numbers designs of the structure have in common. zeros: whether the functions are wanted whose zeros
+    the edges follow.
 
     Raises:
         SceneError: for a scene with these values that is at fault.
@@ -265,7 +268,9 @@ def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], fixed:
             for path in fixed:
                 recorder.compared("equal", numbers[path], numbers[path].value)
             machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in fixed}), twin)
-            return _structure(machine, recorder, phi, tuple(paths))
+            structure = _structure(machine, recorder, phi, tuple(paths))
+            followed = machine.zeros if zeros else []
+            return replace(structure, zeros=tuple(recorder.program([angle, *function(phi)]) for angle, function in followed))
     except UnrecordedError:
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
@@ -343,7 +348,6 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         walks=tuple(stretches),
         numbers=recorder.program([*given, nothing if scene.inertia is None else scene.inertia, machine.fastest]),
         counts=(1,) * len(stretches),
-        zeros=tuple(recorder.program([angle, *function(phi)]) for angle, function in machine.zeros),
     )
 
 

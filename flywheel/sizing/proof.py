@@ -99,7 +99,7 @@ def _figures(scene: Scene) -> tuple[dict[str, tuple[float, float]], int]:
 
     assert scene.document is not None
     quantities = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
-    structure = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()])
+    structure = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()], zeros=True)
     width = np.inf
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
