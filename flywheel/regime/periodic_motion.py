@@ -691,7 +691,7 @@ def error_of_speeds(motion: OwnMotion) -> float:
     """
     run, rate, mesh = motion.run, motion.solved.rate, motion.solved.moments.mesh
     cycle = run.cycle
-    assert cycle is not None, "a motion of its own has its cycle"
+    assert cycle is not None
     speeds, places = np.array([[run.speed_max, run.speed_min], [run.angle_speed_max, run.angle_speed_min]])
     cell, t = cycle.where(places)
     half = mesh.half.take(cell)

@@ -387,7 +387,7 @@ REFUSED = {
 }
 """How the first fault of those that are refused begins; all others are sized."""
 NOT_REACHED = ("balance_to_the_last_digit",)
-BY_CHANCE = ("next_to_no_load", "layered_mesh", "steep_torque_of_speed")
+BY_CHANCE = ("a thousand jumps and a motor", "next_to_no_load", "layered_mesh", "steep_torque_of_speed")
 """Sized: whether as well as asked, the last digit of a speed decides."""
 DEAR = (
     *("enormous quantity", "layered_mesh", "sine_of_speed_on_a_linkage", "a thousand jumps and a motor"),
