@@ -26,6 +26,7 @@ _TURNS = 720  # multiples of pi are known as such down to pi over this
 _DIGITS = 9  # decimals of a constant: one that needs more may have been calculated, with roundings
 _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
 _MOST_SPLITS = 4_000  # of intervals, for one extreme
+_SECANTS = 30  # steps towards a zero: ten are usual
 _ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is looked for at least
 
 
@@ -96,6 +97,37 @@ def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
     if not (reach.is_finite() and abs(step) < reach):
         raise UnprovenError("an angle at which a load breaks is not proven")
     return middle - step
+
+
+def falling_zero(function: Callable[[Any], Any], slope: Any, start: Any) -> Any:
+    """The ball of the zero of a function that falls, by the mean value theorem at the last of some secant steps.
+
+    x = m + f(m)/S, where S holds -f' at all places.
+
+    Args:
+        function: f of a ball without a radius.
+        slope: S, a ball above 0.
+        start: where the search begins.
+
+    Source: R. E. Moore, Interval Analysis (1966).
+
+    >>> with precision(96, 2):
+    ...     root = falling_zero(lambda x: 2 - x * x, arb(2).union(arb(4)), arb(1))
+    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
+    (True, True)
+
+    """
+    before = start.mid()
+    value = function(before)
+    here = (before + value / slope.mid()).mid()
+    for _ in range(_SECANTS):
+        last, value = value, function(here)
+        change = (value - last).mid()
+        step = value.mid() * (here - before) / change if not change.is_zero() else arb(0)
+        if not abs(step) > value.rad() / slope.mid():
+            break
+        before, here = here, (here - step).mid()
+    return here + value / slope
 
 
 def positive(value: Any) -> Any:

@@ -532,7 +532,7 @@ _MARK, _RINGED, _LEADER = 5.0, 10.0, 8.0  # half a mark's width, ringed; distanc
 _LOOKS = (
     *((VERMILLION, "s"), (ORANGE, "D"), (GREY, "X"), (BLUE, "o"), (BLUE, "o"), (SKY, "p")),
     *(("#8C6D31", "v"), (GREEN, "^"), (PURPLE, "<"), ("#882255", ">"), ("#44AA99", "d")),
-    *((BLACK, "P"), ("#C0A000", "*")),
+    *((BLACK, "P"), ("#C0A000", "*"), (VERMILLION, "H")),
 )
 _LOOK = dict(zip(FAMILIES, _LOOKS, strict=True))
 _OTHER = (BLACK, "h")

@@ -86,8 +86,7 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int)
     if not figures:
         return "nothing is proven"
     taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""
-    given = "; not proven: the motion with the given flywheel" if scene.irregularity is None else ""
-    return f"proven {_PROVEN}: {', '.join(figures)}{taken}{given}; not proven: that the model is the machine"
+    return f"proven {_PROVEN}: {', '.join(figures)}{taken}; not proven: that the model is the machine"
 
 
 # -- the machine over balls ------------------------------------------------------------------------------------------------
@@ -183,7 +182,9 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
 
     zero = balls.rational(0, 1)
     asked = scene.irregularity is not None
-    speed, *rest = _over_balls(structure.numbers, 3 if asked else 1)(zero, *columns)
+    given = [structure.numbers.outputs[k] for k in ((0, 2, 1) if asked else (0, 2, 5))]
+    speed, ratio, last = _over_balls(structure.numbers._replace(outputs=tuple(given)), 3)(zero, *columns)
+    square = ratio * ratio
     edges = _edges(structure, columns)
     cells = _cells(structure, edges, columns, order, left)
     figures = {"speed": balls.ball(speed)}
@@ -198,13 +199,15 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     figures |= {"accumulated_max": work, "accumulated_min": low_work, "energy_fluctuation": work - low_work}
     figures |= {"reduced_inertia.min": least, "reduced_inertia.max": inertia}
     if not asked:
-        return figures
-    eps, ratio = rest
+        eps = sums.irregularity(balls.ball(speed), last * square, (least, inertia), left)
+        figures |= {"simulation.irregularity": eps, "simulation.speed_max": speed * (1 + eps / 2)}
+        return figures | {"simulation.speed_min": speed * (1 - eps / 2)}
+    eps = last
     unit = eps * speed**2
     fast, slow, even = (-(speed**2) * factor / 2 for factor in ((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, 1))
     exact = (sums.greatest(fast, left) + sums.greatest(slow, left, -1)) / unit
     torque = (sums.greatest(even, left) + sums.greatest(even, left, -1)) / unit
-    total, square = (work - low_work) / unit, ratio * ratio
+    total = (work - low_work) / unit
     figures["flywheel.exact"] = balls.positive(exact) / square
     figures["flywheel.approximate"] = balls.positive(total - least) / square
     figures["flywheel.approximate_total"] = total / square
@@ -298,6 +301,33 @@ class _Sums:
             for cell, rising, moment in self._curves
         ]
         return greatest(curves, _LOOSE * left * (self._size + abs(float(factor)) * self._largest))
+
+    def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
+        """The irregularity e with a given flywheel J, by the mean value theorem.
+
+        g(e) = max(W - ½ w² (1 + e/2)² (I* + J)) - min(W - ½ w² (1 - e/2)² (I* + J)) falls by w² (I* + J) of some angles for
+        each unit of e. So e = e' + g(e')/(w² K) for any e', K between the least and the greatest I* + J.
+
+        Args:
+            speed: w, the mean of the extreme speeds, rad/s.
+            wheel: J at the crank, kg m².
+            bounds: least and greatest I*, kg m².
+            left: what cells leave open, relative.
+
+        Raises UnprovenError where no motion is proven: the flywheel is too light.
+
+        """
+        from flywheel.numerics import balls
+
+        def gap(at: Any) -> Any:
+            fast, slow = (-(speed**2) * (1 + side * at / 2) ** 2 / 2 for side in (1, -1))
+            return self.greatest(fast, left) + self.greatest(slow, left, -1) + wheel * (fast - slow)
+
+        slope = speed**2 * (bounds[0].union(bounds[1]) + wheel)
+        eps = balls.falling_zero(gap, slope, balls.rational(0, 1))
+        if not (slope > 0 and eps < 2):
+            raise balls.UnprovenError("the motion with a flywheel so light")
+        return eps
 
     def inertia(self, left: float, sign: int = 1) -> Any:
         """The greatest of sign I*."""

@@ -24,6 +24,7 @@ from flywheel.regime.cycle_equations import Demand
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
+from flywheel.sizing.proof import WIDTH, proven
 from flywheel.sizing.sizing import check_complete, size
 from flywheel.study import steppers
 from flywheel.study.reference import Question, Reference, answer, verified
@@ -161,11 +162,12 @@ COLLOCATION = "collocation"
 STEPPING = "time stepping, "
 BOND_GRAPH = "whole bond graph"
 MULTIPLIERS = "Lagrange's multipliers"
+PROOF = "proven interval"
 
 FAMILIES = (
     *(AREAS, INERTIA_TORQUE, GRID, CLOSED_FORM, ALONG_THE_MOTION, COLLOCATION),
     *(STEPPING + kind for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")),
-    *(BOND_GRAPH, MULTIPLIERS),
+    *(BOND_GRAPH, MULTIPLIERS, PROOF),
 )
 """Families in the order in which they are told; any other comes after them."""
 
@@ -232,6 +234,7 @@ def methods(question: Question) -> list[Method]:
     for rtol in () if own else _TOLERANCES[1:]:
         call = partial(_collocated, question, rtol)
         first.append(Method(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol))
+    first.append(Method(PROOF, "", "proof", partial(_proven, question), promised=WIDTH))
 
     def stepped(
         family: str, setting: str, short: str, revolve: Revolve, tolerance: float, restart: bool, missing: str = _JUMPS
@@ -291,6 +294,15 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
 def _sized(question: Question, rtol: float) -> float:
     question.machine.kept.pop("moments", None)  # what another method evaluated is no help to this one
     return answer(size(question.machine, rtol, accuracy="normal"))
+
+
+def _proven(question: Question) -> float:
+    """The middle of the interval in which the figure is proven to lie."""
+    proof = proven(question.machine.scene)
+    if proof.reason:
+        raise NoAnswerError(f"not provable: {proof.reason}")
+    low, high = proof.figures["flywheel.exact" if question.sized else "simulation.irregularity"]
+    return 0.5 * (low + high)
 
 
 def _collocated(question: Question, rtol: float) -> float:

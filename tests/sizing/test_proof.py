@@ -261,3 +261,19 @@ def test_constants_hold_what_was_written(value: float) -> None:
     ball = balls.constant(value)
     assert abs(float(ball.mid()) - value) <= 1e-15 * abs(value)
     assert not ball.rad().is_zero() or value in (-2.5,)
+
+
+def test_the_irregularity_of_a_given_wheel_holds_what_it_was_sized_for() -> None:
+    low, high = proven(PRESS).figures["flywheel.exact"]
+    given = {**PRESS, "flywheel": {"inertia": low}}
+    heavier = proven({**PRESS, "flywheel": {"inertia": high * (1 + 1e-9)}}).figures["simulation.irregularity"]
+    least, most = proven(given).figures["simulation.irregularity"]
+    assert heavier[1] < least <= most <= 0.04 * (1 + 1e-14)
+    assert least >= 0.04 * (1 - 1e-14)
+
+
+def test_a_wheel_too_light_for_a_motion_is_not_proven_to_have_one() -> None:
+    light = {**PRESS, "mechanism": {"type": "slider-crank", "crank": {"length": "80 mm"}, "rod": {"length": "0.3 m"}}}
+    light["mechanism"]["slider"] = {"mass": "1 kg"}
+    found = proven({**light, "flywheel": {"inertia": "1 kg m²"}})
+    assert (found.figures, found.reason) == ({}, "the motion with a flywheel so light")

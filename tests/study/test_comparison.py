@@ -31,6 +31,7 @@ from flywheel.study.tradeoff import (
     Run,
     limited,
 )
+from tests.extras import extra
 from tests.limits import sample
 from tests.scenes import press, rotor, shaper, yoke
 
@@ -219,6 +220,24 @@ def test_no_method_is_helped_by_what_another_evaluated():
     again = [own for own in found if own.family == tradeoff.COLLOCATION]
     first, second = (run.evaluations for run in tradeoff.measured([again[0], again[0]], 10.0).runs)
     assert first == second > 0
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        (yoke(), ""),
+        (yoke(flywheel={"inertia": 300}), ""),
+        (rotor(drive={"torque": "100 - 4*omega"}, regime={}), "not provable: torques depend on speed"),
+    ],
+)
+def test_a_proof_is_a_method_or_says_why_it_is_none(scene, reason):
+    extra("flint")
+    found, _ = every_method(scene)
+    run = tradeoff.measured([own for own in found if own.family == tradeoff.PROOF], 10.0).runs[0]
+    assert (run.outcome, run.reason) == ("no answer" if reason else "done", reason)
+    if not reason:
+        true = answer(flywheel.size(flywheel.load(scene)))
+        assert run.value == pytest.approx(true, rel=1e-12)
 
 
 @pytest.mark.slow
