@@ -153,7 +153,7 @@ def fit(values: Array) -> Array:
 
 def integral(values: Array, half: Array) -> Array:
     """Integral over each cell of values at the nodes: the last axis is summed."""
-    return np.asarray((values @ _WEIGHTS) * half[:, 0])
+    return np.asarray((values @ _WEIGHTS) * half[..., 0])
 
 
 def total(values: Array, half: Array) -> Array:

@@ -10,7 +10,7 @@ U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary V
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,30 +63,39 @@ class Changes(NamedTuple):
     @property
     def gained(self) -> Array:
         """The gain over the cycle of a change at its start, (states, states)."""
-        edge: Array = self.edge_start[-1] if self.around is None else self.around[:, : self.around.shape[0]]
-        return edge
+        edge: Array = self.edge_start[..., -1, :, :]
+        return edge if self.around is None else self.around[..., : self.around.shape[-2]]
 
 
 def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array, gap: Array) -> Changes:
-    """The linearised motion round a cycle whose end exceeds its start by a gap (states,), which the changes are to close.
+    """The linearised motion round a cycle whose end exceeds its start by a gap (..., states); the changes close it.
 
     One state is followed from the edge, and in the sense, in which changes only die away: what grew by G on the way would
-    lose as many digits as G has. The other arguments are those of `changes`.
+    lose as many digits as G has. Of many motions at once those that need that are left over, as numbers that are none. The
+    other arguments are those of `changes`.
     """
-    growth = np.concatenate(([0.0], np.cumsum(half * (jacobian[:, 0, 0] @ _WHOLE))))
+    growth = np.zeros((*half.shape[:-1], half.shape[-1] + 1))
+    (half * (jacobian[..., 0, 0, :] @ _WHOLE)).cumsum(axis=-1, out=growth[..., 1:])
     ended = at_edges.copy()
-    ended[-1] += gap
-    first, backwards = int(growth.argmax()) % half.size, bool(growth[-1] > 0.0)
-    if jacobian.shape[1] > 1 or not growth.max() - growth.min() > _STEEP:
-        first, backwards = 0, False
+    ended[..., -1, :] += gap
+    turned = np.zeros(half.shape[:-1], bool)
+    if jacobian.shape[-2] == 1:
+        steep = growth.max(axis=-1) - growth.min(axis=-1) > _STEEP
+        turned = steep & ((growth[..., -1] > 0.0) | (growth.argmax(axis=-1) % half.shape[-1] != 0))
+    first, backwards = 0, False
+    if half.ndim > 1:
+        at_nodes = np.where(turned[..., None, None, None], np.nan, at_nodes)
+    elif turned:
+        first, backwards = int(growth.argmax()) % half.size, bool(growth[-1] > 0.0)
     rows = half, jacobian, by_parameter, at_nodes, ended
     rolled = [np.roll(each, -first, axis=0) for each in rows] if first else rows
     found = _backwards(*rolled) if backwards else changes(*rolled)
     base = 0 if backwards else -1
-    around = np.concatenate((found.edge_start[base], found.edge_by[base], found.edge_rest[base][:, None]), axis=-1)
+    ends = found.edge_start, found.edge_by, found.edge_rest[..., None]
+    around = np.concatenate([rows[..., base, :, :] for rows in ends], axis=-1)
     if first:
         found = _unrolled(found, first)
-    found.edge_rest[-1] -= gap
+    found.edge_rest[..., -1, :] -= gap
     return found._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
 
 
@@ -113,47 +122,47 @@ def _end_for_end(rows: Array, first: int) -> Array:
 
 
 def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:
-    """The linearised motion through all cells.
+    """The linearised motion through all cells; axes before those that are named are those of many motions at once.
 
     Args:
-        half: half widths of the cells (cells,).
-        jacobian: dF/dz, (cells, states, states, nodes).
-        by_parameter: dF/dp, (cells, states, parameters, nodes).
-        at_nodes: what z_left + integral of F exceeds z by, (cells, states, nodes).
-        at_edges: the same at the right ends, (cells, states).
+        half: half widths of the cells (..., cells).
+        jacobian: dF/dz, (..., cells, states, states, nodes).
+        by_parameter: dF/dp, (..., cells, states, parameters, nodes).
+        at_nodes: what z_left + integral of F exceeds z by, (..., cells, states, nodes).
+        at_edges: the same at the right ends, (..., cells, states).
 
     """
-    cells, states, _, nodes = jacobian.shape
-    parameters = by_parameter.shape[2]
-    reach = half[:, None, None] * _UP_TO_NODES
+    *lead, states, _, nodes = jacobian.shape
+    parameters = by_parameter.shape[-2]
+    reach = half[..., None, None] * _UP_TO_NODES
     # (I - h S D) dz = 1 dz_left + h S (dF/dp) dp + r, for all states of a cell side by side
-    matrix = -np.einsum("cij,cabj->caibj", reach, jacobian).reshape(cells, states * nodes, states * nodes)
-    matrix[:, np.arange(states * nodes), np.arange(states * nodes)] += 1.0
-    right = np.zeros((cells, states, nodes, states + parameters + 1))
+    matrix = -np.einsum("...ij,...abj->...aibj", reach, jacobian).reshape(*lead, states * nodes, states * nodes)
+    matrix[..., np.arange(states * nodes), np.arange(states * nodes)] += 1.0
+    right = np.zeros((*lead, states, nodes, states + parameters + 1))
     for k in range(states):
-        right[:, k, :, k] = 1.0
-    right[..., states:-1] = np.einsum("cij,capj->caip", reach, by_parameter)
+        right[..., k, :, k] = 1.0
+    right[..., states:-1] = np.einsum("...ij,...apj->...aip", reach, by_parameter)
     right[..., -1] = at_nodes
-    solved = np.linalg.solve(matrix, right.reshape(cells, states * nodes, -1)).reshape(right.shape)
-    rates = np.einsum("cabj,cbjk->cajk", jacobian, solved)
-    rates[..., states:-1] += np.swapaxes(by_parameter, 2, 3)
-    gained = np.einsum("c,j,cajk->cak", half, _WHOLE, rates)  # over a cell, beside what it starts with
+    solved = np.linalg.solve(matrix, right.reshape(*lead, states * nodes, -1)).reshape(right.shape)
+    rates = np.einsum("...abj,...bjk->...ajk", jacobian, solved)
+    rates[..., states:-1] += np.swapaxes(by_parameter, -2, -1)
+    gained = half[..., None, None] * np.einsum("j,...ajk->...ak", _WHOLE, rates)  # over a cell, beside what it starts with
     gained[..., -1] += at_edges
     return _chained(solved, gained, states)
 
 
 def _chained(solved: Array, gained: Array, states: int) -> Changes:
     """Cell after cell: what each starts with is what the one before ends with."""
-    cells, parameters = gained.shape[0], gained.shape[2] - states - 1
-    edge = np.zeros((cells + 1, states, states + parameters + 1))
-    for k, gain in enumerate(gained):
-        own = gain[:, :states]
-        edge[k + 1] = edge[k] + own @ edge[k]
-        edge[k + 1, :, :states] += own
-        edge[k + 1, :, states:] += gain[:, states:]
-    left = edge[:-1].copy()
-    left[:, :, :states] += np.eye(states)
-    at_nodes = np.einsum("cajb,cbk->cajk", solved[..., :states], left)
+    *lead, count, _, columns = gained.shape
+    edges = np.zeros((count + 1, *lead, states, columns))
+    for k, gain in enumerate(np.moveaxis(gained, -3, 0) if lead else gained):
+        own = gain[..., :states]
+        edges[k + 1] = edges[k] + (own * edges[k] if states == 1 else own @ edges[k])
+        edges[k + 1] += gain
+    edge = np.moveaxis(edges, 0, -3) if lead else edges
+    left = edge[..., :-1, :, :].copy()
+    left[..., :states] += np.eye(states)
+    at_nodes = np.einsum("...ajb,...bk->...ajk", solved[..., :states], left)
     at_nodes[..., states:] += solved[..., states:]
     return Changes(
         at_nodes[..., :states],
@@ -165,13 +174,17 @@ def _chained(solved: Array, gained: Array, states: int) -> Changes:
     )
 
 
-def multiplier(change: Changes) -> tuple[float, float]:
-    """The multiplier of a small change over a cycle (the largest in size), and 1 less it, without cancellation."""
+def multiplier(change: Changes) -> tuple[Any, Any]:
+    """The multiplier of a small change over a cycle (the largest in size), and 1 less it, without cancellation.
+
+    Those of many motions at once are arrays.
+    """
     if change.growth:
         return float(np.exp(min(change.growth, _MOST_GROWTH))), -float(np.expm1(min(change.growth, _MOST_GROWTH)))
     grown = change.gained
-    if grown.shape == (1, 1):
-        return 1.0 + float(grown[0, 0]), -float(grown[0, 0])
+    if grown.shape[-2:] == (1, 1):
+        alone = grown[..., 0, 0]
+        return 1.0 + alone, -alone
     eigenvalues = np.linalg.eigvals(grown)
     largest = eigenvalues[np.argmax(np.abs(1.0 + eigenvalues))]
     size = float(np.abs(1.0 + largest))

@@ -11,8 +11,8 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,13 +63,14 @@ class State(NamedTuple):
 
     nodes: Array
     edges: Array
-    inertia: float
-    unknown: float
+    inertia: Any
+    unknown: Any
 
     @property
     def of_circuit(self) -> Array:
         """A motor's own states at the nodes: (states, cells, nodes)."""
-        return np.asarray(self.nodes[:, 1:].swapaxes(0, 1))
+        last = self.nodes.ndim - 1
+        return self.nodes[..., 1:, :].transpose(last - 1, *range(last - 1), last)
 
 
 class Extremes(NamedTuple):
@@ -114,15 +115,15 @@ class Periodic(NamedTuple):
     reach: Array | None = None  # how far that carries, (states, states)
 
     @property
-    def speed(self) -> float:
+    def speed(self) -> Any:
         """Mean of the greatest and least speed (rad/s)."""
-        return self.reference * (1.0 + 0.5 * float(self.extremes.excess.sum()))
+        return self.reference * (1.0 + 0.5 * self.extremes.excess.sum(axis=-1))
 
     @property
-    def irregularity(self) -> float:
+    def irregularity(self) -> Any:
         """(greatest - least)/mean."""
-        high, low = self.extremes.excess.tolist()
-        return float((high - low) / (1.0 + 0.5 * (high + low)))
+        high, low = self.extremes.excess[..., 0], self.extremes.excess[..., 1]
+        return (high - low) / (1.0 + 0.5 * (high + low))
 
 
 class NoRegimeError(NoMotionError):
@@ -173,10 +174,12 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
             stays and final and size <= max(_UNCONVERGED_STEP, equations.rounding_step(state, change))
         )
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
-            high, low = (s / (1.0 + np.sqrt(1.0 + s)) for s in (here.s.max(), here.s.min()))
+            high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))
             final = bool(abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING)
         if settled and final:
-            return equations.result(state, change, step)
+            found = equations.result(state, change, step)
+            state = found.state._replace(inertia=float(found.state.inertia), unknown=float(found.state.unknown))
+            return found._replace(state=state, multiplier=float(found.multiplier), damping=float(found.damping))
         if settled or (
             stays and not final
         ):  # energies relative to a speed far from the motion's own have no digits to spare
@@ -191,25 +194,28 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
 
     The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
     """
-    mesh = moments.mesh
-    omega = np.full(mesh.phi.shape, reference)
+    mesh, ends = moments.mesh, moments.mesh.edges
+    omega = _over_cells(reference) + np.zeros_like(mesh.phi)
     steady = [np.full(mesh.phi.shape, value) for value in own]
     force = moments.rate(omega, unknown, inertia, steady).moment
     rising = cells.antiderivative(cells.fit(force), mesh.half)
     edges = cells.accumulated(rising)
-    nodes = edges[:-1, None] + rising @ cells.basis(NODES).T
-    left = edges[-1] / mesh.edges[-1]
-    nodes, edges = nodes - left * mesh.phi, edges - left * mesh.edges
+    nodes = edges[..., :-1, None] + rising @ cells.basis(NODES).T
+    left = (edges[..., -1] / ends[..., -1])[..., None]
+    nodes, edges = nodes - left[..., None] * mesh.phi, edges - left * ends
     variation = _Inertia(moments)
-    square, total = reference**2, inertia + moments.inertia
-    still_nodes, still_edges = 0.5 * square * variation.nodes, 0.5 * square * variation.edges  # at that very speed
-    s = 2 * (nodes - still_nodes) / (square * total)
-    level = -0.25 * float(s.max() + s.min()) * square * (inertia + variation.start)
-    share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
-    nodes = still_nodes + share * (nodes + level - still_nodes)
+    square, total = np.asarray(reference**2)[..., None], _over_cells(inertia) + moments.inertia
+    # at that very speed
+    still_nodes, still_edges = 0.5 * square[..., None] * variation.nodes, 0.5 * square * variation.edges
+    s = 2 * (nodes - still_nodes) / (square[..., None] * total)
+    middle = 0.25 * (s.max(axis=(-2, -1)) + s.min(axis=(-2, -1)))
+    level = -square * (middle * (inertia + variation.start))[..., None]
+    share = np.minimum(1.0, _LEAST_GUESS / np.maximum(np.ptp(s, axis=(-2, -1)), 1e-300))[..., None]
+    # what is strongly damped varies far less
+    nodes = still_nodes + share[..., None] * (nodes + level[..., None] - still_nodes)
     edges = still_edges + share * (edges + level - still_edges)
-    at_nodes = np.stack((nodes, *steady), axis=1)
-    at_edges = np.stack((edges, *(np.full_like(edges, value) for value in own)), axis=1)
+    at_nodes = np.stack((nodes, *steady), axis=-2)
+    at_edges = np.stack((edges, *(np.full_like(edges, value) for value in own)), axis=-1)
     return State(at_nodes, at_edges, inertia, unknown)
 
 
@@ -364,8 +370,8 @@ class _Inertia:
         mesh = moments.mesh
         self.rising = cells.antiderivative(cells.fit(moments.slope), mesh.half)
         self.edges = cells.accumulated(self.rising)
-        self.nodes = self.edges[:-1, None] + self.rising @ cells.basis(NODES).T
-        self.start = float(cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0])
+        self.nodes = self.edges[..., :-1, None] + self.rising @ cells.basis(NODES).T
+        self.start = cells.ends(cells.fit(moments.inertia[..., 0, :]))[..., 0]
 
 
 class _Speeds(NamedTuple):
@@ -380,10 +386,19 @@ class _Speeds(NamedTuple):
     rates: Array  # (cells, states, nodes)
 
 
-class _Equations:
-    """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed."""
+def _over_cells(numbers: Any) -> Any:
+    """A number, or one of each of many motions, beside values on (..., cells, nodes)."""
+    return np.asarray(numbers)[..., None, None]
 
-    def __init__(self, moments: Moments, reference: float, demand: Demand, apart: Array | None = None) -> None:
+
+class _Equations:
+    """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed.
+
+    Those of many motions at once have an axis of motions before all others, in moments, states and demand alike. A motion
+    that cannot go on is then marked as `lost`; alone it is refused.
+    """
+
+    def __init__(self, moments: Moments, reference: Any, demand: Demand, apart: Array | None = None) -> None:
         self.moments, self.w, self.demand, self.apart = moments, reference, demand, apart
         self.mesh: Cells = moments.mesh
         self.inertia = _Inertia(moments)
@@ -391,72 +406,86 @@ class _Equations:
         self.balanced = moments.machine.scene.unknown is not None
         self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
         self.levelled = not (self.sized or self.balanced or demand.speed is None)
+        self.lost: Any = np.zeros(np.shape(reference), bool)
+
+    def check(self, good: Any, fault: Callable[[], NoRegimeError]) -> None:
+        """Marks the motions that are not good as lost; a single one is refused."""
+        if np.ndim(good):
+            self.lost = self.lost | ~good
+        elif not good:
+            raise fault()
 
     def about_own_mean(self, state: State) -> tuple[_Equations, State]:
         """The same motion with its energies relative to its own mean of extremes."""
-        speed = self.w * (1.0 + 0.5 * float(self.extremes(state, self.speeds(state)).excess.sum()))
+        speed = self.w * (1.0 + 0.5 * self.extremes(state, self.speeds(state)).excess.sum(axis=-1))
         shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
         nodes, edges = state.nodes.copy(), state.edges.copy()
-        nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
+        nodes[..., 0, :] += _over_cells(shift)
+        edges[..., 0] += shift[..., None]
         return _Equations(self.moments, speed, self.demand, self.apart), state._replace(nodes=nodes, edges=edges)
+
+    def excess(self, energy: Array, inertia: Any) -> tuple[Array, Array]:
+        """J + I* and the excess s in omega² = w² (1 + s) at the nodes, by the energy there."""
+        total, square = _over_cells(inertia) + self.moments.inertia, _over_cells(self.w) ** 2
+        return total, (2 * energy - square * self.inertia.nodes) / (square * total)
 
     def speeds(self, state: State) -> _Speeds:
         """Speeds and rates at the nodes."""
-        total = state.inertia + self.moments.inertia
-        s = (2 * state.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
-        if not (s.min() > -1.0 and total.min() > 0.0):
-            raise NoRegimeError(_STOPS)
-        omega = self.w * np.sqrt(1.0 + s)
+        total, s = self.excess(state.nodes[..., 0, :], state.inertia)
+        self.check((s.min(axis=(-2, -1)) > -1.0) & (total.min(axis=(-2, -1)) > 0.0), lambda: NoRegimeError(_STOPS))
+        w = _over_cells(self.w)
+        omega = w * np.sqrt(1.0 + s)
         circuit, ratio = self.moments.circuit, self.moments.drive_ratio
         rate = self.moments.rate(omega, state.unknown, state.inertia, state.of_circuit)
-        if not np.isfinite(rate.moment).all():
-            raise UndefinedError(undefined(self.moments.machine, self.mesh, rate.moment, omega))
+        self.check(
+            np.isfinite(rate.moment).all(axis=(-2, -1)),
+            lambda: UndefinedError(undefined(self.moments.machine, self.mesh, rate.moment, omega)),
+        )
         rates = [rate.moment]
         if circuit is not None:
             rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]
         by_energy = 1.0 / (total * omega)
-        followed = np.stack(rates, axis=1) if self.apart is None else np.stack(rates, axis=1) - self.apart
-        return _Speeds(omega, rate, total, s, by_energy, -0.5 * self.w**2 * s / (total * omega), followed)
+        followed = np.stack(rates, axis=-2) if self.apart is None else np.stack(rates, axis=-2) - self.apart
+        return _Speeds(omega, rate, total, s, by_energy, -0.5 * w**2 * s / (total * omega), followed)
 
     def slopes(self, state: State, here: _Speeds) -> tuple[Array, Array]:
         """dF/dz (cells, states, states, nodes) and dF/dp (cells, states, parameters, nodes) of all states' rates F."""
-        rate, states, (count, nodes) = here.rate, state.nodes.shape[1], here.omega.shape
-        by_state = np.zeros((count, states, states, nodes))
-        by_parameter = np.zeros((count, states, len(self.parameters), nodes))
+        rate, states = here.rate, state.nodes.shape[-2]
+        *lead, nodes = here.omega.shape
+        by_state = np.zeros((*lead, states, states, nodes))
+        by_parameter = np.zeros((*lead, states, len(self.parameters), nodes))
         by_speed = [rate.by_speed]
-        by_state[:, 0, 0] = rate.by_speed * here.by_energy
+        by_state[..., 0, 0, :] = rate.by_speed * here.by_energy
         if self.moments.circuit is not None:  # dx/dphi = (dx/dt)/omega
             ratio = self.moments.drive_ratio
             slopes = self.moments.circuit.slopes(ratio * here.omega, state.of_circuit)
             apart = np.zeros((1, states, 1)) if self.apart is None else self.apart
-            by_state[:, 0, 1:] = rate.by_states.swapaxes(0, 1)
+            by_state[..., 0, 1:, :] = np.moveaxis(rate.by_states, 0, -2)
             for j, (by_omega, row) in enumerate(zip(slopes.rates_by_speed, slopes.rates_by_states, strict=True), 1):
-                by_speed.append(ratio * by_omega / here.omega - (here.rates[:, j] + apart[:, j]) / here.omega)
-                by_state[:, j, 0] = by_speed[j] * here.by_energy
+                by_speed.append(ratio * by_omega / here.omega - (here.rates[..., j, :] + apart[..., j, :]) / here.omega)
+                by_state[..., j, 0, :] = by_speed[j] * here.by_energy
                 for k, of_time in enumerate(row, 1):
-                    by_state[:, j, k] = of_time / here.omega
+                    by_state[..., j, k, :] = of_time / here.omega
         for k, name in enumerate(self.parameters):
             if name == "unknown":
-                by_parameter[:, 0, k] = rate.by_unknown
+                by_parameter[..., 0, k, :] = rate.by_unknown
                 continue
             for j, slope in enumerate(by_speed):
-                by_parameter[:, j, k] = slope * here.by_inertia
-            by_parameter[:, 0, k] += rate.by_inertia
+                by_parameter[..., j, k, :] = slope * here.by_inertia
+            by_parameter[..., 0, k, :] += rate.by_inertia
         return by_state, by_parameter
 
     def linearisation(self, state: State, here: _Speeds) -> Changes:
         """The equations of small changes over the cycle."""
         spend(_PER_STEP + self.mesh.phi.size)
         by_state, by_parameter = self.slopes(state, here)
-        rising = cells.antiderivative(cells.fit(here.rates), self.mesh.half[:, None])
-        at_nodes = state.edges[:-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
-        at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
-        through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
-        return (
-            collocation.changes(*through)
-            if self.levelled
-            else collocation.round_cycle(*through, state.edges[-1] - state.edges[0])
-        )
+        rising, edges = cells.antiderivative(cells.fit(here.rates), self.mesh.half[..., None]), state.edges
+        at_nodes = edges[..., :-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
+        at_edges = edges[..., :-1, :] + rising.sum(axis=-1) - edges[..., 1:, :]
+        through = self.mesh.half[..., 0], by_state, by_parameter, at_nodes, at_edges
+        if self.levelled:
+            return collocation.changes(*through)
+        return collocation.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
 
     def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the speeds asked for.
@@ -464,105 +493,119 @@ class _Equations:
         How the excess e of the extremes, omega = w (1 + e), changes: by the unknowns (2, unknowns), and by itself (2,).
         An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.
         """
-        rows = [] if change.around is None else [change.around[:, :-1]]
-        right = [] if change.around is None else [-change.around[:, -1]]
-        if not (self.parameters or self.levelled):
-            return np.vstack(rows), np.concatenate(right)
-        at, states = self.extremes(state, here), state.nodes.shape[1]
-        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
-        columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[:, 0]
-        at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[:, 0].copy()
-        at_edge[:, 0] += 1.0  # edge_start leaves out what the energy itself starts with
-        inside, edge = np.abs(at.t) < 1.0, at.cell + (at.t > 0.0)
-        energy = np.where(inside[:, None], np.einsum("kj,kjp->kp", weights, columns[at.cell]), at_edge[edge])
-        scale = at.total * self.w * (1.0 + at.excess)
-        slopes = energy / (scale * self.w)[:, None]
-        if self.sized:
-            slopes[:, states] += -0.5 * self.w * at.s / scale
-        slopes, offsets = slopes[:, :-1], slopes[:, -1]
-        mean = (self.demand.speed or self.w) / self.w
-        if not self.sized:
-            rows.append(0.5 * slopes.sum(axis=0)[None])
-            right.append(np.array([mean - 1.0 - 0.5 * (at.excess + offsets).sum()]))
-            return np.vstack(rows), np.concatenate(right)
-        eps, to_square = self.demand.irregularity or 0.0, 2.0 * (1.0 + at.excess)
-        of_square, found = to_square[:, None] * slopes, at.s + to_square * offsets
-        ends = np.array([eps, -eps]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
-        if self.balanced:
-            rows.append(of_square)
-            right.append((mean - 1.0) * (mean + 1.0) + mean * mean * ends - found)
-        else:
-            slow, fast = 1.0 + ends[1], 1.0 + ends[0]
-            rows.append((slow * of_square[0] - fast * of_square[1])[None])
-            right.append(np.array([2.0 * eps - slow * found[0] + fast * found[1]]))
-        return np.vstack(rows), np.concatenate(right)
+        rows = [] if change.around is None else [change.around[..., :-1]]
+        right = [] if change.around is None else [-change.around[..., -1]]
+        if self.parameters or self.levelled:
+            found = self._of_extremes(state, here, change)
+            rows.append(found[0])
+            right.append(found[1])
+        return np.concatenate(rows, axis=-2), np.concatenate(right, axis=-1)
 
-    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, float]:
+    def _of_extremes(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
+        """The equations on the extremes of speed."""
+        at, states = self.extremes(state, here), state.nodes.shape[-2]
+        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
+        columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[..., 0, :, :]
+        at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[..., 0, :].copy()
+        at_edge[..., 0] += 1.0  # edge_start leaves out what the energy itself starts with
+        inside, edge = np.abs(at.t) < 1.0, at.cell + (at.t > 0.0)
+        within = np.einsum("...kj,...kjp->...kp", weights, self._at(columns, at.cell))
+        energy = np.where(inside[..., None], within, self._at(at_edge, edge))
+        w = np.asarray(self.w)[..., None]
+        scale = at.total * w * (1.0 + at.excess)
+        slopes = energy / (scale * w)[..., None]
+        if self.sized:
+            slopes[..., states] += -0.5 * w * at.s / scale
+        slopes, offsets = slopes[..., :-1], slopes[..., -1]
+        mean = (self.w if self.demand.speed is None else self.demand.speed) / w
+        if not self.sized:
+            return 0.5 * slopes.sum(axis=-2, keepdims=True), mean - 1.0 - 0.5 * (at.excess + offsets).sum(-1, keepdims=True)
+        eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)[..., None]
+        to_square = 2.0 * (1.0 + at.excess)
+        of_square, found = to_square[..., None] * slopes, at.s + to_square * offsets
+        ends = eps * np.array([1.0, -1.0]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
+        if self.balanced:
+            return of_square, (mean - 1.0) * (mean + 1.0) + mean * mean * ends - found
+        slow, fast = 1.0 + ends[..., 1:], 1.0 + ends[..., :1]
+        row = slow[..., None] * of_square[..., :1, :] - fast[..., None] * of_square[..., 1:, :]
+        return row, 2.0 * eps - slow * found[..., :1] + fast * found[..., 1:]
+
+    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, Any]:
         """The state a Newton step on, or as much of it as leaves the machine turning; its size by the fluctuation of speed.
 
         A step leaves a quarter of omega² everywhere, and is halved until it does.
         """
         matrix, column = self.conditions(state, here, change)
-        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        try:
-            step = np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
-        except np.linalg.LinAlgError:
-            raise NoRegimeError("nothing determines its speed") from None
-        states = state.nodes.shape[1]
-        start, by = step[:states], step[states:]
-        nodes = change.start @ start + change.by @ by + change.rest
-        edges = start + change.edge_start @ start + change.edge_by @ by + change.edge_rest
-        own = dict(zip(self.parameters, by.tolist(), strict=True))
+        scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
+        step = self._solved(matrix / scale[..., None], column / scale)
+        states = state.nodes.shape[-2]
+        start, by = step[..., :states], step[..., states:]
+        nodes = (change.start @ start[..., None, None, :, None] + change.by @ by[..., None, None, :, None])[..., 0]
+        nodes += change.rest
+        edges = (change.edge_start @ start[..., None, :, None] + change.edge_by @ by[..., None, :, None])[..., 0]
+        edges += start[..., None, :] + change.edge_rest
+        own = {name: by[..., k] for k, name in enumerate(self.parameters)}
         heavier, balance = own.get("inertia", 0.0), own.get("unknown", 0.0)
-        share = 1.0
+        share: Any = np.ones(np.shape(self.w))
         for _ in range(_HALVINGS):
             new = State(
-                state.nodes + share * nodes,
-                state.edges + share * edges,
+                state.nodes + share[..., None, None, None] * nodes,
+                state.edges + share[..., None, None] * edges,
                 state.inertia + share * heavier,
                 state.unknown + share * balance,
             )
-            total = new.inertia + self.moments.inertia
-            s = (2 * new.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
-            if total.min() > 0.0 and np.isfinite(s).all() and ((1.0 + s) > _KEPT * (1.0 + here.s)).all():
+            total, s = self.excess(new.nodes[..., 0, :], new.inertia)
+            good = (total.min(axis=(-2, -1)) > 0.0) & (np.isfinite(s) & ((1.0 + s) > _KEPT * (1.0 + here.s))).all(
+                axis=(-2, -1)
+            )
+            if np.all(good | self.lost):
                 break
-            share *= 0.5
-        else:
-            raise NoRegimeError(_STOPS)
-        if share < 1.0:
-            return new, 1.0
-        shift = float(np.abs(nodes[:, 0] * here.by_energy + heavier * here.by_inertia).max())
-        size = shift / max(float(np.ptp(here.omega)), 4 * ROUNDING * self.w / _LAST_STEP)
+            share = np.where(good, share, 0.5 * share)
+        self.check(good, lambda: NoRegimeError(_STOPS))
+        shift = np.abs(nodes[..., 0, :] * here.by_energy + _over_cells(heavier) * here.by_inertia).max(axis=(-2, -1))
+        size = shift / np.maximum(np.ptp(here.omega, axis=(-2, -1)), 4 * ROUNDING * self.w / _LAST_STEP)
         if self.sized:
-            size = max(size, abs(heavier) / max(abs(new.inertia), float(here.total.max())))
-        return new, size
+            size = np.maximum(size, np.abs(heavier) / np.maximum(np.abs(new.inertia), here.total.max(axis=(-2, -1))))
+        return new, np.where(share < 1.0, 1.0, size)
 
-    def rounding_step(self, state: State, change: Changes) -> float:
+    def _solved(self, matrix: Array, column: Array) -> Array:
+        """The unknowns of a step; those of motions whose equations are singular are numbers that are none."""
+        try:
+            return np.asarray(np.linalg.solve(matrix, column[..., None])[..., 0])
+        except np.linalg.LinAlgError:
+            singular = np.linalg.matrix_rank(np.nan_to_num(matrix)) < matrix.shape[-1]
+            self.check(~singular, lambda: NoRegimeError("nothing determines its speed"))
+            sound = np.where(singular[..., None, None], np.eye(matrix.shape[-1]), matrix)
+            return np.where(singular[..., None], np.nan, np.linalg.solve(sound, column[..., None])[..., 0])
+
+    def rounding_step(self, state: State, change: Changes) -> Any:
         """The step that rounding of torques causes where little holds the speed: `_ROUNDING_STEP` at most."""
         if self.demand.speed is not None:
             return 0.0
         here = self.speeds(state)
-        work = 64 * ROUNDING * float(cells.integral(here.rate.exchanged, self.mesh.half).sum())
-        damping = max(abs(collocation.multiplier(change)[1]), 1e-300)
-        level = work / (damping * self.w**2 * max(float(here.total.min()), 1e-300))
-        fluctuation = float(np.ptp(self.extremes(state, here).excess))
-        return min(level / max(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
+        work = 64 * ROUNDING * cells.integral(here.rate.exchanged, self.mesh.half).sum(axis=-1)
+        damping = np.maximum(np.abs(collocation.multiplier(change)[1]), 1e-300)
+        level = work / (damping * self.w**2 * np.maximum(here.total.min(axis=(-2, -1)), 1e-300))
+        fluctuation = np.ptp(self.extremes(state, here).excess, axis=-1)
+        return np.minimum(level / np.maximum(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
 
-    def sensitivity(self, state: State, change: Changes) -> Sensitivity:
+    def sensitivity(self, state: State, here: _Speeds, change: Changes) -> Sensitivity:
         """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to work left over in the cycle."""
-        here = self.speeds(state)
         matrix, _ = self.conditions(state, here, change)
-        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        states, eps = state.nodes.shape[1], self.demand.irregularity or 0.0
-        unit = np.zeros(matrix.shape[0])
-        unit[states] = 1.0
-        answer = np.abs(np.linalg.solve((matrix / scale[:, None]).T, unit)) / scale
-        weights = np.ones(2) if self.balanced else np.array([2.0 + 0.5 * eps * eps])  # as in `conditions`
-        by_square = float(answer[-weights.size :] @ weights)
+        scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
+        eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)
+        unit = np.zeros(matrix.shape[:-1])
+        unit[..., state.nodes.shape[-2]] = 1.0
+        answer = np.abs(self._solved((matrix / scale[..., None]).swapaxes(-2, -1), unit)) / scale
+        # weights as in `conditions`
+        by_square = answer[..., -2:].sum(axis=-1) if self.balanced else answer[..., -1] * (2.0 + 0.5 * eps * eps)
         # the slope is what is left of changes that cancel, the more so the more torques that fall with speed take back
-        fading = float(np.abs(cells.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max())
-        left = 1.0 - by_square * _BLUR * (1.0 + fading) * float(np.abs(here.s).max() / here.total.min())
-        return Sensitivity(by_square / left, float(answer[0]) / left) if left > 0.0 else Sensitivity(np.inf, np.inf)
+        fading = np.abs(cells.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max(axis=-1)
+        lightest = here.total.min(axis=(-2, -1))
+        left = 1.0 - by_square * _BLUR * (1.0 + fading) * np.abs(here.s).max(axis=(-2, -1)) / lightest
+        divisor = np.where(left > 0.0, left, 0.0)
+        with np.errstate(divide="ignore"):
+            return Sensitivity((by_square / divisor)[()], (answer[..., 0] / divisor)[()])
 
     def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> Extremes:
         """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
@@ -573,35 +616,54 @@ class _Equations:
         half_square = 0.5 * here.omega**2
         force = cells.fit(here.rate.moment - half_square * self.moments.slope)
         noise = 32 * ROUNDING * (here.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
-        found = cells.crossings(force[None], noise[None])
-        every = np.arange(force.shape[0])
-        cell = np.concatenate((every, every, found.cell))
-        t = np.concatenate((np.full(every.size, -1.0), np.ones(every.size), found.t))
+        *lead, number, _ = force.shape
+        found = cells.crossings(force.reshape(-1, number, ORDER), noise.reshape(-1, number))
+        # both ends of every cell, then the roots, filled up with phi = 0
+        first = found.function.searchsorted(np.arange(1 + force.size // (number * ORDER)))
+        cell = np.zeros((first.size - 1, 2 * number + int((first[1:] - first[:-1]).max())), np.intp)
+        t = np.full(cell.shape, -1.0)
+        cell[:, :number] = cell[:, number : 2 * number] = np.arange(number)
+        t[:, number : 2 * number] = 1.0
+        column = 2 * number + np.arange(found.t.size) - first[found.function]
+        cell[found.function, column], t[found.function, column] = found.cell, found.t
+        cell, t = cell.reshape(*lead, -1), t.reshape(*lead, -1)
         s, _ = self._fluctuation(state, here, cell, t, settled)
-        if not s.min() > -1.0:
-            raise NoRegimeError(_STOPS)
-        places = self.mesh.middle[cell, 0] + self.mesh.half[cell, 0] * t
-        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
-        cell, t, s = cell[ends], t[ends], s[ends]
+        self.check(s.min(axis=-1) > -1.0, lambda: NoRegimeError(_STOPS))
+        places = self._at(self.mesh.middle[..., 0], cell) + self._at(self.mesh.half[..., 0], cell) * t
+        ends = np.stack((cells.peak(s, places), cells.peak(-s, places)), axis=-1)
+        cell, t, s = (self._at(each, ends) for each in (cell, t, s))
         if settled:
-            steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * cells.fit(self.moments.slope[cell])
-            polished = cells.newton(cells.fit(here.rate.moment[cell]) - steep, t, np.full(2, -1.0), np.ones(2))
+            steep = (
+                0.5
+                * (np.asarray(self.w)[..., None] ** 2 * (1.0 + s))[..., None]
+                * cells.fit(self._at(self.moments.slope, cell))
+            )
+            rows = (cells.fit(self._at(here.rate.moment, cell)) - steep).reshape(-1, ORDER)
+            polished = cells.newton(rows, t.ravel(), np.full(t.size, -1.0), np.ones(t.size)).reshape(t.shape)
             t = np.where(np.abs(t) < 1.0, polished, t)
         s, total = self._fluctuation(state, here, cell, t, settled)
         return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
+
+    def _at(self, values: Any, cell: Index) -> Any:
+        """Values of cells or edges (..., cells, others) at some of them, (..., some)."""
+        if cell.ndim == 1:
+            return values[cell]
+        motions, number, *others = values.shape
+        return values.reshape(-1, *others)[number * np.arange(motions)[:, None] + cell]
 
     def _fluctuation(self, state: State, here: _Speeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
         """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
         basis = cells.basis(t)
         if settled:
             rising = cells.antiderivative(cells.fit(here.rate.moment), self.mesh.half)
-            energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
+            energy = self._at(state.edges[..., 0], cell) + (self._at(rising, cell) * basis).sum(axis=-1)
         else:
-            within = (cells.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
-            energy = np.where(np.abs(t) < 1.0, within, state.edges[cell + (t > 0.0), 0])
-        variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
-        total = state.inertia + self.inertia.start + variation
-        return (2 * energy - self.w**2 * variation) / (self.w**2 * total), total
+            within = (self._at(cells.fit(state.nodes[..., 0, :]), cell) * basis[..., :ORDER]).sum(axis=-1)
+            energy = np.where(np.abs(t) < 1.0, within, self._at(state.edges[..., 0], cell + (t > 0.0)))
+        variation = self._at(self.inertia.edges, cell) + (self._at(self.inertia.rising, cell) * basis).sum(axis=-1)
+        total = np.asarray(state.inertia + self.inertia.start)[..., None] + variation
+        square = np.asarray(self.w)[..., None] ** 2
+        return (2 * energy - square * variation) / (square * total), total
 
     def result(self, state: State, change: Changes, steps: int) -> Periodic:
         """The motion at a state that the iteration has settled on.
@@ -611,22 +673,24 @@ class _Equations:
         half, here = self.mesh.half, self.speeds(state)
         if self.balanced:
             by_unknown = here.rate.by_unknown
-            net, slope, size = cells.integral(np.stack((here.rate.moment, by_unknown, np.abs(by_unknown))), half).sum(-1)
-            if abs(slope) > _NO_EFFECT * size:
-                state = state._replace(unknown=state.unknown - float(net / slope))
-                here = self.speeds(state)
+            rows = np.stack((here.rate.moment, by_unknown, np.abs(by_unknown)))
+            net, slope, size = cells.integral(rows, half).sum(axis=-1)
+            known = np.abs(slope) > _NO_EFFECT * size
+            state = state._replace(unknown=state.unknown - np.where(known, net / np.where(known, slope, 1.0), 0.0))
+            here = self.speeds(state)
         net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
-        if not (self.levelled or self.apart is not None or abs(net) <= _NET_WORK * exchanged):
-            raise NoRegimeError("the net work of a cycle does not come to zero")
+        if not (self.levelled or self.apart is not None):
+            closed = np.abs(net) <= _NET_WORK * exchanged
+            self.check(closed, lambda: NoRegimeError("the net work of a cycle does not come to zero"))
         extremes = self.extremes(state, here, settled=True)
-        answer = self.sensitivity(state, change) if self.sized else None
+        answer = self.sensitivity(state, here, change) if self.sized else None
         multiplier, damping = collocation.multiplier(change)
         found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
         if not self.moments.swings:
             return found
         sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell
         missed = cells.TAIL_OF_INTEGRAL * np.stack(
-            [cells.tails(cells.fit(row)) for row in here.rates.swapaxes(0, 1)], axis=1
+            [cells.tails(cells.fit(row)) for row in np.moveaxis(here.rates, -2, 0)], axis=-1
         )
-        closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=0)
+        closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=-2)
         return found._replace(closing=closing, reach=change.reach)

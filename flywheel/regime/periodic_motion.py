@@ -90,7 +90,7 @@ class OwnMotion(NamedTuple):
     @property
     def speed(self) -> float:
         """Mean of the greatest and least speed (rad/s)."""
-        return self.solved.speed
+        return float(self.solved.speed)
 
     @property
     def inertia(self) -> float:
@@ -101,7 +101,7 @@ class OwnMotion(NamedTuple):
     def inertia_error(self) -> float:
         """Error of a sized inertia, relative to the larger of itself and the fluctuation of work over eps w²."""
         scale = float(np.ptp(self.cycle.start[0])) / max(self.solved.irregularity * self.speed**2, 1e-300)
-        return self.inertia_bound / max(self.inertia, scale, 1e-300)
+        return float(self.inertia_bound / max(self.inertia, scale, 1e-300))
 
     @property
     def hardly_sized(self) -> bool:
