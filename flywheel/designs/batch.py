@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.recording import Program
-from flywheel.machine.structures import DesignValues
+from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment

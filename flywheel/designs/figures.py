@@ -21,7 +21,7 @@ from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
 from flywheel.machine.machine import Machine
-from flywheel.machine.structures import Structure, Structures
+from flywheel.machine.programs import Structure, Structures
 from flywheel.numerics.cells import Index
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers

@@ -24,7 +24,7 @@ import numpy as np
 from bondgraph.recording import Program
 from flywheel.designs import batch
 from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Pieces, Sums
-from flywheel.machine.structures import DesignValues
+from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
 from flywheel.regime.turning_moment import EVALUATION, INERTIA_EVALUATION, SHIFT

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from flywheel.designs.figures import figures_of
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, quantity
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import lattices, notebook
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum
+from flywheel.numerics.optima import KEPT, STATIONARY, descent, lattice, merit, minimum
 from flywheel.numerics.units import DIMENSIONS, figure
 from flywheel.reading.paths import by_path, dotted, with_numbers
 from flywheel.scene.scene import Scene
@@ -417,7 +417,7 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), "a power of two, 2 or more")])
-    unit = lattices.points(samples, count, [seed])
+    unit = lattice(samples, count, [seed])
     columns = problem.low[:, None] + unit * (problem.high - problem.low)[:, None]
     own = np.clip(family.nominal, problem.low, problem.high)
     columns = np.concatenate([own[:, None], 0.5 * (problem.low + problem.high)[:, None], columns], axis=1)

@@ -258,7 +258,7 @@ class Sweep:
         """Table that `flywheel sweep` prints: varied numbers, best designs, a table of some, and notes on all."""
         import flywheel
 
-        text: str = flywheel.sweeps.text(self, rows)
+        text: str = flywheel.notebooks.sweep_text(self, rows)
         return text
 
     def plot(self, path: str | Path) -> None:

@@ -5,7 +5,7 @@ Shares of the variance: of first order, what a number causes by itself; in total
     S_i = V[E(y | x_i)]/V(y),   T_i = E[V(y | x_~i)]/V(y) = E[(y(A) - y(A_B,i))²]/(2 V)
 
 Source: M. Jansen, Computer Physics Communications 117 (1999), 35; A. Saltelli et al., ibid. 181 (2010), 259; points of
-`flywheel.numerics.lattices`, whose repeats tell the sampling error.
+`flywheel.numerics.optima`, whose repeats tell the sampling error.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, quantity
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import lattices, notebook
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import require, shown
 from flywheel.numerics.differences import gradient
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.optima import minimum
+from flywheel.numerics.optima import lattice, minimum
 from flywheel.reading.paths import by_path
 from flywheel.scene.scene import Scene
 
@@ -306,7 +306,7 @@ def _sampled(
 ) -> _Sample:
     """Designs at points of a lattice, shifted anew for every repeat."""
     count = len(family.paths)
-    parts = [lattices.points(samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
+    parts = [lattice(samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
     unit = np.clip(np.concatenate(parts, axis=1), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     first, second = unit[:count], unit[count:]
     mixed = []
@@ -322,7 +322,7 @@ def _sampled(
         standard = _standard(unit)
         points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
     powers = _powers(count, samples // 4)
-    more = np.clip(lattices.points(_MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
+    more = np.clip(lattice(_MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
     basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
     try:

@@ -1,6 +1,6 @@
 """Forces of gases: indicator diagrams, compressors."""
 
-from flywheel.components.gas_forces import (
+from flywheel.components.load_models import (
     ATMOSPHERE,
     Compression,
     Indicator,

@@ -12,26 +12,41 @@ compared with the walk as soon as it is recorded, at positions all over its piec
 switches or a place turns back, the recorded one starts from those angles of its plain twin, the machine at the values that
 its numbers have now, and follows each by a fixed number of Newton's steps. That the last step is next to nothing is a guard;
 so are the order of all angles, and every decision there.
+
+`Structure` serves designs of one scene: its pieces, and the walk in each as a program of the numbers that vary, recorded
+all the way from reading. Every comparison that reading, mechanisms and breakpoints make with them is a guard. Designs that
+keep all guards have the same pieces with the same programs; the first that does not is recorded anew. A structure is taken
+when at two more designs it gives what the plain machine gives: no angle at which that breaks lies inside a cell, and all
+values at the nodes are the same. Where a design cannot be recorded, the reason is given in words, and it is sized alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
 from flywheel.machine.loads import Effort
-from flywheel.machine.machine import DRIVE, Anchor, Machine, circuit_of
+from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Machine, circuit_of
+from flywheel.numerics import cells, expressions
+from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.functions import present
+from flywheel.numerics.intervals import NAMESPACE as INTERVALS
+from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.switching import narrow
+from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 
 Array = NDArray[Any]
@@ -284,3 +299,457 @@ def deciders(effort: Effort) -> list[Expression]:
     if not isinstance(law, Expression):
         return []
     return [part for part in (*law.switches(), *law.branch_points()) if not (part.uses_speed or part.uses_time)]
+
+
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+_BREAK_ERROR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
+_VALUE_ERROR = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
+_WIDTH_ROUNDING = 1e-12  # of a cell's width: what rounding may add
+_MOST_STRUCTURES, _MOST_TRIALS = 64, 200  # structures of one set of paths, and designs tried for them
+_LEAST_DESIGNS, _LEAST_SHARE = 12, 0.02  # designs, and their share of those left, that a structure is worth
+_MOST_POOR = 4  # structures that are not
+_SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
+_BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
+_MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
+
+
+class DesignValues(NamedTuple):
+    """Requirements of every design: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
+
+    `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
+    torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
+    its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
+    """
+
+    speed: Array
+    irregularity: Array
+    ratio: Array | float
+    span: float
+    unknown: bool
+    drive: Array | float | None = None
+    torque: Array | float | None = None
+    inertia: Array | None = None
+    loose: Array | float = 0.0
+
+    def of(self, which: Index) -> DesignValues:
+        """Those of some designs."""
+        fields: dict[str, Any] = self._asdict()
+        return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
+
+
+class Narrow(NamedTuple):
+    """The law of a load, by its path, that may be narrow somewhere; its names as a program of (phi, *columns)."""
+
+    path: str
+    law: Expression
+    names: tuple[str, ...]
+    program: Program
+
+    def at(self, phi: Any, columns: Array, namespace: Any = "numpy") -> dict[str, Any]:
+        """Values of its names."""
+        return dict(zip(self.names, self.program.function(namespace)(phi, *columns), strict=True))
+
+
+class StretchWalk(NamedTuple):
+    """Common program of a stretch between landmarks: from (phi, *columns) to parts of `Reduced`, with its decisions.
+
+    `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
+    `laws` are those that act there and may be narrow.
+    """
+
+    program: Program
+    decided: Program | None
+    signs: tuple[float, ...]
+    laws: tuple[Narrow, ...]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Smooth pieces that designs share; its programs are functions of (phi, *columns), columns being the numbers that vary.
+
+    conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
+    walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
+    flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
+    crank's; NaN where there is none. zeros: an angle (rad) that Newton's method has followed, and the function whose zero it
+    is, with its slope, at phi.
+    """
+
+    paths: tuple[str, ...]
+    cycle: float
+    unknown: bool
+    conditions: Conditions
+    landmarks: Program
+    walks: tuple[StretchWalk, ...]
+    numbers: Program
+    counts: tuple[int, ...] = ()
+    zeros: tuple[Program, ...] = ()
+
+    def edges(self, columns: Array) -> Array:
+        """Edges of the cells (cells + 1, designs), rad."""
+        marks = _at(self.landmarks, columns)
+        stretch = np.repeat(np.arange(len(self.counts)), self.counts)
+        share = np.concatenate([np.arange(count) / count for count in self.counts])[:, None]
+        first = marks[stretch]
+        return np.concatenate((first + share * (marks[stretch + 1] - first), marks[-1:]))
+
+    @cached_property
+    def programs(self) -> list[tuple[slice, Program]]:
+        """Consecutive cells with the program that they share."""
+        stretches: list[tuple[slice, Program]] = []
+        end = 0
+        for walk, number in zip(self.walks, self.counts, strict=True):
+            same = bool(stretches) and stretches[-1][1] == walk.program
+            start = stretches.pop()[0].start if same else end
+            end += number
+            stretches.append((slice(start, end), walk.program))
+        return stretches
+
+    def givens(self, columns: Array) -> DesignValues:
+        """Speed, irregularity and drive of every design."""
+        speed, irregularity, ratio, drive, torque, inertia, _ = _at(self.numbers, columns)
+        driven, given, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
+        return DesignValues(
+            speed=speed,
+            irregularity=irregularity,
+            ratio=ratio,
+            span=self.cycle,
+            unknown=self.unknown,
+            drive=drive if driven else None,
+            torque=torque if given else None,
+            inertia=inertia if analysed else None,
+        )
+
+    def kept(self, columns: Array) -> Mask:
+        """Mask of the designs with this structure: guards kept, cells narrow enough, no branch that changes in one."""
+        with np.errstate(all="ignore"):
+            good = _kept(self.conditions, columns)
+            good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
+            for first in range(0, columns.shape[1], _BLOCK_DESIGNS):
+                block = good[first : first + _BLOCK_DESIGNS]
+                block[block] = self._followed(columns[:, first : first + _BLOCK_DESIGNS][:, block])
+        return good
+
+    def widened(self, columns: Array) -> Structure:
+        """The same with as many cells in each stretch as those designs need that keep its guards."""
+        with np.errstate(all="ignore"):
+            kept = columns[:, _kept(self.conditions, columns)]
+            wider = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
+            some = kept[:, :: max(1, kept.shape[1] // _SAMPLE)]
+            for _ in range(_MOST_DOUBLED if any(walk.laws for walk in self.walks) else 0):
+                narrow_enough = wider._narrow(some).all(axis=1)
+                if narrow_enough.all():
+                    break
+                counts = np.array(wider.counts)
+                wide = ~np.logical_and.reduceat(narrow_enough, np.cumsum(counts) - counts)
+                wider = replace(wider, counts=tuple((counts * (1 + wide)).tolist()))
+        return wider
+
+    def _counts(self, columns: Array) -> Array:
+        """Least number of cells in each stretch of each design."""
+        widths = np.diff(_at(self.landmarks, columns), axis=0)
+        fastest = _at(self.numbers, columns)[-1]
+        counts = np.ceil(widths * fastest / WIDEST * (1.0 - _WIDTH_ROUNDING)).clip(1.0)
+        return np.where(np.isfinite(counts), counts, 1e6).astype(int)
+
+    def _followed(self, columns: Array) -> Mask:
+        """Mask of the designs in which no branch changes within a cell and no law is too narrow."""
+        good = np.ones(columns.shape[1], bool)
+        for walk, low, high in self._stretches(columns) if any(walk.decided for walk in self.walks) else ():
+            phi = 0.5 * (low + high) + 0.5 * (high - low) * NODES[:, None, None]
+            for value, sign in zip(walk.decided.function()(phi, *columns) if walk.decided else (), walk.signs, strict=True):
+                good &= np.broadcast_to(value * sign > 0.0, phi.shape).all(axis=(0, 1))
+        if any(walk.laws for walk in self.walks):
+            good &= self._narrow(columns).all(axis=0)
+        return good
+
+    def _stretches(self, columns: Array) -> Iterator[tuple[StretchWalk, Array, Array]]:
+        """Every walk with the left and the right edges of its cells; stretches of one piece stand together."""
+        edges, end = self.edges(columns), 0
+        for _, group in groupby(zip(self.walks, self.counts, strict=True), lambda each: id(each[0])):
+            walks, counts = zip(*group, strict=True)
+            start, end = end, end + sum(counts)
+            yield walks[0], edges[start:end], edges[start + 1 : end + 1]
+
+    def _narrow(self, columns: Array) -> Mask:
+        """Mask of the cells (cells, designs) that are narrow enough for all laws that act there."""
+        stretches, peaks = list(self._stretches(columns)), dict[str, Array]()
+        centres = [[each.at(0.5 * (low + high), columns) for each in walk.laws] for walk, low, high in stretches]
+        for (walk, low, _), given in zip(stretches, centres, strict=True):
+            for each, centre in zip(walk.laws, given, strict=True):
+                size = np.abs(np.broadcast_to(each.law.evaluate(centre, np, centre), low.shape))
+                size = np.where(np.isfinite(size), size, 0.0).max(axis=0)
+                peaks[each.path] = np.maximum(size, peaks.get(each.path, 0.0))
+        masks = []
+        for (walk, low, high), given in zip(stretches, centres, strict=True):
+            good, share = np.ones(low.shape, bool), (high - low) / self.cycle
+            for each, centre in zip(walk.laws, given, strict=True):
+                inside = each.at(Interval(low, high), columns, INTERVALS)
+                good &= narrow(each.law, inside, centre, share, peaks[each.path])
+            masks.append(good)
+        return np.concatenate(masks)
+
+
+def _at(program: Program, columns: Array) -> Array:
+    """Values of a program at columns, one row for each output."""
+    return np.stack([np.broadcast_to(value, columns.shape[1:]) for value in program.function()(0.0, *columns)])
+
+
+def _kept(conditions: Conditions, columns: Array) -> Mask:
+    """Mask of the designs that keep all guards, a block at a time: hundreds of differences for each take much room."""
+    blocks = [columns[:, first : first + _BLOCK_DESIGNS] for first in range(0, columns.shape[1], _BLOCK_DESIGNS)]
+    masks = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
+    return np.concatenate([*masks, np.zeros(0, bool)])
+
+
+# -- recording -------------------------------------------------------------------------------------------------------------
+
+
+class UnrecordableError(UnrecordedError):
+    """Numbers that a machine needs as they are, such as a count of teeth, or the lengths of a linkage."""
+
+
+def recorded(
+    scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = (), *, zeros: bool = False
+) -> Structure:
+    """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
+
+    fixed: paths whose numbers designs of the structure have in common. zeros: whether the functions are wanted whose zeros
+    the edges follow.
+
+    Raises:
+        SceneError: for a scene with these values that is at fault.
+        LostError: where the numbers at these paths cannot be recorded.
+        UnrecordedError: where the machine cannot be followed with recorded numbers, whichever they are.
+
+    """
+    base = with_numbers(scene, dict(zip(paths, values, strict=True)))
+    _check(base)
+    twin, recorder = Machine(base), Recorder()
+    phi = recorder.input("phi")
+    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
+    try:
+        with np.errstate(all="ignore"):
+            for path in fixed:
+                recorder.compared("equal", numbers[path], numbers[path].value)
+            machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in fixed}), twin)
+            structure = _structure(machine, recorder, phi, tuple(paths))
+            followed = machine.zeros if zeros else []
+            return replace(structure, zeros=tuple(recorder.program([angle, *function(phi)]) for angle, function in followed))
+    except UnrecordedError:
+        raise
+    except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
+        raise UnrecordableError(f"{', '.join(paths)} cannot vary in a program ({error})") from error
+
+
+def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
+    """Those of some paths whose numbers cannot be recorded even alone."""
+    base, unrecorded = with_numbers(scene, dict(zip(paths, values, strict=True))), []
+    for path, value in zip(paths, values, strict=True):
+        try:
+            recorded(base, [path], [value])
+        except UnrecordableError:
+            unrecorded.append(path)
+    return tuple(unrecorded)
+
+
+def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
+    """Conditions shared by designs refused as that with these values is; None where they cannot be recorded."""
+    recorder = Recorder()
+    recorder.input("phi")
+    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
+    try:
+        scene.with_(numbers)
+    except SceneError:
+        return recorder.conditions()
+    except Exception:
+        return None
+    return None
+
+
+def _check(scene: Scene) -> None:
+    """Refuses what a program of position alone does not tell."""
+    drive = scene.drive
+    for excluded, what in (
+        (scene.areas is not None, "a diagram of areas has no machine"),
+        (scene.stroke is not None, "a stroke is no cycle"),
+        (scene.depends_on_speed, "torques depend on speed"),
+        (scene.speed is None or not scene.has_flywheel, "no speed or no flywheel is given"),
+        (scene.wheel is not None, "a wheel is to be chosen for each"),
+        (bool(scene.duty), "a duty has several phases"),
+        (scene.rubs, "friction in joints follows from the motion"),
+        (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
+        (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
+    ):
+        if excluded:
+            raise UnrecordedError(what)
+
+
+def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:
+    scene, twin = machine.scene, machine.twin
+    if machine.depends_on_time:
+        raise UnrecordedError("loads depend on time")
+    if isinstance(scene.cycle, Recorded):
+        raise UnrecordableError("the cycle itself varies")
+    pieces, landmarks, plain_marks = machine.breakpoints, machine.landmarks, twin.landmarks
+    if len(recorder.guards) > _MOST_GUARDS:
+        raise UnrecordedError("tables are too long, and move with what varies")
+    walks: dict[int, StretchWalk] = {}
+    stretches = []
+    for low, high in pairwise(plain_marks.tolist()):
+        k = int(np.searchsorted(twin.breakpoints, 0.5 * (low + high))) - 1
+        if k not in walks:
+            walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
+        stretches.append(walks[k])
+    drive, nothing = scene.drive, float("nan")
+    given: list[Any] = [scene.speed, nothing if scene.irregularity is None else scene.irregularity, scene.flywheel_ratio]
+    given += [nothing, nothing] if drive is None else [scene.shafts[drive.on], nothing if drive.law is None else drive.law]
+    return Structure(
+        paths=paths,
+        cycle=scene.cycle,
+        unknown=scene.unknown is not None,
+        conditions=recorder.conditions(),
+        landmarks=recorder.program(landmarks),
+        walks=tuple(stretches),
+        numbers=recorder.program([*given, nothing if scene.inertia is None else scene.inertia, machine.fastest]),
+        counts=(1,) * len(stretches),
+    )
+
+
+def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:
+    """The walk in the piece of an anchor, and what decides branches there, as far as it varies from design to design."""
+    reduced = machine.reduction(phi, anchor, NAMESPACE)
+    rows = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
+    decided, signs, laws = [], [], []
+    for effort in machine.efforts:
+        law = effort.load.law
+        active = effort.active(Here(effort.place.rate * anchor, None, np))
+        if isinstance(law, Expression) and active and _may_be_narrow(law):
+            names, at = machine.named(effort, phi, anchor), present(anchor)
+            laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
+            laws[-1].at(Interval(at, at), np.array([each.value for each in recorder.inputs[1:]]), INTERVALS)  # it is bounded
+        for part in deciders(effort):
+            value = machine.decided(effort, part, phi, anchor).value
+            if _varies(recorder, value):
+                decided.append(value)
+                signs.append(float(np.sign(present(machine.decided(effort, part, anchor, anchor).value))))
+    return StretchWalk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs), tuple(laws))
+
+
+def _may_be_narrow(law: Expression) -> bool:
+    """Tests whether an expression is more than polynomials of low degree."""
+    tame = ("number", "name", "pi", "sum", "product", "neg", "if", "abs", "sign", "min", "max", *expressions.BOOLEAN)
+    return any(node.op not in tame or (node.op == "product" and "/" in node.signs) for node in expressions.walk(law.tree))
+
+
+def _varies(recorder: Recorder, value: Any) -> bool:
+    """Tests whether a value depends on more than phi, the first input."""
+    if not isinstance(value, Recorded):
+        return False
+    program = recorder.program([value])
+    varying = set(range(1, len(program.inputs)))
+    return any(varying.intersection(operands) for _, *operands in program.operations)
+
+
+# -- proof -----------------------------------------------------------------------------------------------------------------
+
+
+def differs(structure: Structure, scene: Scene, values: Array) -> str:
+    """In what a structure and the plain machine of a design differ, in words; nothing where they agree."""
+    machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
+    column = values[:, None]
+    edges = structure.edges(column)[:, 0]
+    away = np.abs(machine.breakpoints[:, None] - edges).min(axis=1).max()
+    if away > _BREAK_ERROR * structure.cycle:
+        return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
+    mesh = cells.cells(edges)
+    reduced = machine.reduce(mesh.phi, mesh.anchor)
+    wanted = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
+    rows = np.zeros((6, *mesh.phi.shape))
+    for part, program in structure.programs:
+        for row, value in enumerate(program.function()(mesh.phi[part], *values)):
+            rows[row, part] = value
+    for value, want in zip(rows, wanted, strict=True):
+        apart = np.abs(value - want).max()
+        if not apart <= _VALUE_ERROR * max(np.abs(want).max(), np.abs(value).max()):
+            return f"values differ by {apart:.2g}"
+    return ""
+
+
+class Structures:
+    """The structures of a scene whose numbers at some paths vary; they are found as designs need them."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
+        self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
+        self._known: list[Structure] = []
+        self._refused: list[Conditions] = []
+        self._tries = self._poor = 0
+
+    def sorted(self, columns: Array) -> list[tuple[Structure, Index]]:
+        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` says why others are left over."""
+        columns = np.asarray(columns, dtype=float)
+        left: Index = np.arange(columns.shape[1])
+        groups: list[tuple[Structure, Index]] = []
+        known = refusals = 0
+        while left.size:
+            if known < len(self._known):
+                structure, known = self._known[known], known + 1
+                mine = structure.kept(columns[:, left])
+                groups += [(structure, left[mine])] if mine.any() else []
+            elif refusals < len(self._refused):
+                conditions, refusals = self._refused[refusals], refusals + 1
+                mine = _kept(conditions, columns[:, left])
+            elif self._exhausted:
+                break
+            else:
+                at = left.size // 2
+                if self._record(columns[:, left], columns[:, left[at]]):
+                    continue
+                mine = np.arange(left.size) == at
+            left = left[~mine]
+        return groups
+
+    @property
+    def _exhausted(self) -> bool:
+        return self._poor >= _MOST_POOR or len(self._known) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS
+
+    def _record(self, columns: Array, values: Array) -> bool:
+        """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
+        self._tries += 1
+        try:
+            structure = self._of(values.tolist()).widened(columns)
+        except SceneError:  # sized one by one, it says what is wrong
+            conditions = refused(self.scene, self.paths, values.tolist())
+            self._refused += [] if conditions is None else [conditions]
+            return conditions is not None
+        except UnrecordedError as error:
+            self.why, self._poor = str(error), self._poor + 1
+            return False
+        mine = columns[:, structure.kept(columns)]
+        try:
+            ends = {0, mine.shape[1] - 1} if mine.size else set()
+            trouble = [text for k in ends if (text := differs(structure, self.scene, mine[:, k]))]
+        except SceneError as error:
+            trouble = [str(error)]
+        if trouble:
+            self.why, self._poor = f"recorded and plain machine part: {trouble[0]}", self._poor + 1
+        if trouble or not mine.size:
+            return False
+        self._known.append(structure)
+        if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
+            self._poor += 1
+            if self._poor >= _MOST_POOR:
+                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in what is narrow"
+                self.why = self.why or f"designs differ in too many ways: {way}"
+        return True
+
+    def _of(self, values: list[float]) -> Structure:
+        """The structure of a design; numbers that cannot be recorded are held."""
+        try:
+            return recorded(self.scene, self.paths, values, self.fixed)
+        except UnrecordableError:
+            self.fixed = () if self.fixed else lost(self.scene, self.paths, values)
+            if not self.fixed:
+                raise
+            return recorded(self.scene, self.paths, values, self.fixed)

@@ -13,7 +13,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity, parse_unit, split_quantity
 from flywheel.page.form import Field, Form, More, form_of
 from flywheel.page.places import example_of, places_of
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import LARGEST, parse_scene
 from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, Section, keys_for

@@ -19,7 +19,7 @@ from flywheel.numerics.faults import Fault
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, parse_unit, split_quantity
 from flywheel.page.places import places_of
 from flywheel.reading.fields import child
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS, TABLES, leaves
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,

@@ -13,7 +13,7 @@ from typing import Any
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS, TABLES, Even
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bondgraph.recording import Program
-from flywheel.machine.structures import Structure, recorded
+from flywheel.machine.programs import Structure, recorded
 from flywheel.numerics.units import exact_ratio
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Scene, Table

@@ -26,9 +26,8 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
 from flywheel.sizing.proof import WIDTH, proven
 from flywheel.sizing.sizing import check_complete, size
-from flywheel.study import steppers
-from flywheel.study.reference import Question, Reference, answer, verified
-from flywheel.study.steppers import NoAnswerError, Revolve
+from flywheel.study import answers
+from flywheel.study.answers import NoAnswerError, Question, Reference, Revolve, answer, verified
 
 
 class MethodRow(NamedTuple):
@@ -226,7 +225,7 @@ def methods(question: Question) -> list[Method]:
         Method(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, question, sizing, True), frozen),
     ]
     for count in (36, 360, 3600):
-        by_grid = partial(steppers.by_grid, question, count)
+        by_grid = partial(answers.by_grid, question, count)
         first.append(Method(GRID, f"{count} angles", f"grid {count}", by_grid, between))
     for rtol in _TOLERANCES:
         call = partial(_sized, question, rtol)
@@ -239,36 +238,36 @@ def methods(question: Question) -> list[Method]:
     def stepped(
         family: str, setting: str, short: str, revolve: Revolve, tolerance: float, restart: bool, missing: str = _JUMPS
     ) -> Method:
-        call = partial(steppers.by_shooting, question, revolve, tolerance)
+        call = partial(answers.by_shooting, question, revolve, tolerance)
         mark, missing = (RESTARTED, "") if restart else ("", missing)
         return Method(family, setting + mark, short + mark.replace(",", ""), call, missing)
 
     def adaptive(restart: bool) -> Iterator[Method]:
-        for kind in steppers.ADAPTIVE:
+        for kind in answers.ADAPTIVE:
             for rtol in (1e-6, 1e-9, 1e-12)[: 3 if kind == "DOP853" else 2]:
-                revolve = steppers.adaptive(machine, kind, rtol, restart)
+                revolve = answers.adaptive(machine, kind, rtol, restart)
                 tolerance = (_SEARCH if restart else _OVER_JUMPS) * rtol
                 yield stepped(STEPPING + kind, f"rtol {rtol:g}", f"{kind} {rtol:g}", revolve, tolerance, restart)
 
     def fixed(restart: bool, plan: tuple[tuple[str, tuple[int, ...]], ...]) -> Iterator[Method]:
         for kind, counts in plan:
             for count in counts:
-                revolve = steppers.fixed(machine, kind, count, restart)
+                revolve = answers.fixed(machine, kind, count, restart)
                 tolerance = (_SEARCH if restart else _OVER_JUMPS) * _FIXED[kind]
                 yield stepped(STEPPING + kind, f"{count} steps", f"{kind} {count}", revolve, tolerance, restart)
 
     def multipliers(restart: bool) -> Iterator[Method]:
         for rtol in (1e-4, 1e-6, 1e-8)[: 3 if restart else 2]:
-            revolve = steppers.by_multipliers(machine, rtol, restart)
+            revolve = answers.by_multipliers(machine, rtol, restart)
             yield stepped(MULTIPLIERS, f"rtol {rtol:g}", f"multipliers {rtol:g}", revolve, _SEARCH * rtol, restart)
 
     def graphs() -> Iterator[Method]:
         lossy = any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values())
         for rtol in (1e-6, 1e-9):
-            revolve, missing = steppers.by_bond_graph(machine, rtol), "losses in meshes" if lossy else ""
+            revolve, missing = answers.by_bond_graph(machine, rtol), "losses in meshes" if lossy else ""
             yield stepped(BOND_GRAPH, f"rtol {rtol:g}", f"bond graph {rtol:g}", revolve, _SEARCH * rtol, False, missing)
 
-    jointed = steppers.obstacle(machine) is None
+    jointed = answers.obstacle(machine) is None
     return [
         *(*first, *adaptive(True), *graphs(), *(multipliers(True) if jointed else ()), *fixed(True, _FEW)),
         *(*adaptive(False), *fixed(False, _FEW), *(multipliers(False) if jointed else ())),
@@ -523,7 +522,7 @@ def tradeoff(
         cheapest=best,
         level=tuple(run.method.name for run in level if run.method.name != best),
         cheapest_promised=_chosen(_level([run for run in good if _promises(run, kept)]), kept),
-        cannot={} if (reason := steppers.obstacle(machine)) is None else {MULTIPLIERS: reason},
+        cannot={} if (reason := answers.obstacle(machine)) is None else {MULTIPLIERS: reason},
         budget=budget,
         seconds=seconds,
         interrupted=interrupted or stopped,

@@ -568,7 +568,7 @@ _RATIO = 4  # the column left out where no method keeps rtol
 def tradeoff_text(found: Tradeoff) -> str:
     """All of it, at most 100 columns wide.
 
-    >>> from flywheel.study.reference import Reference
+    >>> from flywheel.study.answers import Reference
     >>> reference = Reference(2.0, 1e-15, "Gauss' rule", "the closed form is 1e-16 apart")
     >>> found = Tradeoff("Rotor", "exact flywheel", "kg m²", 1e-6, reference, 2.0, (), None, (), None, {}, 60.0, 0.1, False)
     >>> print(tradeoff_text(found).splitlines()[1])
@@ -679,7 +679,7 @@ def _names(rows: list[MethodRow], found: Tradeoff) -> str:
 def unfinished(found: Tradeoff) -> list[str]:
     """Reason why a table is not whole, in a sentence; nothing where it is.
 
-    >>> from flywheel.study.reference import Reference
+    >>> from flywheel.study.answers import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)
     >>> unfinished(Tradeoff(None, *nothing, True))
     ['NOT WHOLE: interrupted; 0 of 0 methods were run to completion.']

@@ -12,25 +12,22 @@ from scipy.integrate import quad, solve_ivp
 
 from flywheel import SceneError
 from flywheel.components import energy, press_work
-from flywheel.components.gas_forces import (
+from flywheel.components.load_models import (
     Compression,
     Indicator,
+    Press,
+    Resistance,
     Space,
+    belt_torque,
     compressor_law,
     compressor_work,
     cylinder_pressure,
     gas_force,
+    greatest_force,
     indicated_pressure,
     indicated_work,
     indicator_law,
     piston_area,
-    volumetric_efficiency,
-)
-from flywheel.components.load_models import (
-    Press,
-    Resistance,
-    belt_torque,
-    greatest_force,
     press_force,
     press_law,
     quadratic_coefficient,
@@ -39,6 +36,7 @@ from flywheel.components.load_models import (
     shaft_law,
     sheared_area,
     tension_ratio,
+    volumetric_efficiency,
 )
 from flywheel.components.motors import Curve, Engine, Point
 from flywheel.components.press_work import inertia_between, inertia_for

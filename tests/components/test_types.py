@@ -16,7 +16,7 @@ from flywheel.components.energy import Energy
 from flywheel.components.load_models import MODELS, is_loss, model_of
 from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 
 REFERENCE = Path(flywheel.__file__).parent / "reference"

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel import Sizing, Transient, transient
-from flywheel.components.gas_forces import Compression, compressor_work
+from flywheel.components.load_models import Compression, compressor_work
 from flywheel.motions.motion import sampled
 from tests.oracle.drive_lines import DriveLine, Regime
 

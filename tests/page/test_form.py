@@ -19,7 +19,7 @@ from flywheel.numerics.units import DIMENSIONS, parse_unit
 from flywheel.page import data, server
 from flywheel.page.edits import Draft
 from flywheel.page.form import OFFERED, translated
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.schema import Section
 from flywheel.regime import turning_moment

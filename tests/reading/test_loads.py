@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel import Machine, Scene, SceneError
-from flywheel.components.gas_forces import Compression, Space, compressor_work, cylinder_pressure, gas_force
+from flywheel.components.load_models import Compression, Space, compressor_work, cylinder_pressure, gas_force
 from flywheel.numerics.expressions import Expression
 from flywheel.reading.scenes import build_scene, parse_scene
 from flywheel.scene.scene import Damper, Inertia, Load, Spring, Table

@@ -17,7 +17,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.numerics.units import DIMENSIONS, UNITS, parse_quantity
 from flywheel.reading.json_schema import json_schema
-from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import CURVE, MOTORS
 from flywheel.reading.scenes import build_scene
 from flywheel.reading.schema import (

@@ -15,9 +15,8 @@ import pytest
 import flywheel
 from flywheel import Fault, Machine, SceneError, Tradeoff
 from flywheel.numerics.budget import count
-from flywheel.study import steppers, tradeoff
-from flywheel.study.reference import Question, Reference, answer
-from flywheel.study.steppers import NoAnswerError
+from flywheel.study import answers, tradeoff
+from flywheel.study.answers import NoAnswerError, Question, Reference, answer
 from flywheel.study.tradeoff import (
     DONE,
     FAILED,
@@ -204,7 +203,7 @@ def test_every_method_has_a_name_of_its_own(scene):
     names = [own.name for own in found]
     assert len(set(names)) == len(names) >= 30
     assert len({own.label for own in found}) == len(names)
-    families = {own.family for own in found} | ({tradeoff.MULTIPLIERS} if steppers.obstacle(asked.machine) else set())
+    families = {own.family for own in found} | ({tradeoff.MULTIPLIERS} if answers.obstacle(asked.machine) else set())
     assert {f"time stepping, {kind}" for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")} <= families
     assert {
         "accumulated areas",
@@ -577,7 +576,7 @@ def test_a_sizing_is_that_of_a_script():
     work, inertia = script(own.machine)
     high = max(w - (1 + eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
     low = min(w - (1 - eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
-    assert steppers.by_grid(own, COUNT) == pytest.approx((high - low) / (eps * speed**2), rel=1e-11)
+    assert answers.by_grid(own, COUNT) == pytest.approx((high - low) / (eps * speed**2), rel=1e-11)
 
 
 def test_an_analysis_is_that_of_a_script():
@@ -593,13 +592,13 @@ def test_an_analysis_is_that_of_a_script():
         omega = speeds(middle)
         low, high = (middle, high) if max(omega) + min(omega) < 4 * pi else (low, middle)
     wanted = 2 * (max(omega) - min(omega)) / (max(omega) + min(omega))
-    assert steppers.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
+    assert answers.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_the_error_goes_down_with_the_angles():
     own = asked(press())
     true = flywheel.size(own.machine, simulate=False).flywheel.exact
-    errors = [abs(steppers.by_grid(own, count) / true - 1) for count in (36, 360, 3600)]
+    errors = [abs(answers.by_grid(own, count) / true - 1) for count in (36, 360, 3600)]
     assert errors[2] < errors[1] / 5 < errors[0] / 25
 
 
@@ -611,7 +610,7 @@ def test_torques_that_depend_on_speed_are_taken_at_a_constant_one():
         "flywheel": {"irregularity": 0.01},
     }
     machine = Machine(flywheel.load(scene))
-    samples = steppers.sampled(machine, 3600)
+    samples = answers.sampled(machine, 3600)
     assert samples.speed == pytest.approx((100 - 30) / 4, rel=1e-3)  # no net work in a cycle
     assert samples.work[-1] == pytest.approx(0.0, abs=0.1)
     assert samples.work.min() == pytest.approx(-30 * pi, rel=2e-3)

@@ -11,10 +11,8 @@ import pytest
 
 import flywheel
 from flywheel import Machine
-from flywheel.study import reference, steppers
-from flywheel.study import reference as extended
-from flywheel.study.reference import Extended, Question
-from flywheel.study.steppers import NoAnswerError, Revolution, Trial, by_shooting, stretches_of
+from flywheel.study import answers
+from flywheel.study.answers import Extended, NoAnswerError, Question, Revolution, Trial, by_shooting, stretches_of
 from tests import regimes
 from tests.limits import sample
 from tests.scenes import press, rotor, shaper, yoke
@@ -34,11 +32,11 @@ def test_the_true_figure_is_within_the_doubt(name):
     machine = Machine(flywheel.load(FOLDER / "scenes" / name))
     scene, crank = machine.scene, machine.scene.flywheel_ratio**2
     if scene.irregularity is not None:
-        value, doubt = (part / crank for part in reference.flywheel_inertia(machine))
+        value, doubt = (part / crank for part in answers.flywheel_inertia(machine))
         wanted, scale = float(true["flywheel"]["exact"]), float(true["flywheel"]["approximate_total"])
         value = max(value, 0.0)
     else:
-        value, doubt = reference.irregularity(machine, (scene.inertia or 0.0) * crank)
+        value, doubt = answers.irregularity(machine, (scene.inertia or 0.0) * crank)
         wanted, scale = float(true["simulation"]["irregularity"]), 0.0
     scale = max(abs(wanted), scale)
     assert abs(value - wanted) <= doubt + HALF_A_DIGIT * scale
@@ -47,7 +45,7 @@ def test_the_true_figure_is_within_the_doubt(name):
 
 def test_gauss_is_exact_for_polynomials():
     powers = np.arange(48, dtype=np.longdouble)
-    integrals = reference._WEIGHTS @ reference._NODES[:, None] ** powers
+    integrals = answers._WEIGHTS @ answers._NODES[:, None] ** powers
     wanted = np.where(powers % 2 == 0, 2 / (powers + 1), 0)
     assert np.abs(integrals - wanted).max() <= 8 * np.finfo(np.longdouble).eps
 
@@ -64,13 +62,13 @@ def same(found, true):
 
 
 def test_it_agrees_to_its_tolerance():
-    true = steppers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
-    assert same(steppers.by_bond_graph(MACHINE, 1e-6)(TRIAL), true)
+    true = answers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
+    assert same(answers.by_bond_graph(MACHINE, 1e-6)(TRIAL), true)
 
 
 def test_it_goes_on_until_the_cycle_is_over():
-    true = steppers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
-    assert same(steppers.by_bond_graph(MACHINE, 1e-6)(TRIAL._replace(period=0.9)), true)
+    true = answers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
+    assert same(answers.by_bond_graph(MACHINE, 1e-6)(TRIAL._replace(period=0.9)), true)
 
 
 # A cycle by Lagrange's multipliers is that of the reduced machine, and what they cannot is told.
@@ -84,8 +82,8 @@ def machine(scene):
 def test_they_agree_to_their_tolerance():
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
     trial = Trial(inertia=40.0, balance=10.0, speed=12.0, states=(), period=0.52)
-    true = steppers.adaptive(built, "DOP853", 1e-8, True)(trial)
-    found = steppers.by_multipliers(built, 1e-5, True)(trial)
+    true = answers.adaptive(built, "DOP853", 1e-8, True)(trial)
+    found = answers.by_multipliers(built, 1e-5, True)(trial)
     assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-5)
 
 
@@ -99,11 +97,11 @@ def test_they_agree_to_their_tolerance():
     ],
 )
 def test_what_they_cannot(scene, reason):
-    assert reason in steppers.obstacle(machine(scene))
+    assert reason in answers.obstacle(machine(scene))
 
 
 def test_a_constant_inertia_on_the_crank_is_no_obstacle():
-    assert steppers.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None
+    assert answers.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None
 
 
 # A reference that its second route does not confirm is in doubt by as much.
@@ -118,7 +116,7 @@ FAN = {
 
 
 def verified(scene):
-    return reference.verified(Machine(flywheel.load(scene)))
+    return answers.verified(Machine(flywheel.load(scene)))
 
 
 def test_two_routes_that_agree():
@@ -130,7 +128,7 @@ def test_two_routes_that_agree():
 
 
 def test_two_routes_that_do_not(monkeypatch):
-    monkeypatch.setattr(extended, "flywheel_inertia", lambda machine: Extended(353.5214 * (1 + 1e-6), 1e-12))
+    monkeypatch.setattr(answers, "flywheel_inertia", lambda machine: Extended(353.5214 * (1 + 1e-6), 1e-12))
     _, found = verified(yoke())
     assert found.doubt == pytest.approx(1e-6, rel=0.1)
     assert "more than both estimates allow" in found.verified
@@ -168,8 +166,8 @@ def test_it_is_true_within_its_doubt(name, kind):
 
 
 def test_what_cannot_be_stepped_has_its_own_estimate(monkeypatch):
-    size = reference.size
-    monkeypatch.setattr(reference, "size", lambda machine, rtol, accuracy: size(machine, rtol, accuracy="normal"))
+    size = answers.size
+    monkeypatch.setattr(answers, "size", lambda machine, rtol, accuracy: size(machine, rtol, accuracy="normal"))
     _, found = verified(FAN)
     assert "by its own estimate alone" in found.verified
     assert 0.0 < found.doubt < 1e-9
@@ -240,13 +238,13 @@ STEP_TRIAL = Trial(inertia=30.0, balance=20.0, speed=8.0, states=(), period=0.8)
 @cache
 def cycle(jumps):
     """The true one, with the jump or smooth."""
-    return steppers.adaptive(machine(JUMP if jumps else SMOOTH), "DOP853", 1e-13, True)(STEP_TRIAL)
+    return answers.adaptive(machine(JUMP if jumps else SMOOTH), "DOP853", 1e-13, True)(STEP_TRIAL)
 
 
 def errors(scene, name, counts, restart):
     """Of the speed at the cycle's end, by so many steps."""
     built, true = machine(scene), cycle(scene is JUMP).speed
-    return np.array([abs(steppers.fixed(built, name, count, restart)(STEP_TRIAL).speed - true) for count in counts])
+    return np.array([abs(answers.fixed(built, name, count, restart)(STEP_TRIAL).speed - true) for count in counts])
 
 
 @pytest.mark.parametrize(("name", "order"), [("Euler", 1), ("RK4", 4)])
@@ -263,17 +261,17 @@ def test_a_jump_within_a_step_takes_the_order():
     assert (over > 1e3 * restarted).all()
 
 
-@pytest.mark.parametrize("name", steppers.ADAPTIVE)
+@pytest.mark.parametrize("name", answers.ADAPTIVE)
 def test_adaptive_rules_come_to_the_same_cycle(name):
     built, true = machine(JUMP), cycle(True)
-    found = steppers.adaptive(built, name, 1e-8, True)(STEP_TRIAL)
+    found = answers.adaptive(built, name, 1e-8, True)(STEP_TRIAL)
     assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
     assert found.least <= min(STEP_TRIAL.speed, found.speed) <= max(STEP_TRIAL.speed, found.speed) <= found.greatest
 
 
-@pytest.mark.parametrize("revolve", [steppers.fixed, steppers.adaptive])
+@pytest.mark.parametrize("revolve", [answers.fixed, answers.adaptive])
 def test_a_machine_that_stops_has_no_cycle(revolve):
-    setting = ("RK4", 36) if revolve is steppers.fixed else ("RK45", 1e-6)
+    setting = ("RK4", 36) if revolve is answers.fixed else ("RK45", 1e-6)
     stopping = revolve(machine(SMOOTH), *setting, True)
     with pytest.raises(NoAnswerError, match="stops within its cycle"):
         stopping(STEP_TRIAL._replace(balance=-500.0))
@@ -292,5 +290,5 @@ def test_the_fastest_of_nearly_equal_lobes_is_found_among_many_steps():
     }
     built = machine(scene)
     sizing = flywheel.size(built, 1e-12, accuracy="normal")
-    found = by_shooting(Question.of(sizing), steppers.fixed(built, "RK4", 720, True), 1e-9)
+    found = by_shooting(Question.of(sizing), answers.fixed(built, "RK4", 720, True), 1e-9)
     assert found == pytest.approx(sizing.simulation.irregularity, rel=1e-7)

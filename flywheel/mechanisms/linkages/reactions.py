@@ -260,7 +260,7 @@ def reactions(
     iterated.
 
     Args:
-        source: a linkage, or one that was followed (`flywheel.linkage.solution.solve`).
+        source: a linkage, or one that was followed (`flywheel.linkage.solve`).
         q: driver's coordinates, rad (m where it slides), shape (n,).
         speed: its rate, rad/s or m/s: a number or shape (n,). Friction opposes the motion that its sign makes; none at rest.
         acceleration: rad/s² or m/s²: a number or shape (n,).

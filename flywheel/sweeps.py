@@ -1,5 +1,0 @@
-"""The text of a sweep."""
-
-from flywheel.tables.designs import sweep_text as text
-
-__all__ = ["text"]
