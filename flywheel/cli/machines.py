@@ -448,7 +448,7 @@ def _at(
     order = slice(None, None, -1 if backwards else 1)
     result = joint_forces(machine, places or spread(scene, count)[order], **kinds)
     if breaks:
-        every = np.unique(np.concatenate((result.motion.phi, close_angles(result, 2))))
+        every = np.unique(np.concatenate((result.motion.phi, close_angles(result, 0))))
         result = joint_forces(machine, every[order], **kinds)
 
     def along(phi: Array) -> JointForces:

@@ -253,9 +253,14 @@ class Effort:
             active = active & (self.direction * self.senses.at(anchor.q / self.place.rate) == load.sense)
         return active
 
-    def crank_breakpoints(self, cycle: float) -> Iterator[float]:
-        """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres."""
-        found = [0.0] if isinstance(self._law, TableCurve | Expression) and not self.load.once else []
+    def crank_breakpoints(self, cycle: float, *, switching: bool = False) -> Iterator[float]:
+        """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres.
+
+        switching: without the ends of a period after which nothing in the law begins anew.
+        """
+        anew = isinstance(self._law, TableCurve) or "phi" in getattr(self._law, "names", ())
+        repeats = anew if switching else isinstance(self._law, TableCurve | Expression)
+        found = [0.0] if repeats and not self.load.once else []
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
         local = np.concatenate((found, self._law.knots if isinstance(self._law, TableCurve) else ()))

@@ -58,6 +58,7 @@ _POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
+_END = 1e-12  # of a cycle: tolerance of an angle at its ends
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
@@ -345,6 +346,12 @@ class Machine:
         return merged([0.0, self.scene.cycle, *(angle for _, angle in found)], self.scene.cycle)
 
     @cached_property
+    def switches_at_ends(self) -> bool:
+        """True if a law switches at the beginning of the cycle, and so at its end."""
+        near, found = _END * self.scene.cycle, self._own_breakpoints(switching=True)
+        return self.scene.stroke is None and any(angle <= near or angle >= self.scene.cycle - near for _, angle in found)
+
+    @cached_property
     def landmarks(self) -> Array:
         """The breakpoints, and the edges that close in on narrow features of expressions.
 
@@ -448,11 +455,12 @@ class Machine:
         return self.scene.rubs and self.friction is None
 
     def _own_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
+        """Yields sources and their breakpoints; with `switching` those alone at which a law switches."""
         yield from self._mechanism_breakpoints(switching=switching)
         if self.friction is not None:
             yield from ((FRICTION, angle) for angle in self.friction.breakpoints)
         for effort in self.efforts:
-            yield from ((effort.path, angle) for angle in effort.crank_breakpoints(self.scene.cycle))
+            yield from ((effort.path, angle) for angle in effort.crank_breakpoints(self.scene.cycle, switching=switching))
 
     def _mechanism_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
         """Yields names of mechanisms and their breakpoints; with `switching` those alone at which a law switches."""
@@ -750,8 +758,8 @@ def scene_of(given: Machine | Scene) -> Scene:
 def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: bool = False) -> Array:
     """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth.
 
-    They are the roots of its influence coefficient. `solved`: the positions are those of a linkage, whose bounds take a
-    thousand times as long as a formula's.
+    They are the roots of its influence coefficient, and the edges at which it jumps from one sign to another. `solved`: the
+    positions are those of a linkage, whose bounds take a thousand times as long as a formula's.
     """
     variable = reduction.variable[junction]
 
@@ -762,7 +770,10 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
     def value(phi: Array, anchor: Array) -> Any:
         return reduction.flows(phi, anchor).gain[variable]
 
-    return roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)[1:-1]
+    found = roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)
+    middle = 0.5 * (found[1:] + found[:-1])
+    signs = np.broadcast_to(np.sign(value(middle, middle)), middle.shape)
+    return np.asarray(found[1:-1][signs[1:] != signs[:-1]])
 
 
 def merged(angles: Iterable[float], cycle: float) -> Array:

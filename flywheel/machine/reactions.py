@@ -140,7 +140,7 @@ def close_positions(machine: Machine, count: int) -> Array:
     """
     cycle, ends = machine.scene.cycle, machine.scene.stroke is not None
     beside = _BESIDE * cycle
-    edges = np.asarray(machine.switches)
+    edges = np.asarray(machine.switches if machine.switches_at_ends else machine.switches[1:-1])
     every = np.concatenate((np.linspace(0.0, cycle, count, endpoint=ends), edges, edges - beside, edges + beside))
     inside = (every >= 0.0) & ((every <= cycle) if ends else (every < cycle))
     return np.asarray(machine.scene.origin + np.unique(every[inside]))

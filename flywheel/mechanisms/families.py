@@ -9,6 +9,7 @@ records are parts that chains share, limits where a crank locks, and the ends of
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
@@ -311,22 +312,38 @@ def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) 
     """Refuses a stroke on which the mechanism locks, or cannot be put together."""
     assert mechanism.stroke is not None
     low, high = mechanism.stroke
+    met = _unrolled(locks, low - TOUCH, high + TOUCH)
+    if not met and _closes(family, 0.5 * (low + high)):
+        return
+    where = f"the crank locks at {degrees(met[0]):.6g} deg" if met else "the bars do not meet"
+    moves = _moves(family, locks)
+    expected = f"a stroke within {moves}" if moves else "lengths that meet"
+    found = f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}"
+    raise SceneError([Fault("stroke", found, expected, locks=tuple(met))])
 
-    def closes(psi: float) -> bool:
+
+def _closes(family: Family, psi: float) -> bool:
+    """Tests whether the mechanism can be assembled at a crank angle (rad)."""
+    with np.errstate(invalid="ignore"):
         position = family.position(np.float64(psi), np)
         return all(bool(np.isfinite(port.position(position))) for port in family.ports.values())
 
-    with np.errstate(invalid="ignore"):
-        met = _unrolled(locks, low - TOUCH, high + TOUCH)
-        if not met and closes(0.5 * (low + high)):
-            return
-        ends = [*locks, *(angle + tau for angle in locks[:1])]
-        moves = [(a, b) for a, b in pairwise(ends) if closes(0.5 * (a + b))]
+
+def _moves(family: Family, locks: Sequence[float]) -> str:
+    """Ranges between the locks of a turn (rad, ascending) over which the crank moves, in words."""
+    ends = [*locks, *(angle + tau for angle in locks[:1])]
+    moves = [(a, b) for a, b in pairwise(ends) if _closes(family, 0.5 * (a + b))]
     listed = [f"{degrees(a - tau * (b > tau)):.6g} to {degrees(b - tau * (b > tau)):.6g} deg" for a, b in moves]
-    where = f"the crank locks at {degrees(met[0]):.6g} deg" if met else "the bars do not meet"
-    expected = f"a stroke within {' or '.join(listed)}" if listed else "lengths that meet"
-    found = f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}"
-    raise SceneError([Fault("stroke", found, expected, locks=tuple(met))])
+    return " or ".join(listed)
+
+
+def stroke_ranges(mechanism: Mechanism, parameters: Mapping[str, float] = MappingProxyType({})) -> str:
+    """Ranges in which a crank that cannot turn fully may have a stroke, in words; empty where there is none."""
+    kind = KINDS[mechanism.type]
+    if kind.lock_angles is None:
+        return ""
+    partly = replace(mechanism, stroke=(0.0, tau))
+    return _moves(kind.family(partly, parameters), within_turn(kind.lock_angles(mechanism)))
 
 
 class Position:

@@ -134,7 +134,7 @@ def followed(mechanism: Mechanism) -> Cyclic:
         try:
             solution = solve(linkage, *mechanism.stroke)
         except SceneError as error:
-            raise SceneError([_before_lock(fault, linkage.start) for fault in error.faults]) from None
+            raise _with_both_locks(linkage, error, mechanism.stroke) from None
         return Cyclic(solution, None, np.zeros(len(solution.equations.loops.names)))
 
     def over(turns: int) -> Cyclic | None:
@@ -146,7 +146,7 @@ def followed(mechanism: Mechanism) -> Cyclic:
     try:
         cycle = over(1)
     except SceneError as error:
-        raise _with_both_locks(linkage, error) from None
+        raise _with_both_locks(linkage, error, (0.0, tau)) from None
     if cycle := cycle or (over(most) if most > 1 else None):
         return cycle
     found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
@@ -155,31 +155,35 @@ def followed(mechanism: Mechanism) -> Cyclic:
     raise SceneError([Fault(mechanism.path, found, "a cycle after which it does", advice)])
 
 
-def _before_lock(fault: Fault, start: float) -> Fault:
-    """The fault of a stroke that meets a lock, with what keeps it away from there."""
-    if not fault.locks or LEAVE in fault.advice:
-        return fault
-    mend = "let [stroke] end before it" if fault.locks[0] > start else "let [stroke] begin after it"
-    return fault._replace(advice=f"{fault.advice}; {mend}")
+def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, float]) -> SceneError:
+    """The lock that a motion between two ends meets with the one on the other side of its start, if there is one.
 
-
-def _with_both_locks(linkage: Linkage, error: SceneError) -> SceneError:
-    """The lock at which a turn ends with the one at its other end, between which the linkage moves on a stroke."""
+    On the other side a turn is followed, or where the driver slides what is left of the motion.
+    """
     (fault, *more) = error.faults
-    if more or not fault.locks or linkage.sliding:
+    if more or not fault.locks:
         return error
     lock, start = fault.locks[0], linkage.start
+    before = min(ends[0], start) if linkage.sliding else start - tau
+    beyond = max(ends[1], start) if linkage.sliding else start + tau
     try:
-        solve(linkage, *((start - tau, start) if lock > start else (start, start + tau)))
+        solve(linkage, *((before, start) if lock > start else (start, beyond)))
+        other = None
+    except SceneError as refused:
+        other = refused.faults[0]
+    what, places = fault.found.rpartition(" at ")[0], [lock]
+    if other is not None and other.locks and other.found.rpartition(" at ")[0] == what:
+        apart = other.locks[0] - lock
+        if abs(apart if linkage.sliding else np.sin(0.5 * apart)) > _SAME_LOCK:
+            places = sorted((lock, other.locks[0]))
+    if len(places) == 2:
+        first, second = (f"{at if linkage.sliding else np.degrees(at):.9g}" for at in places)
+        found = f"{what} at {first} and {second} {'m' if linkage.sliding else 'deg'}"
+        return SceneError([fault._replace(found=found, advice=f"{fault.advice}; a [stroke] may lie between the two")])
+    if ends == (0.0, tau) or LEAVE in fault.advice:
         return error
-    except SceneError as beyond:
-        other = beyond.faults[0]
-    what, others = (text.found.rpartition(" at ")[0] for text in (fault, other))
-    if what != others or not other.locks or abs(np.sin(0.5 * (other.locks[0] - lock))) < _SAME_LOCK:
-        return error
-    angles = " and ".join(f"{np.degrees(at):.9g}" for at in sorted((lock % tau, other.locks[0] % tau)))
-    advice = f"{fault.advice}; between them it moves, with [stroke] from and to"
-    return SceneError([fault._replace(found=f"{what} at {angles} deg", advice=advice)])
+    mend = "let [stroke] end before it" if lock > start else "let [stroke] begin after it"
+    return SceneError([fault._replace(advice=f"{fault.advice}; {mend}")])
 
 
 # -- proven bounds over stretches --------------------------------------------------------------------------------------

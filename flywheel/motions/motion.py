@@ -244,9 +244,10 @@ def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indi
     machine = trail.dynamics.machine
     cycle, phi = machine.scene.cycle, trail.states(more, sides)[0]
     own = phi if machine.scene.stroke is not None else phi % cycle
+    switches = machine.switches if machine.switches_at_ends else machine.switches[1:-1]
     restarts, switch = (
         np.abs(own[:, None] - edges).min(axis=1, initial=cycle) <= _EDGE_TIE * cycle
-        for edges in (machine.restarts, machine.switches)
+        for edges in (machine.restarts, switches)
     )
     kept = switch | ~restarts
     more, sides = more[kept], sides[kept]

@@ -54,7 +54,8 @@ _HABITS = tuple(
         (r"\bpow(?:er)?\s*\(", "a power is written **"),
         (r"\b(sin|cos)h\s*\(", "write it with exp(x) and exp(-x)"),
         (r"\btanh\s*\(", "write it with exp(x) and exp(-x)"),
-        (r"\bcot\s*\(", "write 1/tan(...)"),
+        (r"\b(?:cot|ctg)\s*\(", "write 1/tan(...)"),
+        (r"\btg\s*\(", "write tan(...)"),
         (r"\b(sin|cos|tan|asin|acos|atan|sqrt|exp|log|abs|sign)\s+(\w+)", r"write \1(\2)"),
         (r";", "arguments are separated by commas"),
     )

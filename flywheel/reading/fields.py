@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.mechanisms import KINDS
-from flywheel.numerics.faults import Fault, nearest, quote, show, suggestion
+from flywheel.numerics.faults import Fault, SceneError, nearest, quote, show, suggestion
 from flywheel.numerics.functions import is_recorded
 from flywheel.numerics.units import (
     DIMENSIONS,
@@ -51,13 +51,15 @@ class Quantity(NamedTuple):
 class Faults(list[Fault]):
     """The faults found so far, and quantities as they were read, by their paths, for remarks.
 
-    `longest` is the greatest angle (rad) that may stand without a unit: a turn, or the cycle.
+    `longest` is the greatest angle (rad) that may stand without a unit: a turn, or the cycle. `meant` holds the paths of
+    keys that the advice on unknown keys names.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.longest = TURN
         self.quantities: dict[str, Quantity] = {}
+        self.meant = set[str]()
 
     def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
         """Notes one more fault."""
@@ -65,10 +67,27 @@ class Faults(list[Fault]):
 
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
         """Notes a name that does not exist here, with the nearest one that does, or the tables where it does."""
-        advice = suggestion(name, valid) if len(self) < _SUGGESTIONS else ""
+        few, table = len(self) < _SUGGESTIONS, path.rpartition(".")[0]
+        advice, key = suggestion(name, valid) if few else "", nearest(name, valid) if few else ""
         if what.startswith("key"):
-            advice = _home(name, valid, path.split(".")[-2] if "." in path else "") or advice
+            home, meant = _home(name, valid, table.rpartition(".")[2])
+            advice, key = (home, meant) if home else (advice, key)
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
+        if key.startswith("."):
+            table, key = table.rpartition(".")[0], key[1:]
+        if key:
+            self.meant.add(f"{table}.{key}" if table else key)
+
+    def error(self) -> SceneError:
+        """All faults, without those of missing keys that the advice on an unknown key names."""
+        return SceneError(fault for fault in self if not self._is_meant(fault))
+
+    def _is_meant(self, fault: Fault) -> bool:
+        """Tests whether a fault is that of a missing key that stands there under another name."""
+        if fault.found == "nothing":
+            return any(fault.path == key or fault.path.startswith(f"{key}.") for key in self.meant)
+        one_of = re.findall(r"\w+", fault.found) if fault.found.startswith("none") else ()
+        return any(child(fault.path, name) in self.meant for name in one_of)
 
 
 _TRADE = {
@@ -77,52 +96,58 @@ _TRADE = {
         ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler"), ("rod", "coupler")
     ),
     **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "slide", "slider"), ("slider", "yoke", "ram", "platen")),
-    **dict.fromkeys(("follower", "lever", "beam", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
-    **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input_link"), ("crank",)),
+    **dict.fromkeys(("follower", "lever", "beam", "output", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
+    **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input", "input_link"), ("crank",)),
     **dict.fromkeys(("throw", "radius", "r"), ("length",)),
     **dict.fromkeys(("inertia", "mass"), ("value",)),
 }
 """Other words of the trade for keys, with the keys that they may stand for."""
 
 
-def _home(name: str, valid: Collection[str], owner: str = "") -> str:
-    """Advice on a key in a table that does not know it: what is meant, or where it belongs; empty where that is nowhere.
+def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]:
+    """Advice on an unknown key of a table, and the key that is meant; both empty where nothing is known of it.
 
-    >>> _home("conrod", ["crank", "rod"]), _home("throw", ["length", "mass"], "crank"), _home("radius", ["type", "crank"])
-    ('did you mean rod?', 'did you mean length?', 'did you mean crank.length?')
-    >>> _home("speed", ["on"]), _home("title", ["on"]), _home("rod_length", ["rod", "crank"])
-    ('speed is a key of [regime] or [stroke]', 'title stands at the top, above every heading', 'did you mean rod.length?')
+    The key is that of the table, or after a point that of the table around it.
+
+    >>> _home("conrod", ["crank", "rod"]), _home("throw", ["length", "mass"], "crank")
+    (('did you mean rod?', 'rod'), ('did you mean length?', 'length'))
+    >>> _home("crank_radius", ["rod", "crank"]), _home("speed", ["on"])
+    (('did you mean crank.length?', 'crank.length'), ('speed is a key of [regime] or [stroke]', ''))
+    >>> _home("title", ["on"])
+    ('title stands at the top, above every heading', '')
     """
     word, mechanism = name.replace("-", "_").lower(), "crank" in valid
     parts = {part.name: part for kind in KINDS.values() for part in kind.parts}
     here = [part for part in parts if part in valid]
     meant = _TRADE.get(word, ())
     if near := next((key for key in meant if key in valid and (key != "length" or owner == "crank")), ""):
-        return f"did you mean {near}?"
+        return f"did you mean {near}?", near
     if mechanism and meant == ("length",):
-        return "did you mean crank.length?"
+        return "did you mean crank.length?", "crank.length"
     if word in ("stroke", "diameter") and (owner in ("crank", "slider", "yoke") or {"slider", "yoke"} & set(valid)):
-        return "the stroke of an in-line mechanism is twice crank.length"
+        key = "crank.length" if mechanism else ".crank.length"
+        return "the stroke of an in-line mechanism is twice crank.length", key
     of, _, key = word.partition("_")
-    if of in here and key in (known.name for known in parts[of].keys):
-        return f"did you mean {of}.{key}?"
+    keys = {known.name for known in parts[of].keys} if of in here else set()
+    if near := next((f"{of}.{one}" for one in (key, *_TRADE.get(key, ())) if one in keys), ""):
+        return f"did you mean {near}?", near
     if owners := [f"{part}.{name}" for part in here if name in (known.name for known in parts[part].keys)]:
-        return f"{name} belongs to a part: {', '.join(owners)}"
+        return f"{name} belongs to a part: {', '.join(owners)}", owners[0] if len(owners) == 1 else ""
     if any(name == key.name for key in TOP):
-        return f"{name} stands at the top, above every heading"
+        return f"{name} stands at the top, above every heading", ""
     kinds = [
         kind.name for kind in KINDS.values() if name in {*(part.name for part in kind.parts), *(k.name for k in kind.keys)}
     ]
     if mechanism and kinds:
-        return f"{name} belongs to type {' or '.join(kinds)}"
+        return f"{name} belongs to type {' or '.join(kinds)}", ""
     if owner in parts and name == "stroke":
-        return ""
+        return "", ""
     if name in SECTIONS:
-        return f"{name} is a table of its own: write {heading(name)}"
+        return f"{name} is a table of its own: write {heading(name)}", ""
     found = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
     if kinds:
         found = [heading("mechanism")]
-    return f"{name} is a key of {' or '.join(found)}" if found else ""
+    return f"{name} is a key of {' or '.join(found)}" if found else "", ""
 
 
 def heading(name: str) -> str:

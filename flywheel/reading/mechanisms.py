@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.families import Kind, build
+from flywheel.mechanisms.families import Kind, build, stroke_ranges
 from flywheel.numerics.faults import Fault, SceneError, quote, show, suggestion, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
@@ -160,7 +160,8 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
                 returns = {name: port.returns or once for name, port in family.ports.items()}
             except SceneError as error:  # it locks
                 kind, alone = KINDS[item.mechanism.type], not once and len(found) == 1
-                partly = "; between them it moves, with [stroke] from and to" if alone and kind.lock_angles else ""
+                moves = stroke_ranges(item.mechanism, setting.parameters) if alone else ""
+                partly = f"; a [stroke] may lie within {moves}" if moves else ""
                 for fault in error.faults:
                     advice = fault.advice + (partly if fault.locks else "")
                     faults.append(_as_written(fault, kind, table)._replace(advice=advice))
@@ -213,8 +214,10 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     bodies: dict[str, Body] = {}
     for part in kind.parts:
         where = f"{path}.{part.name_in(raw)}"
-        table = as_table(raw.get(part.name_in(raw), {}), where, faults)
-        if table is not None:
+        given = raw.get(part.name_in(raw), {})
+        if isinstance(given, (str, int, float)) and any(key.name == "length" for key in part.keys):
+            faults.add(where, show(given), "a table", f"write {part.name_in(raw)}.length = {show(given)}")
+        elif (table := as_table(given, where, faults)) is not None:
             values = read_fields(table, part.keys, where, faults)
             geometry |= {f"{part.name}.{key.name}": values[key.name] for key in part.geometry}
             if part.body:

@@ -293,7 +293,7 @@ def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
         setting = Setting(TURN, {}, parameters, frozenset(parameters), folder, faults)
         read = read_linkage(table, fields, "mechanism", setting, several=True)
     if faults or read is None:
-        raise SceneError(faults)
+        raise faults.error()
     return read.linkage
 
 
@@ -401,11 +401,11 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     faults = Faults()
     raw = as_table(_plain(mapping), "scene", faults)
     if raw is None:
-        raise SceneError(faults)
+        raise faults.error()
     scene = _scene(raw, None if folder is None else Path(folder), faults)
     duty = read_duty(raw, faults)
     if faults or scene is None:
-        raise SceneError(faults)
+        raise faults.error()
     scene = scene if file is None else replace(scene, file=Path(file))
     document = raw, partial(build_scene, folder=folder, file=file), faults.quantities
     found = scene.with_document(*document)
@@ -413,7 +413,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
         return found
     found = replace(found, duty=phases(found, duty, faults)).with_document(*document)
     if faults:
-        raise SceneError(faults)
+        raise faults.error()
     return found
 
 

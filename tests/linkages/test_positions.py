@@ -482,7 +482,10 @@ def test_bars_that_do_not_reach() -> None:
     with pytest.raises(SceneError) as caught:
         assembled(Equations(loops(four_bar(d=2.0))))
     found = "bodies that cannot be assembled at any angle of O, expected loops that close"
-    assert str(caught.value) == f"mechanism: found {found}; the loop O - A - B - D stays open by 1.25 m"
+    gap = "nearest with O at 0 deg: the loop O - A - B - D stays open by 1.25 m"
+    assert str(caught.value) == f"mechanism: found {found}; {gap}"
+    with pytest.raises(SceneError, match=r"with O at 90 deg, .*stays open by 0\.0923 m; change a length"):
+        assembled(Equations(loops(replace(four_bar(d=0.4, r=0.1, c=0.1, length=0.22), start=pi / 2))))
     with pytest.raises(SceneError, match=r"with O at 0 deg, .*stays open by 0\.05 m; change a length, or `start`"):
         assembled(Equations(loops(four_bar(r=0.3, length=0.2))))
 
@@ -880,10 +883,9 @@ def test_a_linkage_that_locks_names_both_angles_and_the_stroke_between_them() ->
             turned(Mechanism("linkage", "bars", linkage=linkage, stroke=stroke))
         return str(caught.value)
 
-    for start in (0.0, 0.3, tau - 0.3):
-        text = refusal(start)
+    for start, stroke in ((0.0, None), (0.3, None), (tau - 0.3, None), (0.0, (0.0, 1.5)), (0.0, (-1.5, 0.0))):
+        text = refusal(start, stroke)
         first, second = text.split("locks with the driver O at ")[1].split(" deg,")[0].split(" and ")
-        assert (float(first), float(second)) == pytest.approx((low, 360.0 - low), abs=1e-6)
-        assert text.endswith("; between them it moves, with [stroke] from and to")
-    assert refusal(0.0, (0.0, 1.5)).endswith("; let [stroke] end before it")
-    assert refusal(0.0, (-1.5, 0.0)).endswith("; let [stroke] begin after it")
+        turn = 360.0 if start > pi else 0.0
+        assert (float(first), float(second)) == pytest.approx((turn - low, turn + low), abs=1e-6)
+        assert text.endswith("; a [stroke] may lie between the two")

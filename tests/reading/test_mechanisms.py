@@ -59,17 +59,21 @@ def test_bodies_and_geometry_have_defaults(kind):
         ("four-bar", "coupler", "connecting_rod", "did you mean coupler?"),
         ("four-bar", "rocker", "follower", "did you mean rocker?"),
         ("four-bar", "rocker", "lever", "did you mean rocker?"),
+        ("four-bar", "rocker", "output", "did you mean rocker?"),
         ("slider-crank", "rod", "conrod", "did you mean rod?"),
         ("slider-crank", "rod", "link", "did you mean rod?"),
         ("slider-crank", "rod", "pitman", "did you mean rod?"),
         ("slider-crank", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
         ("slider-crank", "crank", "throw", "did you mean crank.length?"),
         ("slider-crank", "crank", "crankshaft", "did you mean crank?"),
+        ("scotch-yoke", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
     ],
 )
 def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
     text = f"[mechanism]\ntype = '{kind}'\n{GOOD[kind].replace(f'{key}.', f'{word}.')}"
-    assert advice in faults(text)[f"mechanism.{word}"]
+    found = faults(text)
+    assert list(found) == [f"mechanism.{word}"]  # and no line for the key that is missing
+    assert advice in found[f"mechanism.{word}"]
 
 
 @pytest.mark.parametrize(
@@ -87,6 +91,24 @@ def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
 def test_a_word_of_the_trade_in_a_table_leads_to_its_key(line, path, advice):
     text = f"[mechanism]\ntype = 'slider-crank'\n{GOOD['slider-crank']}\n{line}"
     assert faults(text)[path].endswith(f"; {advice}")
+
+
+@pytest.mark.parametrize(
+    ("table", "path", "advice"),
+    [
+        ("crank.lenght = 0.1\nrod.length = 0.4", "mechanism.crank.lenght", 'did you mean "length"?'),
+        ("crank_radius = 0.1\nrod.length = 0.4", "mechanism.crank_radius", "did you mean crank.length?"),
+        ("crank.stroke = 0.2\nrod.length = 0.4", "mechanism.crank.stroke", "twice crank.length"),
+        ("rod.length = 0.4\nslider.stroke = 0.2", "mechanism.slider.stroke", "twice crank.length"),
+        ("crank.length = 0.1\nrod = '0.4 m'", "mechanism.rod", 'write rod.length = "0.4 m"'),
+        ("crank.length = 0.1\nrod.length = 0.4\n[[load]]\non = 'crank'\ntorqe = 3", "load[0].torqe", 'mean "torque"?'),
+        ("crank.length = 0.1\nrod.length = 0.4\n[[inertia]]\non = 'crank'\ninertia = 3", "inertia[0].inertia", "value?"),
+    ],
+)
+def test_a_key_under_another_name_gives_one_line(table, path, advice):
+    found = faults(f"[mechanism]\ntype = 'slider-crank'\n{table}")
+    assert list(found) == [path]
+    assert found[path].split("; ")[1].endswith(advice)
 
 
 @pytest.mark.parametrize(("kind", "own", "alias"), [("four-bar", "ground", "frame"), ("crank-shaper", "frame", "ground")])

@@ -196,7 +196,6 @@ def test_every_fault_is_reported_at_once_with_its_path():
         "shafts.motor.ratio",
         "mechanism.shaft",
         "mechanism.crank.lenght",
-        "mechanism.crank.length",
         "mechanism.rod.length",
         "mechanism.slider.mass",
         "load[0].on",
@@ -805,7 +804,7 @@ def test_a_stroke_beyond_a_lock_is_told_how_far_it_may_go(mechanism, start, end,
 def test_a_crank_that_cannot_turn_is_told_of_strokes():
     (line,) = stroke_faults({"mechanism": BARS | {"crank": {"length": 0.15}}})
     assert line.startswith("mechanism.rocker.length: found 0.12 m")
-    assert "locks at 76.4084 and 283.592 deg; between them it moves, with [stroke] from and to" in line
+    assert line.endswith("locks at 76.4084 and 283.592 deg; a [stroke] may lie within -76.4084 to 76.4084 deg")
 
 
 @pytest.mark.parametrize("mechanism", [CLAMP, linkage(SLIDE)])

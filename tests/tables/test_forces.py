@@ -76,6 +76,17 @@ def test_both_sides_of_a_load_s_edge_are_looked_at() -> None:
             assert np.abs((at - side + np.pi) % (2 * np.pi) - np.pi).min() < 1e-14
 
 
+def test_only_angles_at_which_a_law_switches_have_two_sides() -> None:
+    """The jaw crusher's load acts while the jaw closes: between its dead centres, whatever ends a cell beside them."""
+    crusher = EXAMPLES / "linkages" / "six_bar.toml"
+    machine = flywheel.Machine(flywheel.load(crusher))
+    at = close_positions(machine, 0)
+    assert np.degrees(at) == pytest.approx([89.3036899] * 3 + [269.277025] * 3, abs=1e-6)
+    assert machine.breakpoints.size > 4  # and 0, 360, and the angle at which a cell ends
+    rows = run("reactions", crusher, "--csv", "--points", 5, "--breaks").stdout.splitlines()
+    assert len(rows) == 1 + 5 + 6
+
+
 def test_a_stroke_is_looked_at_up_to_both_ends() -> None:
     scene = flywheel.load(CLAMP)
     at = close_positions(flywheel.Machine(scene), 360)

@@ -484,6 +484,7 @@ _LISTED = 8
 _LONGEST = 240  # characters of all that are listed: a fault is a single line
 _TURNS = 4.0  # to each side, of angles that a coupling ties: each turn may be another assembly
 _TRIED = 200
+_REFINED = 8
 
 
 def assembled(equations: Equations) -> Array:
@@ -804,12 +805,11 @@ def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fa
 def _open_fault(equations: Equations) -> Fault:
     """Fault of bodies that do not meet: the loops that stay open at their nearest approach, and redundant joints."""
     loops = equations.loops
-    z, ever = _nearest_to_closing(equations, True) if len(loops.linkage.drivers) == 1 else (_starts(loops), True)
-    if ever:
-        z = _nearest_to_closing(equations, False)[0]
-    bases = equations.bases(z)
-    best = int(np.nanargmin((equations.residual(z, bases) ** 2).sum(axis=1)))
-    gaps = np.abs(bases.whole[best] @ loops.closures.T)
+    one = len(loops.linkage.drivers) == 1
+    z, closes = _nearest_to_closing(equations, driver=one)
+    if one and closes:
+        z = _nearest_to_closing(equations, driver=False)[0]
+    gaps = np.abs(equations.bases(z[None]).whole[0] @ loops.closures.T)
     reasons = [
         f"the loop {' - '.join(path)} stays open by {gap * loops.unit:.3g} m"
         for path, gap in zip(loops.paths, gaps, strict=True)
@@ -818,23 +818,39 @@ def _open_fault(equations: Equations) -> Fault:
     if (count := gruebler(loops.linkage)) < 1:
         reasons.append(f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many")
     why = "; ".join(reasons) or "their couplings contradict each other"
-    if not ever:
+    if one and not closes:
         where = f"at any {'position' if loops.linkage.sliding else 'angle'} of {loops.linkage.driver}"
+        nearest = z[0] if loops.linkage.sliding else round(degrees(z[0]), 2) % 360.0 * pi / 180.0
+        why = f"nearest with {loops.linkage.driver} at {place(equations, float(nearest))}: {why}"
         return Fault(loops.linkage.path, f"bodies that cannot be assembled {where}", "loops that close", why)
     found = f"bodies that cannot be assembled {_where(loops)}"
     return Fault(loops.linkage.path, found, "loops that close", f"{why}; change a length, or `start`")
 
 
 def _nearest_to_closing(equations: Equations, driver: bool) -> tuple[Array, bool]:
-    """Positions where loops are nearest to closing, and whether they close at one of them.
+    """The position where loops are nearest to closing, and whether they close there.
 
-    Gauss-Newton steps lead there, of all variables but the driver, or of the driver too.
+    The sum of the squares of all gaps is least there. Gauss-Newton steps of all variables but the driver, or of the driver
+    too, lead near it. They stall where bodies come into line, so that quasi-Newton steps (BFGS) end the search.
     """
-    loops = equations.loops
+    from scipy.optimize import minimize
+
+    loops, first = equations.loops, 0 if driver else 1
     z = _starts(loops)[:_TRIED]
     if driver:
         z[:, 0] += 2 * pi * np.arange(len(z)) / len(z)
     for _ in range(_ITERATIONS):
-        z[:, 0 if driver else 1 :] += _step(equations, z, square=False, driver=driver)[0]
-    gaps = np.abs(equations.residual(z, equations.bases(z))).max(axis=1, initial=0.0)
-    return z, bool(np.nanmin(gaps) < _SAME_ASSEMBLY)
+        z[:, first:] += _step(equations, z, square=False, driver=driver)[0]
+    squares = (equations.residual(z, equations.bases(z)) ** 2).sum(axis=1)
+    order = np.argsort(squares)[:_REFINED]  # NaN last
+
+    def measure(free: Array, begin: Array) -> tuple[float, Array]:
+        """Half the sum of squares with its gradient."""
+        table = np.concatenate((begin[:first], free))[None]
+        bases = equations.bases(table)
+        gap = equations.residual(table, bases)[0]
+        return 0.5 * float(gap @ gap), gap @ equations.jacobian(table, bases)[0, :, first:]
+
+    ends = [(minimize(measure, z[k, first:], args=(z[k],), jac=True, options={"gtol": 1e-12}), z[k]) for k in order]
+    best, begin = min(ends, key=lambda end: float(end[0].fun))
+    return np.concatenate((begin[:first], best.x)), bool(best.fun < 0.5 * _SAME_ASSEMBLY**2)
