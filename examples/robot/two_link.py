@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flywheel.components.robot_arm import (
+from flywheel.arm import (
     ArmMotion,
     TwoLinkArm,
     driving_torques,

@@ -13,18 +13,7 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from flywheel import SceneError
-from flywheel.components.equivalent_masses import (
-    compare,
-    conjugate,
-    correction_couple,
-    equivalent_masses,
-    four_masses,
-    ten_masses,
-    three_masses,
-    two_masses,
-)
-from flywheel.components.gear_trains import Shaft, Stage, gd2, geared_acceleration, geared_torque, on_every_shaft, with_rope
-from flywheel.components.robot_arm import (
+from flywheel.arm import (
     Bar,
     TwoLinkArm,
     accelerations,
@@ -36,6 +25,17 @@ from flywheel.components.robot_arm import (
     rest,
     simulate_arm,
     slender,
+)
+from flywheel.components.gear_trains import Shaft, Stage, gd2, geared_acceleration, geared_torque, on_every_shaft, with_rope
+from flywheel.masses import (
+    compare,
+    conjugate,
+    correction_couple,
+    equivalent_masses,
+    four_masses,
+    ten_masses,
+    three_masses,
+    two_masses,
 )
 from flywheel.tables.sizing import shafts_table as table
 

@@ -83,8 +83,8 @@ def _call(node: ast.Call, place: str) -> Marked:
 BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine", "regime", "sizing")
 """Folders whose faults, remarks and messages reach the page or the report."""
 LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
-    *("components/robot_arm.py", "components/press_work.py", "components/equivalent_masses.py", "components/energy.py"),
-    *("mechanisms/linkages/lagrange.py", "mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
+    *("components/press_work.py", "components/energy.py"),
+    *("mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
     *("mechanisms/linkages/instant_centres.py", "mechanisms/linkages/equations.py"),
     *("mechanisms/linkages/reactions.py", "mechanisms/linkages/positions.py", "mechanisms/linkages/bodies.py"),
     *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py", "sizing/findings.py"),
