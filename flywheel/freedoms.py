@@ -566,7 +566,9 @@ class Run(NamedTuple):
     kinetic, potential (of weights and springs), work (of all else since the start): J, (n,). energy_residual: the greatest
     |energy gained - work| over the greatest kinetic energy or swing of potential energy. error: estimated, of q and qdot
     anywhere in the run, over the greatest travel and speed. closure: greatest gap (m or rad) that loops were left with.
-    `at(times)` gives (q, qdot), (g, ...), at any times within, by dense output.
+    stopped: None for the whole motion. Otherwise the run is partial: it ends at t[-1], before `until`, for the reason in
+    this fault, such as a lock; the first of `messages` says so. Close to a lock the influence coefficients grow without
+    bound, and energy_residual with them. `at(times)` gives (q, qdot), (g, ...), at any times within, by dense output.
     """
 
     t: Array
@@ -580,6 +582,7 @@ class Run(NamedTuple):
     closure: float
     evaluations: int
     messages: tuple[str, ...]
+    stopped: Fault | None
     at: Callable[[ArrayLike], tuple[Array, Array]]
 
 
@@ -597,6 +600,9 @@ def simulate(
 ) -> Run:
     """Motion from a given state, by an explicit Runge-Kutta method of order 8 on (q, qdot), loops closed at every instant.
 
+    Where the linkage locks or branches on the way, such as a five-bar with its rods in line, the motion until there is
+    returned: `stopped` holds the reason with the place of all drivers.
+
     Args:
         linkage: bodies, joints, couplings and drivers; joints without friction.
         q: the drivers' coordinates at t = 0, rad or m, (g,).
@@ -610,7 +616,7 @@ def simulate(
             differing, `messages` say so.
 
     Raises:
-        SceneError: as `equations`; for friction; where the motion meets a lock or a branch, naming where all drivers stand.
+        SceneError: as `equations`; for friction; where the motion cannot begin.
 
     >>> from flywheel.scene.linkage import Driver, Link, Point
     >>> o, tip = Point("o"), Point("tip", 0.5)
@@ -638,14 +644,19 @@ def simulate(
     while True:
         tolerance = max(tolerance / _RATIO, _FINEST)
         fine = _steps(start, z, state, until, tolerance, actions, _SHORTER * float(np.diff(coarse.s).max()))
-        error = _difference(coarse, fine, start) / (_BETTER if tolerance > _FINEST else 1.0) + _STEP_ROUNDING * len(fine.s)
+        compared = fine.until(float(coarse.s[-1]))  # before a lock one of them may end before the other
+        error = _difference(coarse, compared, start) / (_BETTER if tolerance > _FINEST else 1.0)
+        error += _STEP_ROUNDING * len(compared.s)
         if error <= rtol or tolerance <= _FINEST:
             break
         coarse = fine
-    messages = (
-        () if error <= rtol else (f"rtol {rtol:.1g} not reached: the motion is good to {error:.2g} (estimated, relative)",)
-    )
-    return _run(start, z, actions, fine, error, messages)
+    messages, stopped = [], fine.fault or coarse.fault
+    if stopped is not None:
+        ends = f"partial motion: it ends at {compared.s[-1]:.6g} s of {until:.6g} s"
+        messages.append(f"{ends}: {stopped.found}; {stopped.advice}")
+    if error > rtol:
+        messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {error:.2g} (estimated, relative)")
+    return _run(start, z, actions, compared, error, tuple(messages), stopped)
 
 
 def _steps(
@@ -665,7 +676,7 @@ def _steps(
 
     atol = tolerance * np.concatenate((start.scales, start.scales, [np.inf]))
     try:
-        return integrate(rates, state, until, tolerance, atol, dense=True, longest=longest)
+        return integrate(rates, state, until, tolerance, atol, dense=True, longest=longest, partial=True)
     except UnreachableError as error:
         raise SceneError([error.fault]) from None
 
@@ -682,7 +693,15 @@ def _difference(coarse: Any, fine: Any, start: Assembly) -> float:
     return found
 
 
-def _run(start: Assembly, z: Array, actions: Actions, steps: Any, error: float, messages: tuple[str, ...]) -> Run:
+def _run(
+    start: Assembly,
+    z: Array,
+    actions: Actions,
+    steps: Any,
+    error: float,
+    messages: tuple[str, ...],
+    stopped: Fault | None,
+) -> Run:
     """The record of a run, with its energies."""
     count, follower = start.freedoms, Follower(start, z)
     kinetic, potential, closure = [], [], 0.0
@@ -719,5 +738,6 @@ def _run(start: Assembly, z: Array, actions: Actions, steps: Any, error: float, 
         closure=closure,
         evaluations=steps.evaluations,
         messages=messages,
+        stopped=stopped,
         at=at,
     )

@@ -335,7 +335,8 @@ LOCKING = replace(heavy(four_bar(d=0.4, r=0.3, c=0.35, length=0.1)), start=0.9)
 @pytest.mark.parametrize("route", sample([REDUCED, ENERGY], 2))
 def test_a_lock_of_the_driver_is_named(route):
     with pytest.raises(
-        SceneError, match=r"mechanism\.driver: found a lock at 78\.58.*; the route multipliers goes on where"
+        SceneError,
+        match=r"mechanism\.driver: found a lock at 78\.58.*; the route multipliers follows a motion through a dead centre",
     ):
         simulate(LOCKING, route, 0.9, 8.0, 1.0, rtol=1e-3)
 

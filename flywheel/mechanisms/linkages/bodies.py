@@ -354,9 +354,10 @@ class Model:
         return f"{q:.9g} m" if self.linkage.sliding else f"{np.degrees(q):.9g} deg"
 
     def locked(self, q: float) -> UnreachableError:
-        """A linkage that cannot follow its driver, in whose dead centre its other bodies may go on all the same."""
-        found, advice = f"a lock at {self.where(q)}", "the route multipliers goes on where only the driver turns back"
-        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, "a motion that the joints allow", advice))
+        """A linkage that cannot follow its driver; in a dead centre of the driver its other bodies may go on."""
+        advice = "the route multipliers follows a motion through a dead centre of the driver"
+        found, expected = f"a lock at {self.where(q)}", "a motion that the joints allow"
+        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, expected, advice))
 
     def branched(self, q: float) -> UnreachableError:
         """Assemblies that meet, so that it is open in which one the motion goes on."""
@@ -705,14 +706,32 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
 _MOST_STEPS = 100_000
 Rates = Callable[[float, Any], Array]
 CREEPING = 1e-9  # of the way so far: steps below it, before what cannot be reached, have come to its edge
+_PARTIAL_CREEPING = 1e-6  # the same where the steps until there are wanted
 
 
 class Steps:
-    """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates."""
+    """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates.
 
-    def __init__(self, rates: Rates, s: Array, states: Array, evaluations: int, dense: Sequence[Step] = ()) -> None:
-        self.rates, self.s, self.states, self.evaluations = rates, s, states, evaluations
+    fault: why the motion ends before it should; None where it does not.
+    """
+
+    def __init__(
+        self,
+        rates: Rates,
+        s: Array,
+        states: Array,
+        evaluations: int,
+        dense: Sequence[Step] = (),
+        fault: Fault | None = None,
+    ) -> None:
+        self.rates, self.s, self.states, self.evaluations, self.fault = rates, s, states, evaluations, fault
         self.dense = dict(enumerate(dense))
+
+    def until(self, end: float) -> Steps:
+        """The steps that lead to `end`, or less far."""
+        count = max(int(np.searchsorted(self.s, end, side="right")), 2)
+        dense = [self.dense[k] for k in range(count - 1)] if len(self.dense) >= count - 1 else ()
+        return Steps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
 
     def at(self, s: float) -> Array:
         """State at any s on the way, by the dense output of the step there; one that was not kept is taken anew."""
@@ -742,6 +761,7 @@ def integrate(
     begin: float = 0.0,
     dense: bool = False,
     longest: float = np.inf,
+    partial: bool = False,
 ) -> Steps:
     """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
 
@@ -749,7 +769,7 @@ def integrate(
     state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
     integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
     returns a place within, the last step is taken anew to there. `dense`: keep all steps, for who looks into most of them.
-    `longest`: of all steps.
+    `longest`: of all steps. `partial`: give the steps until there, with the reason, where the motion ends before.
 
     Raises:
         SceneError: where the motion ends before, with the reason that the rates give.
@@ -783,8 +803,10 @@ def integrate(
                 until = max(end, float(np.nextafter(s[-1], np.inf)))  # where it happened at the step's own start
                 step = one_step(guarded, s[-1], states[-1], until)
                 solver.t, solver.y = until, step.after
-        creeping = solver.t - s[-1] < CREEPING * solver.t
+        creeping = solver.t - s[-1] < (_PARTIAL_CREEPING if partial else CREEPING) * solver.t
         if step is None or (creeping and barred):
+            if partial and len(s) > 1:
+                return Steps(guarded, np.array(s), np.array(states), evaluations, kept, reason)
             raise SceneError([reason])
         barred = barred and creeping
         if dense:
