@@ -106,9 +106,10 @@ def size(
 
         read = load(scene)
         if read.single_stroke is not None:
-            options: dict[str, object] = {"rtol": rtol, "accuracy": accuracy, "no-simulate": no_simulate, "full": full}
-            options |= {"units": units, "language": language, "explain": explain, "plot": plot}
-            _stroke_by_stroke(read, as_json, [name for name, value in options.items() if value])
+            options: dict[str, object] = {"accuracy": accuracy, "no-simulate": no_simulate, "explain": explain}
+            if given := next((name for name, value in options.items() if value), None):
+                raise click.UsageError(f"--{given} does not apply to [single_stroke]: every figure is that of the motion.")
+            _stroke_by_stroke(read, rtol, as_json, full, units, language, plot)
             return
         result, explained = sizing.size(read, rtol, accuracy=NORMAL if no_simulate else accuracy), None
         if explain:
@@ -135,16 +136,21 @@ def size(
                 picture.plot(result, plot)
 
 
-def _stroke_by_stroke(scene: Scene, as_json: bool, others: Sequence[str]) -> None:
-    """Print the periodic stroke of a machine with clutch and brake."""
-    if others:
-        raise click.UsageError(f"--{others[0]} does not apply to [single_stroke]; --json does.")
+def _stroke_by_stroke(
+    scene: Scene, rtol: float | None, as_json: bool, full: bool, units: str | None, language: str | None, plot: Path | None
+) -> None:
+    """Print the periodic stroke of a machine with clutch and brake, and draw it."""
+    from flywheel.language import use
     from flywheel.motions.single_stroke import single_stroke
-    from flywheel.tables.motions import stroke_text
+    from flywheel.tables import strokes
     from flywheel.tables.rows import encoded
 
-    found = single_stroke(scene)
-    show(encoded(found.as_dict()) if as_json else stroke_text(found))
+    found = single_stroke(scene, rtol)
+    with use(language or "en"):
+        show(encoded(found.as_dict()) if as_json else strokes.full(found) if full else strokes.text(found, units or "si"))
+        if plot is not None:
+            with written(plot):
+                found.plot(plot)
 
 
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:

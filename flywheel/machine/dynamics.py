@@ -17,7 +17,7 @@ from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import Step
 from bondgraph.numerics import count, root
 from bondgraph.reduction import Station
-from flywheel.machine.equation import alike, balanced, lost, solved
+from flywheel.machine.equation import alike, balanced, lost, passed_by, solved
 from flywheel.machine.machine import DRIVE, Anchor, Machine, Stage, circuit_of
 from flywheel.machine.programs import programs_of
 from flywheel.numerics.cells import ROUNDING, Index, wide
@@ -253,6 +253,14 @@ class Dynamics:
             loss=whole(found.loss),
             passed=tuple(map(whole, found.passed)),
         )
+
+    def surplus(self, phi: Array, anchor: Anchor, omega: Array, time: Array, acceleration: Array) -> Array:
+        """The moment (N m, on the crank) that a machine has left, after losses, at accelerations of a motion forwards."""
+        parts = self._parts(phi, anchor, omega, time, ())[0]
+        own = [part.inertia * acceleration + part.slope * (0.5 * omega * omega) - part.moment for part in parts]
+        one: tuple[Any, ...] = tuple(np.ones(phi.shape) for _ in own)
+        factors = passed_by(own, self.machine.stages, one, lambda tau: tau > 0.0)[1]
+        return -np.asarray(sum(k * residual for k, residual in zip(factors, own, strict=True)))
 
     def moments(
         self,

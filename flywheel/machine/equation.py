@@ -115,7 +115,7 @@ def solved(
     """
     for _ in range(2 + 2 ** len(inertias)):
         acceleration, own = balanced(inertias, bare, factors)
-        passed, found = _passed(own, stages, factors, outwards)
+        passed, found = passed_by(own, stages, factors, outwards)
         if alike(found, factors):
             break
         factors = found
@@ -128,7 +128,7 @@ def alike(ones: Sequence[Any], others: Sequence[Any]) -> bool:
     return all(a is b or (a == b if isinstance(a, float) else np.array_equal(a, b)) for a, b in pairs)
 
 
-def _passed(
+def passed_by(
     own: Sequence[Any], stages: Sequence[Stage], factors: tuple[Any, ...], outwards: Callable[[Any], Any] | None
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """The moment that each mesh passes (N m, on the crank), summed from the far ends inwards, and K.
@@ -268,7 +268,7 @@ class Moments:
         states = self.steady_states(omega) if states is None else states
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         own = [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
-        return acting, *_passed(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
+        return acting, *passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
 
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
         """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.

@@ -4,30 +4,79 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.numerics import root, summits
+from bondgraph.numerics import root, threshold
+from flywheel.components import press_work
+from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
-from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, periodic
-from flywheel.numerics.cells import Array
+from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, extreme, periodic
+from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.state import DRIVE
+from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import TURN, Scene
+from flywheel.sizing.findings import Finding
 
-_TIGHT, _LOOSE = 1e-10, 1e-8  # tolerances of the steps: of the figures, and of those that they are compared with
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of those that they are compared with
+_FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
 _RATE = 1e-4  # relative, to which the greatest rate is found
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _MOST = 40  # times that a period is lengthened
 _ENOUGH = 100.0  # steps, the errors of which add up
+_NO_CYCLE = (
+    *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
+    *("angle_speed_max", "angle_speed_min", "reduced_inertia", "simulation"),
+)
+_NO_FLYWHEELS = "approximate", "approximate_total", "inertia_torque", "needed"
+_NULL = "a machine that works stroke by stroke has no steady cycle: its crank stands still between strokes"
 _TIME = "time of the stroke"
+_MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
 _SAFETY = 2.0
 _LARGEST = 1e9  # kg m², of a flywheel that is looked for
+
+
+FINDINGS: tuple[Finding, ...] = (
+    Finding("period", "s", "from one engagement of the clutch to the next", words=lambda: _("period")),
+    Finding("rate", "1/s", "strokes a second", words=lambda: _("rate of strokes")),
+    Finding("stroke_time", "s", "from engagement to standstill", words=lambda: _("from engagement to standstill")),
+    Finding("speed_greatest", "rad/s", "of the flywheel's shaft", words=lambda: _("greatest speed of the flywheel")),
+    Finding("speed_least", "rad/s", "of the flywheel's shaft", words=lambda: _("least speed of the flywheel")),
+    Finding("irregularity", "", "(greatest - least)/mean of these two", words=lambda: _("irregularity")),
+    Finding(
+        "recovery_time", "s", "from the least speed until 95 % of its drop is made up", words=lambda: _("recovery time")
+    ),
+    Finding("wheel_energy", "J", "that flywheel and driving side give at most", words=lambda: _("energy from the flywheel")),
+    Finding("slip_time", "s", "how long the clutch slips", words=lambda: _("clutch slips for")),
+    Finding("lock_angle", "rad", "crank angle at which the clutch locks", words=lambda: _("clutch locks at")),
+    Finding("clutch_torque", "N m", "the greatest that the locked clutch passes", words=lambda: _("clutch torque, locked")),
+    Finding("clutch_heat", "J", "of the clutch in a period", words=lambda: _("clutch heat a period")),
+    Finding("clutch_heat_per_hour", "J", "of the clutch", words=lambda: _("clutch heat an hour")),
+    Finding("brake_heat", "J", "of the brake in a period", words=lambda: _("brake heat a period")),
+    Finding("brake_heat_per_hour", "J", "of the brake", words=lambda: _("brake heat an hour")),
+    Finding("brake_angle", "rad", "of the crank from putting the brake on to standstill", words=lambda: _("braking angle")),
+    Finding("stopping_time", "s", "from putting the brake on to standstill", words=lambda: _("stopping time")),
+    Finding("overrun", "rad", "how far past stop_at the crank stands", words=lambda: _("overrun past stop_at")),
+    Finding("holding_torque", "N m", "of the brake at standstill, on its shaft", words=lambda: _("brake torque at rest")),
+    Finding("mean_power", "W", "of the drive", words=lambda: _("mean power of the drive")),
+    Finding("motor_torque_mean", "N m", "of the drive, over time", words=lambda: _("drive torque, mean")),
+    Finding("motor_torque_rms", "N m", "of the drive, over time", words=lambda: _("drive torque, rms")),
+    Finding("motor_torque_peak", "N m", "of the drive, in size", words=lambda: _("drive torque, greatest")),
+    Finding("motor_heat", "W", "of the motor, mean over time", words=lambda: _("motor heat")),
+    Finding("greatest_rate", "1/s", "at which the first load comes to its limit", words=lambda: _("greatest rate")),
+    Finding("energy_residual", "", "drive's work less all heats and works of loads, over the drive's work"),
+)
+"""The figures of a stroke, from which text, page, report and table of the reference are rendered."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +89,9 @@ class SingleStroke:
     greatest torque that it passes while it holds. `clutch_heat` and `brake_heat` are of one period. `brake_angle` is what
     the crank turns from the brake's application to rest, in `stopping_time`; `overrun` how far beyond `stop_at` it rests.
     `recovery_time` is that from the least speed until 95 % of the drop is made up. `greatest_rate` (1/s) is that at which
-    `decides` comes to its limit. `error` holds absolute errors, `shares` the load of what has a limit, over that limit.
+    `decides` comes to its limit. `shares` are loads of what has a limit, over that limit. `error` holds absolute errors,
+    those of `shares` and `energy` under these names, and for `keeps_up` that of the motor's greatest share.
+    `formulas` are what the formulas of presses give for some of the figures (`components.press_work`).
     `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor.
     """
 
@@ -49,10 +100,12 @@ class SingleStroke:
     inertia: float
     given: bool
     figures: Mapping[str, float | bool | str | None]
+    formulas: Mapping[str, float]
     shares: Mapping[str, float]
     energy: Mapping[str, float]
-    error: Mapping[str, float]
+    error: Mapping[str, Any]
     phases: Phases
+    strokes: Strokes = field(repr=False)
 
     def __getattr__(self, name: str) -> Any:
         figures = self.__dict__.get("figures", {})
@@ -65,24 +118,47 @@ class SingleStroke:
         """What is loaded beyond its limit, in words; empty where nothing is."""
         return tuple(f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0)
 
+    def plot(self, path: str | Path | None = None) -> Figure | None:
+        """The picture of `flywheel size --plot`: written into a PNG, SVG or PDF file, or else as a figure of matplotlib."""
+        import flywheel
+
+        if path is None:
+            return flywheel.notebooks.picture(self)
+        flywheel.notebooks.save_picture(self, path)
+        return None
+
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """For JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
         given, exact = (self.inertia, None) if self.given else (None, self.inertia)
-        wheel = {"on": self.on, "inertia": given, "exact": exact}
+        wheel = {"on": self.on, "inertia": given, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
+        off, power = self.error.get("inertia"), self.figures["mean_power"]
+        error = {
+            "exact": None if off is None else off / self.inertia,
+            "power": self.error["mean_power"] / float(power or 1.0),
+        }
         return {
             "title": self.scene.title,
+            "reduction": "crank",
+            "cycle": self.scene.cycle,
+            "speed": None,
+            "speed_asked": self.scene.speed,
+            "irregularity": self.scene.irregularity,
+            "power": power,
+            **dict.fromkeys(_NO_CYCLE),
+            "null_because": _NULL,
             "flywheel": wheel,
             "single_stroke": {
                 **self.figures,
+                "formulas": dict(self.formulas),
                 "shares": dict(self.shares),
                 "energy": dict(self.energy),
                 "verdicts": list(self.verdicts),
             },
-            "error": {"single_stroke": dict(self.error)},
+            "error": {**dict.fromkeys(("simulation", *_NO_CYCLE)), **error, "single_stroke": dict(self.error)},
         }
 
 
-def single_stroke(machine: Machine | Scene) -> SingleStroke:
+def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> SingleStroke:
     """The periodic stroke of a machine with clutch and brake, with its flywheel given, or sized for an irregularity.
 
     While the clutch slips it passes the torque T, whatever the speeds: J1 dw1/dt = M1 - T, J2 dw2/dt = M2 + T, and heats by
@@ -90,6 +166,8 @@ def single_stroke(machine: Machine | Scene) -> SingleStroke:
 
     Args:
         machine: a `Scene` with `[single_stroke]`, or its `Machine`.
+        rtol: relative accuracy asked of every figure but the greatest rate; the scene's own if None. Where it is not
+            reached, the error says so.
 
     Raises:
         SceneError: for a stroke that does not go through, with where and when: a clutch that never locks or slips again, a
@@ -102,23 +180,42 @@ def single_stroke(machine: Machine | Scene) -> SingleStroke:
     check(scene)
     if not scene.has_flywheel:
         raise SceneError([Fault("flywheel", "nothing", "a table with irregularity or inertia")])
+    rtol = float(scene.rtol if rtol is None else rtol)
+    if faults := rtol_faults(rtol):
+        raise SceneError(faults)
+    tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
     with np.errstate(all="ignore"):
-        inertia = scene.inertia if scene.inertia is not None else _sized(scene)
-        tight, loose = (_Run.of(Strokes(scene, inertia, rtol)) for rtol in (_TIGHT, _LOOSE))
-        greatest, decides, off = _greatest_rate(Strokes(scene, inertia, _LOOSE), loose)
+        inertia = scene.inertia if scene.inertia is not None else _sized(scene, tolerance)
+        strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
+        tight, loose = _Run.of(strokes), _Run.of(rougher)
+        greatest, decides, off = _greatest_rate(rougher, loose)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares
-    error = {
-        name: _SAFETY * abs(value - loose.figures[name]) + 1e-13 * abs(value)
-        for name, value in tight.figures.items()
-        if isinstance(value, float) and isinstance(loose.figures[name], float)
-    }
-    error["greatest_rate"] = off
+    error: dict[str, Any] = _off(tight.figures, loose.figures)
+    error |= {"shares": _off(shares, loose.shares), "energy": _off(tight.energy, loose.energy), "greatest_rate": off}
+    if figures["keeps_up"] is not None:
+        error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in shares)
     if scene.inertia is None:
         error["inertia"] = inertia * (_SIZED + _SAFETY * abs(tight.figures["irregularity"] / scene.irregularity - 1.0))
     return SingleStroke(
-        scene, scene.flywheel_on, inertia, scene.inertia is not None, figures, shares, tight.energy, error, tight.phases
+        scene,
+        scene.flywheel_on,
+        inertia,
+        scene.inertia is not None,
+        figures,
+        _by_formulas(strokes, tight),
+        shares,
+        tight.energy,
+        error,
+        tight.phases,
+        strokes,
     )
+
+
+def _off(tight: Mapping[str, Any], loose: Mapping[str, Any]) -> dict[str, float]:
+    """Absolute errors of figures: the difference to a run with a greater tolerance, doubled, and rounding."""
+    pairs = {name: (value, loose[name]) for name, value in tight.items() if isinstance(value, float)}
+    return {name: _SAFETY * abs(one - other) + 1e-13 * abs(one) for name, (one, other) in pairs.items()}
 
 
 # -- the figures of a stroke ------------------------------------------------------------------------------------------
@@ -146,7 +243,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     plan, wheel = strokes.plan, strokes.wheel
     sides = _driving_sides(strokes, found)
     speeds = _speeds(sides)
-    moments, _ = strokes.clutch_torques(found.locked)
+    passed = extreme(found.locked, lambda times, owners: np.abs(strokes.locked_torque(found.locked, times, owners)))[1]
     braking = found.braking
     mean, rms, peak = _motor_torques(strokes, sides, found.period)
     heat = _motor_heat(strokes, sides, found.period)
@@ -160,7 +257,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "irregularity": speeds.irregularity,
         "slip_time": found.lock_time,
         "lock_angle": found.lock_angle,
-        "clutch_torque": float(np.max(np.abs(moments))),
+        "clutch_torque": passed,
         "clutch_heat": energy["clutch_heat"],
         "clutch_heat_per_hour": energy["clutch_heat"] * hours,
         "brake_heat": energy["brake_heat"],
@@ -170,6 +267,8 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "overrun": found.rest - plan.stop_at - plan.continuous * TURN,
         "stroke_time": found.stop_time,
         "recovery_time": _recovery(sides, speeds, found),
+        "wheel_energy": 0.5 * _driving_inertia(strokes) * (found.driving.start.omega**2 - speeds.least**2),
+        "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / found.period,
         "motor_torque_mean": mean,
         "motor_torque_rms": rms,
@@ -177,6 +276,148 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "motor_heat": heat,
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
+
+
+# -- the course of a period --------------------------------------------------------------------------------------------
+
+
+class Course(NamedTuple):
+    """A period at times (s), each jump twice: before it and behind it. Works (J) count from the engagement of the clutch.
+
+    `driving` is the speed of the clutch's shaft, `crank` that of the crank as if at that shaft (rad/s), `phi` the crank
+    angle (rad). `clutch` is the torque that the clutch gives to the crank, `brake` that of the brake on its shaft, at rest
+    the one that it holds with, `drive` that of the drive at its own shaft (N m). `drive_work` is what the drive has given,
+    `wheel_work` what the inertia of the driving side has given of its kinetic energy.
+    """
+
+    time: Array
+    phi: Array
+    driving: Array
+    crank: Array
+    clutch: Array
+    brake: Array
+    drive: Array
+    drive_work: Array
+    wheel_work: Array
+
+
+_SIDE = 1e-9  # of a period: how far beside a jump a course is taken
+_GAUSS_POINTS = 4  # between neighbouring times of a course
+
+
+def course(found: SingleStroke, count: int) -> Course:
+    """The course of a period, at about so many times, ends of phases among them."""
+    strokes, phases = found.strokes, found.phases
+    lock, release, brake, stop = phases.lock_time, phases.release_time, phases.brake_time, phases.stop_time
+    trails = (phases.slipping, 0.0), (phases.locked, lock), (phases.coasting, release), (phases.braking, brake)
+    switches = np.concatenate([begin + _switches(trail) for trail, begin in trails if trail is not None])
+    ends = np.unique(np.concatenate((switches, [0.0, lock, release, brake, stop, phases.period])))
+    ends = ends[np.diff(ends, prepend=-1.0) > _SIDE * phases.period]
+    shares = np.sqrt(np.diff(ends))  # short parts get more than their share
+    points = 2 + np.round(count * shares / shares.sum()).astype(int)
+    parts = [np.linspace(low, high, n) for low, high, n in zip(ends[:-1], ends[1:], points.tolist(), strict=True)]
+    time = np.concatenate(parts)
+    side = _SIDE * phases.period
+    inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
+    phi, crank = _crank(strokes, phases, inside)
+    driving = _driving_speeds(strokes, phases, inside)
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    half = 0.5 * np.diff(time)[:, None]
+    between = (0.5 * (time[:-1] + time[1:])[:, None] + half * nodes).ravel()
+    ratio = _motor_ratio(strokes)
+    speeds = ratio * _driving_speeds(strokes, phases, between)
+    power = (_torque(strokes, speeds) * speeds).reshape(half.shape[0], -1)
+    drive_work = np.concatenate(([0.0], np.cumsum((half * weights * power).sum(axis=1))))
+    inertia = _driving_inertia(strokes)
+    return Course(
+        time,
+        phi,
+        driving,
+        strokes.ratio * crank,
+        _clutch_torque(strokes, phases, inside),
+        _brake_torque(strokes, phases, inside),
+        _torque(strokes, ratio * driving),
+        drive_work,
+        0.5 * inertia * (driving[0] ** 2 - driving**2),
+    )
+
+
+def _switches(trail: Trail) -> Array:
+    """The times (s) within a motion at which its laws change."""
+    pairs = zip(trail.stretches[:-1], trail.stretches[1:], strict=True)
+    return np.array([one.step.end for one, other in pairs if one.anchor != other.anchor], dtype=float)
+
+
+def _driving_inertia(strokes: Strokes) -> float:
+    """All that turns on the driving side (kg m² at the clutch's shaft), its flywheel included."""
+    return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
+
+
+def _along(times: Array, *parts: tuple[Trail | None, float, float, float]) -> Array:
+    """Rows of states at times (s) by motions, each from one time to another, with a factor of its speeds."""
+    states = np.zeros((2, times.size))
+    for trail, begin, end, factor in parts:
+        mine = (times >= begin) & (times <= end)
+        if trail is not None and mine.any():
+            states[:, mine] = trail.states(times[mine] - begin)[:2] * np.array([[1.0], [factor]])
+    return states
+
+
+def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """Speed (rad/s) of the clutch's shaft."""
+    lock, release = phases.lock_time, phases.release_time
+    sides = (phases.locked, lock, release, strokes.ratio), (phases.recovery, release, math.inf, 1.0)
+    speeds: Array = _along(times, (phases.driving, 0.0, lock, 1.0), *sides)[1]
+    return speeds
+
+
+def _crank(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """Crank angle (rad) and speed (rad/s): two rows."""
+    lock, release, brake, stop = phases.lock_time, phases.release_time, phases.brake_time, phases.stop_time
+    sides = (phases.coasting, release, brake, 1.0), (phases.braking, brake, stop, 1.0)
+    states = _along(times, (phases.slipping, 0.0, lock, 1.0), (phases.locked, lock, release, 1.0), *sides)
+    states[0, times > stop] = phases.rest
+    return states
+
+
+def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """The torque (N m) that the clutch gives to the driven side."""
+    slips, locked = times < phases.lock_time, (times >= phases.lock_time) & (times < phases.release_time)
+    found, rise = np.zeros(times.size), strokes.clutch.rise
+    found[slips] = strokes.clutch.torque * (np.minimum(1.0, times[slips] / rise) if rise > 0.0 else 1.0)
+    if locked.any():
+        mine = times[locked] - phases.lock_time
+        found[locked] = strokes.locked_torque(phases.locked, mine, phases.locked.owners(mine))
+    return found
+
+
+def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """The torque (N m) of the brake on its shaft: against the motion, and at rest what it holds with."""
+    brake, found = strokes.brake, np.zeros(times.size)
+    since, released = times - phases.brake_time, times < min(brake.fall, phases.lock_time)
+    acts = (since >= 0.0) & (times <= phases.stop_time)
+    found[acts] = -brake.torque * (np.minimum(1.0, since[acts] / brake.rise) if brake.rise > 0.0 else 1.0)
+    found[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
+    found[released] = -brake.torque * (1.0 - times[released] / brake.fall) if brake.fall > 0.0 else 0.0
+    return found
+
+
+def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
+    """Figures by the formulas of presses: a clutch alone against inertias, then the work as a blow from the flywheel."""
+    inertia, speed = _driving_inertia(strokes), run.phases.driving.start.omega
+    clutch, energy, period = strokes.clutch, max(run.energy["loads"], 0.0), run.phases.period
+    behind = float(strokes.driven.at(run.phases.slipping.start.phi, run.phases.slipping.start.phi, 0.0).inertia)
+    joined = press_work.engage(inertia, speed, behind / strokes.ratio**2, torque=clutch.torque)
+    press = press_work.press_cycle(energy, period, 0.0)
+    at_once = joined.time or 0.0  # of a torque without a rise; the impulse is the same with one
+    slip = at_once + 0.5 * clutch.rise if at_once >= 0.5 * clutch.rise else math.sqrt(2.0 * at_once * clutch.rise)
+    found = {"clutch_heat": joined.heat, "slip_time": slip}
+    found |= {"wheel_energy": press.given, "mean_power": press.power}
+    try:
+        stroke = press_work.single_stroke(inertia, speed, energy, behind / strokes.ratio**2)
+    except SceneError:  # the formula lets the wheel stop
+        return found
+    return found | {"speed_least": stroke.speed * strokes.wheel}
 
 
 _Side = tuple[Trail, float, float]
@@ -200,24 +441,6 @@ def _until(trail: Trail, end: float) -> Trail:
     return trail._replace(stretches=tuple(kept))
 
 
-def _extreme(trail: Trail, sign: float, factor: float) -> tuple[float, float]:
-    """Time (s) and value of the greatest (sign 1) or least (-1) speed of a motion."""
-    times, owners = trail.within(NODES)
-    speeds = sign * trail.states(times, owners)[1]
-    best = int(speeds.argmax())
-    mine = np.flatnonzero(owners == owners[best])
-    low, high = times[max(best - 1, mine[0])], times[min(best + 1, mine[-1])]
-
-    def values(grid: Array) -> Array:
-        return np.asarray(sign * trail.states(grid.ravel(), np.full(grid.size, owners[best]))[1].reshape(grid.shape))
-
-    finer = summits(values, np.array([low]), np.array([high]), 9, 12)
-    place, height = float(finer.place[0]), float(finer.value[0])
-    if speeds[best] >= height:
-        place, height = float(times[best]), float(speeds[best])
-    return place, sign * height * factor
-
-
 class _Speeds(NamedTuple):
     """Greatest and least speed (rad/s) of the clutch's shaft in a period, and when (s) it is least."""
 
@@ -233,10 +456,15 @@ class _Speeds(NamedTuple):
 
 def _speeds(sides: list[_Side]) -> _Speeds:
     """The extremes of the driving side's speed."""
-    greatest = max(_extreme(trail, 1.0, factor)[1] for trail, factor, _ in sides)
-    bottoms = [(_extreme(trail, -1.0, factor), begin) for trail, factor, begin in sides]
-    least, when = min((speed, time + begin) for (time, speed), begin in bottoms)
+    greatest = max(extreme(trail, _speed(trail, factor))[1] for trail, factor, _ in sides)
+    bottoms = [(extreme(trail, _speed(trail, -factor)), begin) for trail, factor, begin in sides]
+    least, when = min((-speed, time + begin) for (time, speed), begin in bottoms)
     return _Speeds(greatest, least, when)
+
+
+def _speed(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
+    """The speed (rad/s) of a motion at times, times a factor."""
+    return lambda times, owners: trail.states(times, owners)[1] * factor
 
 
 def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
@@ -265,7 +493,7 @@ def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
 def _gauss(sides: list[_Side], ratio: float) -> tuple[Array, Array]:
     """Speeds of the motor (rad/s) over a period, and what each weighs (s); `ratio`: of its speed over the clutch shaft's."""
     speeds, weights = list[Array](), list[Array]()
-    for trail, factor, _ in sides:
+    for trail, factor, _begin in sides:
         times, owners, lasting = trail.gauss()
         speeds.append(trail.states(times, owners)[1] * factor * ratio)
         weights.append(lasting)
@@ -293,9 +521,12 @@ def _motor_torques(strokes: Strokes, sides: list[_Side], period: float) -> tuple
     ratio = _motor_ratio(strokes)
     speeds, weights = _gauss(sides, ratio)
     torques = _torque(strokes, speeds)
-    extremes = [_extreme(trail, sign, factor)[1] * ratio for trail, factor, _ in sides for sign in (1.0, -1.0)]
-    tops = np.abs(np.concatenate([torques, _torque(strokes, np.array(extremes))]))
-    return float(weights @ torques) / period, math.sqrt(float(weights @ torques**2) / period), float(tops.max())
+
+    def size(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
+        return lambda times, owners: np.abs(_torque(strokes, trail.states(times, owners)[1] * factor * ratio))
+
+    peak = max(extreme(trail, size(trail, factor))[1] for trail, factor, _ in sides)
+    return float(weights @ torques) / period, math.sqrt(float(weights @ torques**2) / period), peak
 
 
 def _motor_heat(strokes: Strokes, sides: list[_Side], period: float) -> float | None:
@@ -317,9 +548,10 @@ def _motor_shares(strokes: Strokes, rms: float, heat: float | None) -> dict[str,
     motor = strokes.scene.motor
     if motor is None or motor.rated is None:
         return {}
-    found = {"motor torque": rms / motor.rated.torque}
+    torque, warmth = _MOTOR_SHARES
+    found = {torque: rms / motor.rated.torque}
     if heat is not None:
-        found["motor heat"] = heat / float(motor.total_heat(np.array(motor.rated.speed)))
+        found[warmth] = heat / float(motor.total_heat(np.array(motor.rated.speed)))
     return found
 
 
@@ -333,6 +565,7 @@ def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict
             shares[f"{name} heat a stroke"] = figures[f"{name}_heat"] / part.heat_per_stroke
         if part.heat_per_hour is not None:
             shares[f"{name} heat an hour"] = figures[f"{name}_heat_per_hour"] / part.heat_per_hour
+    shares["brake at rest"] = figures["holding_torque"] / brake.torque
     shares[_TIME] = found.stop_time / found.period
     return shares
 
@@ -383,7 +616,7 @@ def clutch_heat(strokes: Strokes, driving: Trail, slipping: Trail) -> float:
 _SIZED = 1e-8  # relative, to which a flywheel is found
 
 
-def _sized(scene: Scene) -> float:
+def _sized(scene: Scene, tolerance: float) -> float:
     """The smallest flywheel (kg m² at its own shaft) with which the irregularity is that asked for."""
     asked = scene.irregularity
     if asked is None:
@@ -395,7 +628,7 @@ def _sized(scene: Scene) -> float:
     def above(inertia: float) -> float:
         """The irregularity beyond what is asked, relative; infinite where the stroke does not go through."""
         if inertia not in known:
-            tried = Strokes(scene, inertia, _TIGHT)
+            tried = Strokes(scene, inertia, tolerance)
             try:
                 found = periodic(tried, guess=begin[0] if begin else None)
             except SceneError as error:
@@ -406,7 +639,7 @@ def _sized(scene: Scene) -> float:
                 known[inertia] = _speeds(_driving_sides(tried, found)).irregularity / asked - 1.0
         return known[inertia]
 
-    strokes = Strokes(scene, 1.0, _LOOSE)
+    strokes = Strokes(scene, 1.0, tolerance)
     own = float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
     low = high = max(own, crank / strokes.ratio**2) / strokes.wheel**2
@@ -424,23 +657,12 @@ def _sized(scene: Scene) -> float:
         low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
         if high / low < 1.0 + _SIZED:
             return high
-    return _secant(above, low, high)
 
+    def within(place: float) -> float:
+        over = above(1.0 / place)
+        return over if abs(over) > _SIZED else 0.0
 
-def _secant(value: Callable[[float], float], low: float, high: float) -> float:
-    """The place at which a falling value of a positive number is 0, by 1/x, to a relative width."""
-    of_low, of_high = value(low), value(high)
-    for _ in range(60):
-        share = of_low / (of_low - of_high)
-        middle = 1.0 / (1.0 / low + share * (1.0 / high - 1.0 / low))
-        found = value(middle)
-        if abs(found) <= _SIZED or high / low - 1.0 <= _SIZED:
-            return middle
-        if found > 0.0:
-            low, of_low, of_high = middle, found, 0.5 * of_high
-        else:
-            high, of_high, of_low = middle, found, 0.5 * of_low
-    return high
+    return 1.0 / root(within, 1.0 / low, 1.0 / high)  # the irregularity is nearly a straight line of 1/inertia
 
 
 def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
@@ -465,22 +687,14 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     over, name = worst(0.0)
     if over <= 0.0:
         least = periodic(strokes, 0.0, run.phases).period
-        return count / least, _TIME, _SAFETY * _ENOUGH * _LOOSE * count / least
+        return count / least, _TIME, _SAFETY * _ENOUGH * strokes.rtol * count / least
     low, high = run.phases.stop_time, run.phases.period
-    for _ in range(_MOST):
+    for _each in range(_MOST):
         if worst(high)[0] <= 0.0:
             break
         low, high = high, 1.5 * high
     else:
         return 0.0, worst(high)[1], 0.0
-    while high / low - 1.0 > _RATE:
-        (of_low, _), (of_high, _) = worst(low), worst(high)
-        share = 0.5 if math.isinf(of_low) else min(max(of_low / (of_low - of_high), 0.05), 0.95)
-        middle = low + share * (high - low)
-        found, name = worst(middle)
-        if abs(found) <= _RATE:
-            low = high = middle
-        else:
-            low, high = (middle, high) if found > 0.0 else (low, middle)
-    name = worst(low)[1]
-    return count / high, name, count / low - count / high + 2.0 * _RATE * count / high
+    high = threshold(lambda each: worst(each)[0] <= 0.0, low, high, _RATE * low)
+    name = known[max(each for each in known if each < high)][1]  # just beyond its limit
+    return count / high, name, 2.0 * _RATE * count / high

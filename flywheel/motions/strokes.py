@@ -10,17 +10,17 @@ that return, by Newton's method.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from bondgraph.numerics import root
+from bondgraph.numerics import root, summits
 from flywheel.machine.dynamics import NODES, Dynamics, Start, Trail
-from flywheel.machine.machine import Machine
-from flywheel.numerics.cells import Array
+from flywheel.machine.machine import Anchor, Machine
+from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.free_motion import Goal, follow, neighbours, straight
@@ -32,6 +32,7 @@ _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
 _BACKWARDS = 1e-6  # of the typical speed: a crank that turns back by this falls back
 _MOST_STEPS = 25  # of Newton's method
+_TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
@@ -48,7 +49,8 @@ class Phases(NamedTuple):
     `driving` is the driving side while the clutch slips (its position is not that of the crank) and `recovery` from the
     release of the clutch on; `slipping` is the driven side until the clutch locks, `locked` the whole machine until its
     release, `coasting` the driven side until the brake acts (None where it acts at once), `braking` until it stands
-    still. `slopes` are the derivatives of speed and angle after a stroke by those before it.
+    still. `resting` is M* where the crank then
+    stands (N m). `slopes` are the derivatives of speed and angle after a stroke by those before it.
     """
 
     driving: Trail
@@ -62,6 +64,7 @@ class Phases(NamedTuple):
     brake_time: float
     stop_time: float
     period: float
+    resting: float
     slopes: Array | None = None
 
     @property
@@ -239,7 +242,7 @@ class Strokes:
         lock_time = float(slipping.t[-1])
         locked = self._locked(_last(slipping), lock_time)
         release_time = lock_time + float(locked.t[-1])
-        coasting, braking, brake_time = self._stop(_last(locked), release_time)
+        coasting, braking, brake_time, resting = self._stop(_last(locked), release_time)
         stop_time = brake_time + float(braking.t[-1])
         lasting = self._period(stop_time) if period is None else period or stop_time
         if lasting < stop_time:
@@ -252,9 +255,8 @@ class Strokes:
             found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
             expected = "a motor that brings the flywheel back to its speed"
             raise SceneError([Fault("drive", found, expected, "a stronger motor")])
-        return Phases(
-            driving, slipping, locked, coasting, braking, recovery, lock_time, release_time, brake_time, stop_time, lasting
-        )
+        trails = driving, slipping, locked, coasting, braking, recovery
+        return Phases(*trails, lock_time, release_time, brake_time, stop_time, lasting, resting)
 
     def _period(self, stop_time: float) -> float:
         if self.plan.rate is not None:
@@ -341,29 +343,29 @@ class Strokes:
 
     def _check_grip(self, locked: Trail, time: float) -> None:
         """Refuse a clutch that would slip again while it is locked."""
-        moments, times = self.clutch_torques(locked)
-        top = int(np.argmax(np.abs(moments)))
-        if abs(moments[top]) > self.clutch.static_torque:
-            phi = float(locked.states(times[top : top + 1])[0, 0])
-            found = f"a clutch that holds {self.clutch.static_torque:.5g} N m and would have to pass {moments[top]:.5g} N m"
-            found += f" at {_at(phi)}, {time + times[top]:.4g} s after it engaged: it slips again"
+        when, most = extreme(locked, lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))
+        if most > self.clutch.static_torque:
+            phi = float(locked.states(np.array([when]))[0, 0])
+            found = f"a clutch that holds {self.clutch.static_torque:.5g} N m and would have to pass {most:.5g} N m"
+            found += f" at {_at(phi)}, {time + when:.4g} s after it engaged: it slips again"
             key = "torque" if self.clutch.static_torque == self.clutch.torque else "static_torque"
             path = f"shafts.{self.clutch.on}.clutch.{key}"
             advice = "a larger clutch, or more inertia on the driven side; a second slip is not followed"
             raise SceneError([Fault(path, found, "a clutch that holds through the work", advice)])
 
-    def clutch_torques(self, locked: Trail) -> tuple[Array, Array]:
-        """The torque (N m) that the locked clutch passes, and its times (s): what its shaft has over to give."""
-        times, owners = locked.within(NODES)
-        found = [np.zeros(0)]
-        for _, states, here in locked.along(times, owners):
-            alpha = self.whole.at_many(*here).acceleration * self.ratio
-            one = [self.driving.at(math.pi, math.pi, float(omega), 0.0) for omega in states[1] * self.ratio]
-            found.append(np.array([now.moment - now.inertia * a for now, a in zip(one, alpha, strict=True)]))
-        return np.concatenate(found), times
+    def locked_torque(self, locked: Trail, times: Array, owners: Index) -> Array:
+        """The torque (N m) that the locked clutch passes at times (s): what its driving side does not need for itself."""
+        found = np.zeros(times.size)
+        for portion, states, here in locked.along(times, owners):
+            alpha = self.whole.at_many(*here).acceleration
+            at = np.full(alpha.size, math.pi)
+            found[portion] = self.driving.surplus(
+                at, Anchor(math.pi, None, None), self.ratio * states[1], 0.0 * at, self.ratio * alpha
+            )
+        return found
 
-    def _stop(self, begin: tuple[float, float], time: float) -> tuple[Trail | None, Trail, float]:
-        """The driven side from the release of the clutch until the crank stands still, and when the brake is put on (s)."""
+    def _stop(self, begin: tuple[float, float], time: float) -> tuple[Trail | None, Trail, float, float]:
+        """The driven side until the crank stands still, when the brake is put on (s), and M* where it then stands (N m)."""
         coasting = None
         if begin[0] < self.brakes_at:
             goals = [straight("brake", 0, self.brakes_at, -1.0), straight("stop", 1, 0.0, 1.0)]
@@ -387,7 +389,32 @@ class Strokes:
             found = f"{torque} that does not hold the crank at {_at(rest)}, where M* = {held.moment:.5g} N m on the crank"
             advice = "a larger torque, a counterbalance, or another stop_at"
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
-        return coasting, braking, time
+        return coasting, braking, time, held.moment
+
+
+def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float, float]:
+    """Time (s) and size of the greatest value along a motion, by its dense output.
+
+    `value` is that at times (s) and the stretches that they lie in. All tops among instants within each step are refined,
+    each between its neighbours of the same step.
+    """
+    times, owners = trail.within(NODES)
+    values = value(times, owners).reshape(len(trail.stretches), -1)
+    times = times.reshape(values.shape)
+    walled = np.pad(values, ((0, 0), (1, 1)), constant_values=-np.inf)
+    tops = (values >= walled[:, :-2]) & (values >= walled[:, 2:])
+    tops &= values >= values.max() - _TOPS * (values.max() - values.min())
+    step, k = np.nonzero(tops)
+    low, high = times[step, np.maximum(k - 1, 0)], times[step, np.minimum(k + 1, times.shape[1] - 1)]
+
+    def along(grid: Array) -> Array:
+        return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
+
+    finer = summits(along, low, high, 9, 12)
+    best, sample = int(finer.value.argmax()), int(values.argmax())
+    if values.flat[sample] >= finer.value[best]:
+        return float(times.flat[sample]), float(values.flat[sample])
+    return float(finer.place[best]), float(finer.value[best])
 
 
 def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None = None) -> Phases:

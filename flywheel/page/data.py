@@ -16,20 +16,24 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
+from flywheel.motions.single_stroke import single_stroke
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import diagrams, sketch
 from flywheel.pictures.diagrams import DIAGRAMS, QUANTITIES
-from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of
+from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of, part_of_stroke
 from flywheel.scene.linkage import FRAME
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
+from flywheel.tables.strokes import blocks
 from flywheel.tables.summary import summary
 
 Array = NDArray[np.float64]
 
-PANELS = ("mechanism", *DIAGRAMS)
+PANELS_OF_STROKE = "mechanism", "single_stroke"
+PANELS = ("mechanism", *(key for key in DIAGRAMS if key not in PANELS_OF_STROKE))
 _DIGITS = 7  # of numbers while a hand moves
+_QUICK = 1e-4  # relative accuracy of a stroke while a hand moves
 
 
 def answer(
@@ -52,14 +56,26 @@ def answer(
 
     """
     view = {} if view is None else view
-    sizing, machine, faults = _sized(subject, rest)
-    scene = sizing.scene if sizing is not None else machine.scene if machine is not None else _scene_of(subject)
-    wanted = [panel for panel in PANELS if panel in view.get("panels", PANELS)]
+    scene = _scene_of(subject)
+    stroke, sizing, machine, faults = None, None, None, list[Fault]()
+    panels_there = PANELS if scene.single_stroke is None else PANELS_OF_STROKE
+    if scene.single_stroke is None:
+        sizing, machine, faults = _sized(subject, rest)
+    else:
+        try:
+            stroke = single_stroke(scene, None if rest else _QUICK)
+        except SceneError as error:
+            faults = list(error.faults)
+    wanted = [panel for panel in panels_there if panel in view.get("panels", panels_there)]
     digits = None if rest else _DIGITS
     panels: dict[str, Any] = {}
     why: dict[str, str] = {}
     with np.errstate(all="ignore"):
-        part = part_of(scene, machine, sizing, RESTING if rest else MOVING, view, rest=rest)
+        count = RESTING if rest else MOVING
+        if stroke is not None:
+            part = part_of_stroke(stroke, count, view, rest=rest)
+        else:
+            part = part_of(scene, machine, sizing, count, view, rest=rest)
         forces = diagrams.forces_of(part) if "reactions" in wanted or view.get("kind") == QUANTITIES[3] else ""
         for panel in wanted:
             made = _mechanism(scene, part.axis) if panel == "mechanism" else diagrams.made(part, panel, forces)
@@ -70,14 +86,14 @@ def answer(
     return {
         "title": scene.title or "",
         "cycle": scene.cycle,
-        "driver": _driver(scene),
+        "driver": _driver(scene, None if stroke is None else stroke.phases.period),
         "phi": _plain(part.axis.shown, digits) if scene.areas is None else [],
-        "numbers": _numbers(sizing, units, rest),
+        "numbers": _numbers(sizing, units, rest) if stroke is None else [each.as_dict() for each in blocks(stroke, units)],
         "figures": list(panels),
         "titles": {"mechanism": _("Mechanism")} | {panel: kind.title() for panel, kind in DIAGRAMS.items()},
         "views": _views(panels.get("motion")),
         "why": why,
-        "later": [panel for panel in PANELS if panel not in wanted],
+        "later": [panel for panel in panels_there if panel not in wanted],
         "faults": faults,
         **{panel: _finite(made, digits) for panel, made in panels.items()},
     }
@@ -108,8 +124,8 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
     """The page of answers, as rows; while a hand moves without what a second route says, as none has been taken yet."""
     if sizing is None:
         return []
-    blocks = summary(sizing, units, motions=rest)
-    return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in blocks]
+    found = summary(sizing, units, motions=rest)
+    return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in found]
 
 
 def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
@@ -121,12 +137,12 @@ def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
     return {"kinds": list(kinds), "of": of, "chosen": {"kind": motion["quantity"], "of": motion["of"]}}
 
 
-def _driver(scene: Scene) -> dict[str, Any]:
-    """Motion of the driver: through a cycle, or from one end of a stroke to the other, in rad or m."""
-    sliding = scene.reduction_element == "slide"
+def _driver(scene: Scene, period: float | None) -> dict[str, Any]:
+    """What diagrams are over: a cycle or a stroke of the driver, in rad or m; stroke by stroke a period, in s."""
+    if period is not None:
+        return {"kind": "time", "stroke": False, "from": 0.0, "to": period, "backwards": False}
     return {
-        "kind": "length" if sliding else "angle",
-        "sliding": sliding,
+        "kind": "length" if scene.reduction_element == "slide" else "angle",
         "stroke": scene.stroke is not None,
         "from": scene.origin,
         "to": scene.origin + scene.cycle,

@@ -18,7 +18,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import has_joints
 from flywheel.numerics.faults import SceneError
-from flywheel.pictures import joint_curves, noun, samples, written
+from flywheel.pictures import joint_curves, noun, samples, strokes, written
 from flywheel.pictures.forms import (
     Curve,
     Diagram,
@@ -880,6 +880,7 @@ DIAGRAMS: dict[str, Kind] = {
     "power_flow": Kind(lambda: _("Power flow"), _power_flow),
     "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
     "motion": Kind(lambda: _("Motion"), _motion),
+    "single_stroke": Kind(lambda: _("One stroke over time"), strokes.diagram),
 }
 """Every diagram of a scene, in the order of the page."""
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from flywheel import language
 from flywheel.machine.machine import Machine
+from flywheel.motions.single_stroke import Course, SingleStroke, course
 from flywheel.pictures import samples, written
 from flywheel.pictures.samples import Samples
 from flywheel.regime import turning_moment
@@ -77,6 +78,15 @@ class Level(NamedTuple):
     name: str
 
 
+class Band(NamedTuple):
+    """A stretch of the axis, over the whole height of a row."""
+
+    low: float
+    high: float
+    name: str
+    colour: str
+
+
 class Row(NamedTuple):
     """One pair of axes: over the driver, or over numbered areas or crossings (`ticks`, "A" or "S")."""
 
@@ -96,6 +106,7 @@ class Row(NamedTuple):
     fills: tuple[Fill, ...] = ()
     marks: tuple[Mark, ...] = ()
     levels: tuple[Level, ...] = ()
+    bands: tuple[Band, ...] = ()
     areas: tuple[str, ...] = ()  # words of the numbered areas of the figures
     dots: tuple[tuple[float, float], ...] = ()
     dots_name: str = ""
@@ -126,17 +137,21 @@ class Diagram(NamedTuple):
         """The figures, and beside them how they are drawn, as plain mappings and lists."""
         rows = [row._asdict() for row in self.rows]
         for row in rows:
-            for key in ("curves", "fills", "marks", "levels"):
+            for key in ("curves", "fills", "marks", "levels", "bands"):
                 row[key] = [part._asdict() for part in row[key]]
         drawing = {"title": self.title, "about": self.about, "remarks": self.remarks, "form": self.form, "rows": rows}
         return self.figures | {"diagram": drawing}
 
 
 class Axis(NamedTuple):
-    """Positions of the driver (rad or m): as they are shown, and as they are evaluated, beside a jump."""
+    """Positions of the driver (rad or m): as they are shown, and as they are evaluated, beside a jump.
+
+    Stroke by stroke times (s) are shown, and the positions there are evaluated; `unit` is that of what is shown.
+    """
 
     shown: Array
     taken: Array
+    unit: str = "rad"
 
 
 class Part(NamedTuple):
@@ -149,6 +164,8 @@ class Part(NamedTuple):
     view: Mapping[str, Any] = {}
     rest: bool = True
     samples: Samples | None = None
+    stroke: SingleStroke | None = None
+    course: Course | None = None
 
 
 def part_of(
@@ -163,6 +180,15 @@ def part_of(
     """Positions over the cycle or stroke of a scene, about so many, and the turning moment at them."""
     axis = _axis(scene, machine, sizing, count)
     return Part(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
+
+
+def part_of_stroke(
+    found: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
+) -> Part:
+    """A period of a machine that works stroke by stroke, at about so many times."""
+    along = course(found, count)
+    axis = Axis(along.time, along.phi, "s")
+    return Part(found.scene, None, None, axis, view or {}, rest, stroke=found, course=along)
 
 
 # -- the axis ------------------------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.kinematics import Kinematics
     from flywheel.motions.motion import Motion, Transient
+    from flywheel.motions.single_stroke import SingleStroke
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import PowerFlow, Sizing, Sizings
@@ -289,7 +290,7 @@ _SHOWN: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: 
 }
 
 
-def picture(sizing: Sizing) -> Figure:
+def picture(result: Sizing | SingleStroke) -> Figure:
     """The picture of `flywheel size --plot` as a figure of matplotlib."""
     from matplotlib import rc_context
 
@@ -297,7 +298,7 @@ def picture(sizing: Sizing) -> Figure:
     from flywheel.pictures.sizing import draw
 
     with rc_context(STYLE):
-        return draw(sizing)
+        return draw(result)
 
 
 def power_picture(flow: PowerFlow, at: float | None = None) -> Figure:
@@ -307,11 +308,12 @@ def power_picture(flow: PowerFlow, at: float | None = None) -> Figure:
     return draw(flow, at)
 
 
-def save_picture(result: Sizing | Sweep | PowerFlow, path: str | Path, at: float | None = None) -> None:
+def save_picture(result: Sizing | SingleStroke | Sweep | PowerFlow, path: str | Path, at: float | None = None) -> None:
     """The picture of a result, written into a file: PNG, SVG or PDF, as its ending says; of a power flow `at` an angle."""
+    from flywheel.motions.single_stroke import SingleStroke
     from flywheel.sizing.results import PowerFlow, Sizing
 
-    if isinstance(result, Sizing):
+    if isinstance(result, Sizing | SingleStroke):
         from flywheel.pictures.sizing import plot
 
         plot(result, path)

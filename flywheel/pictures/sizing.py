@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from flywheel import pictures
 from flywheel.language import text as _
-from flywheel.pictures import figures, written
+from flywheel.motions.single_stroke import SingleStroke
+from flywheel.pictures import figures, strokes, written
 from flywheel.pictures.diagrams import (
     DIAGRAMS,
     MOST_AREAS,
@@ -31,7 +32,7 @@ from flywheel.pictures.diagrams import (
     made,
 )
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
-from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of
+from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of, part_of_stroke
 from flywheel.pictures.samples import roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
@@ -52,17 +53,22 @@ _LINE_LENGTH = 60  # letters of a sentence that stands for a panel
 _STEP = 30.0  # deg between two marks of the loop
 
 
-def plot(sizing: Sizing, path: str | Path) -> None:
+def plot(result: Sizing | SingleStroke, path: str | Path) -> None:
     """Draws a sizing into a file: PNG (1600 x 1600 pixels), SVG or PDF, as its ending says; the same one every time.
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """
     with rc_context(STYLE):
-        figures.save(draw(sizing), path)
+        figures.save(draw(result), path)
 
 
-def draw(sizing: Sizing) -> Figure:
-    """The figure with its panels in two columns, not yet written anywhere."""
+def draw(result: Sizing | SingleStroke) -> Figure:
+    """The figure with its panels, not yet written anywhere."""
+    return _draw_stroke(result) if isinstance(result, SingleStroke) else _draw_sizing(result)
+
+
+def _draw_sizing(sizing: Sizing) -> Figure:
+    """The panels of a sizing in two columns."""
     sheet = figures.figure(12.8, 12.8, headline(sizing), apart=0.1)
     halves = GridSpec(1, 2, figure=sheet)
     part = part_of(sizing.scene, sizing.machine, sizing)
@@ -77,6 +83,21 @@ def draw(sizing: Sizing) -> Figure:
         rows |= mine
     order = [*PANELS, *(key for key in rows if key not in PANELS)]
     _fill(part, sheet, {key: sheet.add_subplot(places[key]) for key in order}, rows)
+    return sheet
+
+
+def _draw_stroke(found: SingleStroke) -> Figure:
+    """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
+    part = part_of_stroke(found)
+    diagram = strokes.diagram(part)
+    assert isinstance(diagram, Diagram)
+    heights = [row.height for row in diagram.rows]
+    sheet = figures.figure(10.0, sum(heights), " ".join(printable(found.scene.title or "").split()), apart=0.1)
+    panels = sheet.subplots(len(heights), 1, height_ratios=heights)
+    for axes, row in zip(panels, diagram.rows, strict=True):
+        later = draw_row(axes, part, diagram, row)
+        if later is not None:
+            sheet.later.append(later)
     return sheet
 
 
@@ -194,10 +215,12 @@ def _fill(
 
 def draw_row(panel: Axes, part: Part, diagram: Diagram, row: Row) -> Later:
     """Draws a row of any diagram: its fills, curves, bars or points, levels, marks and notes."""
-    across = {"A": _("area"), "S": _("crossing")}.get(row.ticks, _("crank angle φ, deg"))
+    turns = part.axis.unit == "rad"
+    along = _("crank angle φ, deg") if turns else _("time t, s")
+    across = {"A": _("area"), "S": _("crossing")}.get(row.ticks, along)
     less = f" − {written(row.factor * row.origin, 6)} {row.unit}" if row.origin else ""
     name_axes(panel, row.title, across, f"{row.label}{less}, {row.unit}")
-    x = np.degrees(part.axis.shown)
+    x = np.degrees(part.axis.shown) if turns else part.axis.shown
     curves = {curve.of: row.factor * (diagram.values(curve.of) - row.origin) for curve in row.curves}
     for level in row.levels:
         low, high = (row.factor * (value - row.origin) for value in (level.low, level.high))
@@ -205,12 +228,17 @@ def draw_row(panel: Axes, part: Part, diagram: Diagram, row: Row) -> Later:
             panel.axhline(low, color=GREY, lw=0.9, ls="-.", label=level.name)
         else:
             panel.axhspan(low, high, color="#E8E8E8", zorder=0.5, label=level.name)
+    for band in row.bands:
+        panel.axvspan(band.low, band.high, color=COLOURS[band.colour], alpha=0.25, lw=0, zorder=0.6, label=band.name)
     if row.ticks:
         _draw_numbered(panel, diagram, row, curves)
     else:
         _draw_curves(panel, diagram, row, x, curves)
-        angle_axis(panel, float(np.degrees(part.scene.cycle)))
-    later = _draw_marks(panel, row, x, curves)
+        if turns:
+            angle_axis(panel, float(np.degrees(part.scene.cycle)))
+        else:
+            panel.set_xlim(x[0], x[-1])
+    later = _draw_marks(panel, row, x, curves, turns=turns)
     for note in row.notes:
         panel.plot([], [], " ", label=note)
     if row.span is not None:
@@ -287,11 +315,11 @@ def _draw_numbered(panel: Axes, diagram: Diagram, row: Row, curves: Mapping[str,
     panel.set_xticks(shown, [f"{row.ticks}{k}" for k in shown])
 
 
-def _draw_marks(panel: Axes, row: Row, x: Array, curves: Mapping[str, Array]) -> Later:
+def _draw_marks(panel: Axes, row: Row, x: Array, curves: Mapping[str, Array], *, turns: bool) -> Later:
     """Triangles at extremes, their words beside them, or in the legend where places are numbers."""
 
     def spot(mark: Mark) -> tuple[float, float]:
-        at = mark.at if row.ticks else float(np.degrees(mark.at))
+        at = float(np.degrees(mark.at)) if turns and not row.ticks else mark.at
         return at, row.factor * (mark.value - row.origin)
 
     end = next(iter(curves.values())).size - 1 if row.ticks else float(x[-1])

@@ -8,7 +8,10 @@ from flywheel.mechanisms import KINDS
 
 __all__ = ["kinds", "starter", "write_starter"]
 
-_MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "press-drive", "shaper", "pump", "compressor", "engine")
+_MACHINES = (
+    *("mechanism", "rotor", "areas", "press", "motor-press", "press-drive", "single-stroke"),
+    *("shaper", "pump", "compressor", "engine"),
+)
 
 
 def kinds() -> list[str]:

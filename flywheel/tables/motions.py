@@ -16,7 +16,6 @@ from flywheel.motions.kinematics import Centres, Extreme, InstantCentres, Kinema
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants
-from flywheel.motions.single_stroke import SingleStroke
 from flywheel.motions.transients import estimates, of_samples
 from flywheel.numerics.units import columns, figure, short
 from flywheel.tables.rows import DEGREES, RPM, csv, encoded, page, sentences, wrapped
@@ -643,50 +642,3 @@ def transient_json(transient: Transient, points: int, breaks: bool = False) -> s
     columns = {name: column for name, column in samples._asdict().items() if name != "states"} | (samples.states or {})
     data = {**transient.as_dict(), "errors": errors, "samples": columns, "stores": stores}
     return encoded(data, indent=2)
-
-
-# -- stroke by stroke --------------------------------------------------------------------------------------------------
-
-_STROKE = (  # words, figure, factor and unit in which it is shown
-    ("period", "period", 1.0, "s"),
-    ("rate", "rate", 60.0, "1/min"),
-    ("from engagement to standstill", "stroke_time", 1.0, "s"),
-    ("greatest speed of the flywheel", "speed_greatest", RPM, "rpm"),
-    ("least speed", "speed_least", RPM, "rpm"),
-    ("irregularity", "irregularity", 1.0, ""),
-    ("recovery time", "recovery_time", 1.0, "s"),
-    ("clutch slips for", "slip_time", 1.0, "s"),
-    ("clutch locks at", "lock_angle", DEGREES, "deg"),
-    ("greatest torque when locked", "clutch_torque", 1.0, "N m"),
-    ("clutch heat", "clutch_heat", 1.0, "J a stroke"),
-    ("clutch heat an hour", "clutch_heat_per_hour", 1e-3, "kJ"),
-    ("brake heat", "brake_heat", 1.0, "J a stroke"),
-    ("brake heat an hour", "brake_heat_per_hour", 1e-3, "kJ"),
-    ("braking angle", "brake_angle", DEGREES, "deg"),
-    ("stopping time", "stopping_time", 1.0, "s"),
-    ("overrun past stop_at", "overrun", DEGREES, "deg"),
-    ("mean power of the drive", "mean_power", 1.0, "W"),
-    ("drive torque, rms", "motor_torque_rms", 1.0, "N m"),
-    ("drive torque, greatest", "motor_torque_peak", 1.0, "N m"),
-    ("motor heat", "motor_heat", 1.0, "W"),
-    ("greatest rate", "greatest_rate", 60.0, "1/min"),
-)
-
-
-def stroke_text(found: SingleStroke) -> str:
-    """The periodic stroke of a machine with clutch and brake, for reading."""
-    rows = [("flywheel", figure(found.inertia, found.error.get("inertia", 0.0), 6), f"kg m^2 on {found.on}")]
-    for words, name, factor, unit in _STROKE:
-        value = found.figures[name]
-        if isinstance(value, float):
-            rows.append((words, figure(factor * value, factor * found.error.get(name, 0.0), 5), unit))
-    shares = [(name, figure(100.0 * share, 0.0, 4), "%") for name, share in found.shares.items()]
-    limit = wrapped(f"At {figure(60.0 * found.greatest_rate, 0.0, 4)} strokes a minute {found.decides} decides.", "")
-    ends = [f"Beyond its limit: {verdict}" for verdict in found.verdicts] or ["Nothing is loaded beyond its limit."]
-    blocks = [
-        wrapped(found.scene.title or "Machine that works stroke by stroke", ""),
-        columns(rows),
-        ["Loads over their limits", *columns(shares)],
-        [*limit, *ends],
-    ]
-    return page(blocks)

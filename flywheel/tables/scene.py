@@ -11,7 +11,18 @@ from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.units import figure
 from flywheel.scene.linkage import Linkage, offered
-from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table, Transmission
+from flywheel.scene.scene import (
+    Body,
+    Brake,
+    Clutch,
+    Law,
+    Load,
+    Mechanism,
+    Scene,
+    SingleStroke,
+    Table,
+    Transmission,
+)
 from flywheel.tables.rows import DEGREES, SI, TradeUnits, wrapped
 
 _MOST_ROWS = 6  # rows of one kind
@@ -83,7 +94,32 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
         yield Part("damper", _("damper"), _on(d.on), str(units.read(d.coefficient, kind)))
     if scene.drive is not None:
         yield Part("drive", _("drive"), _on(scene.drive.on), _load(scene.drive, scene, units))
+    if scene.single_stroke is not None:
+        yield from _clutch_and_brake(scene.single_stroke, units)
     yield Part("runs", _("runs"), "", ", ".join([*running(scene, units), *_flywheel(scene, units)]))
+
+
+def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[Part]:
+    """Torque, angle and times of both."""
+    clutch, brake = plan.clutch, plan.brake
+    words = {"torque": units.read(clutch.torque, "torque"), "angle": units.read(clutch.disengage, "angle")}
+    told = [_("{torque}, released at {angle}", **words)]
+    if clutch.static_torque != clutch.torque:
+        told.append(_("holds {torque}", torque=units.read(clutch.static_torque, "torque")))
+    yield Part("clutch", _("clutch"), _on(clutch.on), ", ".join([*told, *_ramps(clutch, units)]))
+    words = {"torque": units.read(brake.torque, "torque"), "angle": units.read(brake.engage, "angle")}
+    told = [_("{torque}, put on at {angle}", **words)]
+    yield Part("brake", _("brake"), _on(brake.on), ", ".join([*told, *_ramps(brake, units)]))
+
+
+def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
+    """Times of a clutch or brake, and what heat it bears."""
+    for seconds, words in ((part.rise, _("builds up in {time} ms")), (part.fall, _("lets go in {time} ms"))):
+        if seconds:
+            yield words.format(time=number(figure(1e3 * seconds, most=_DIGITS)))
+    for heat, words in ((part.heat_per_stroke, _("bears {heat} a stroke")), (part.heat_per_hour, _("bears {heat} an hour"))):
+        if heat is not None:
+            yield words.format(heat=units.read(heat, "energy"))
 
 
 def _on(place: str) -> str:
@@ -196,6 +232,8 @@ def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
             return [ends]
         speed = units.read(scene.stroke.speed, "velocity" if scene.stroke.sliding else "angular_speed")
         return [_("{ends} at {speed}", ends=ends, speed=speed)]
+    if scene.single_stroke is not None:
+        return list(_strokes(scene.single_stroke, units))
     if scene.speed is not None:
         words = [_("crank at {speed}", speed=units.read(scene.speed, "speed", 4))]
     else:
@@ -203,6 +241,17 @@ def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
     if scene.areas is None and abs(scene.cycle * DEGREES - 360) > 1e-6:
         words.append(_("cycle {angle}", angle=units.read(scene.cycle, "angle")))
     return words
+
+
+def _strokes(plan: SingleStroke, units: TradeUnits) -> Iterator[str]:
+    """How strokes follow one another."""
+    if plan.rate is not None:
+        yield _("{rate} strokes a minute", rate=number(figure(60.0 * plan.rate, most=_DIGITS)))
+    if plan.idle is not None:
+        yield _("{time} s at rest between strokes", time=number(figure(plan.idle, most=_DIGITS)))
+    if plan.continuous > 1:
+        yield _("{n} in a row", n=plan.continuous)
+    yield _("stops at {angle}", angle=units.read(plan.stop_at, "angle"))
 
 
 def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:

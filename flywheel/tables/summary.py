@@ -20,6 +20,7 @@ from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.numerics.cells import TIE
 from flywheel.numerics.units import columns, figure
+from flywheel.scene.scene import Scene
 from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, shown
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
@@ -98,9 +99,13 @@ def _title(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def _machine(sizing: Sizing, units: TradeUnits) -> Block:
+    return machine_block(sizing.scene, units)
+
+
+def machine_block(scene: Scene, units: TradeUnits) -> Block:
     """Input summary: parts that are alike in one row."""
     rows = []
-    for alike in _alike(part for part in parts(sizing.scene, units) if part.kind != "runs"):
+    for alike in _alike(part for part in parts(scene, units) if part.kind != "runs"):
         first = alike[0]
         if first.kind == "mechanism":
             told = f"{first.head}{_at_phases(alike)}: {first.told}"
@@ -109,11 +114,11 @@ def _machine(sizing: Sizing, units: TradeUnits) -> Block:
         else:
             heads = ", ".join(part.head for part in alike if part.head)
             rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
-    if sizing.scene.gravity is not None and any(sizing.scene.gravity):
-        x, y = sizing.scene.gravity
+    if scene.gravity is not None and any(scene.gravity):
+        x, y = scene.gravity
         size, angle = (number(figure(value, most=6)) for value in (hypot(x, y), atan2(y, x) * DEGREES))
         rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on every body with mass", size=size, angle=angle)))
-    return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(sizing.scene, units)))))
+    return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(scene, units)))))
 
 
 def _at_phases(alike: list[Part]) -> str:
@@ -640,7 +645,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
     """
     blocks = summary(sizing, units)
-    lines = _page(blocks)
+    lines = lines_of(blocks)
     for long, short in _shorter(sizing, units):
         if len(lines) <= _MOST:
             break
@@ -651,9 +656,9 @@ def text(sizing: Sizing, units: str = "si") -> str:
             )
             for block in blocks
         )
-        lines = _page(blocks)
+        lines = lines_of(blocks)
     if len(lines) > _MOST:
-        lines = _page(blocks, max(_LEAST - len(lines) + _MOST, 1))
+        lines = lines_of(blocks, max(_LEAST - len(lines) + _MOST, 1))
     return "\n".join(lines) + "\n"
 
 
@@ -671,7 +676,7 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
         yield _("mean of both"), ""
 
 
-def _page(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
+def lines_of(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
     """The lines of all blocks, the machine's in what the others leave of the page, so many lines at least."""
     labels = [len(row.label) for block in blocks for row in block.rows if block.name != "machine"]
     width = max([_LABELS, *labels])
@@ -686,7 +691,7 @@ def _page(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
     return lines
 
 
-_GAPS = {"flywheel", "drive"}  # blocks with an empty line before them
+_GAPS = {"flywheel", "stroke", "clutch", "drive", "shares", "formulas"}  # blocks with an empty line before them
 _LABELS, _FIGURES = 18, 12  # columns of labels, at least, and of figures with their units
 
 
@@ -723,7 +728,7 @@ def _machine_lines(block: Block, most: int) -> list[str]:
     """The parts of the machine in at most so many lines; what finds no place there is counted."""
     width = min(max(len(row.label) for row in block.rows), _LABELS)
 
-    def lines_of(row: Row, most: int = 1000) -> list[str]:
+    def in_lines(row: Row, most: int = 1000) -> list[str]:
         """A row in at most so many lines, the pieces that find no place counted."""
         pieces = row.value.split("; ")
         for shown in range(len(pieces), 0, -1):
@@ -734,7 +739,7 @@ def _machine_lines(block: Block, most: int) -> list[str]:
         return lines
 
     for longest in (1000, 2, 1):
-        shown = [lines_of(row, longest) for row in block.rows]
+        shown = [in_lines(row, longest) for row in block.rows]
         if sum(map(len, shown)) <= most:
             return [line for lines in shown for line in lines]
     count = len(block.rows) - 1

@@ -12,8 +12,9 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel import SceneError
 from flywheel.cli import main
-from flywheel.motions.single_stroke import clutch_heat
+from flywheel.motions.single_stroke import clutch_heat, course
 from flywheel.motions.strokes import Strokes, periodic
+from flywheel.page import data
 from flywheel.reference import text
 
 TURN = 2 * math.pi
@@ -152,7 +153,12 @@ def test_it_is_what_stroke_after_stroke_comes_to():
 def test_the_flywheel_of_an_irregularity_has_it():
     sized = flywheel.single_stroke(rotor(flywheel__inertia=None, flywheel__irregularity=0.3))
     assert sized.irregularity == pytest.approx(0.3, rel=1e-6)
-    assert sized.as_dict()["flywheel"] == {"on": "wheel", "inertia": None, "exact": sized.inertia}
+    wheel = sized.as_dict()["flywheel"]
+    assert {key: wheel[key] for key in ("on", "inertia", "exact")} == {
+        "on": "wheel",
+        "inertia": None,
+        "exact": sized.inertia,
+    }
     again = flywheel.single_stroke(rotor(flywheel__inertia=sized.inertia))
     assert again.irregularity == pytest.approx(0.3, rel=1e-6)
 
@@ -256,8 +262,76 @@ def test_the_press_of_the_reference(tmp_path):
     assert figures["period"] == 3.0
     assert abs(figures["energy_residual"]) < 1e-7
     assert found["error"]["single_stroke"].keys() <= figures.keys()
+    assert found["simulation"] is None
+    assert "no steady cycle" in found["null_because"]
     assert {f"`{name}`" for name in figures} <= set(re.findall(r"`\w+`", text("single-stroke")))
     shown = CliRunner().invoke(main, ["size", str(scene)])
-    assert re.search(r"overrun past stop_at +-19\.87 +deg", shown.stdout)
-    refused = CliRunner().invoke(main, ["size", str(scene), "--full"])
-    assert (refused.exit_code, "--full does not apply" in refused.stderr) == (2, True)
+    assert re.search(r"overrun past stop_at +-19\.870 deg", shown.stdout)
+    full = CliRunner().invoke(main, ["size", str(scene), "--full", "--rtol", "1e-6"]).stdout
+    assert [key for key in figures if key not in ("formulas", "shares", "energy", "verdicts") and key not in full] == []
+    spanish = CliRunner().invoke(main, ["size", str(scene), "--language", "es", "--units", "us", "--rtol", "1e-6"]).stdout
+    assert re.search(r"par del embrague acoplado +326,46 lbf ft", spanish)
+    refused = CliRunner().invoke(main, ["size", str(scene), "--explain"])
+    assert (refused.exit_code, "--explain does not apply" in refused.stderr) == (2, True)
+
+
+# -- curves, pictures, the live page -----------------------------------------------------------------------------------
+
+
+def test_a_course_is_the_motion_with_both_sides_of_every_jump():
+    found = flywheel.single_stroke(rotor())
+    along = course(found, 400)
+    assert (np.diff(along.time) >= 0.0).all()
+    assert along.drive_work[-1] == pytest.approx(found.energy["motor"], rel=1e-10)
+    assert along.wheel_work.max() == pytest.approx(found.wheel_energy, rel=1e-7)
+    assert along.wheel_work[-1] == pytest.approx(0.0, abs=1e-6 * found.wheel_energy)
+    locked = (along.time > found.slip_time) & (along.time < found.phases.release_time)
+    assert along.crank[locked] == pytest.approx(along.driving[locked], rel=1e-12)
+    assert along.clutch[along.time < found.slip_time] == pytest.approx(CLUTCH)
+    assert np.abs(along.clutch[locked]).max() == pytest.approx(found.clutch_torque, rel=1e-6)
+    jump = np.flatnonzero((np.diff(along.time) == 0.0) & (np.abs(np.diff(along.clutch)) > 20.0))
+    assert along.phi[jump] == pytest.approx([*found.phases.lock_angle * np.ones(1), 120 * DEGREE, 200 * DEGREE], abs=1e-6)
+
+
+@pytest.mark.parametrize("efficiency", [1.0, 0.8])
+def test_the_clutch_passes_what_the_driven_side_takes(efficiency):
+    scene = flywheel.load(ROTOR).with_(
+        {
+            "shafts.motor": {"on": "wheel", "ratio": 2.0, "efficiency": efficiency},
+            "drive": {"on": "motor", "torque": "2*(80 - omega)"},
+            "inertia.1": {"on": "motor", "value": 0.05},
+        }
+    )
+    found = flywheel.single_stroke(scene)
+    locked, times = found.phases.locked, np.linspace(0.01, 0.99, 25) * found.phases.locked.t[-1]
+    phi, omega, _ = locked.states(times)
+    load = np.where((phi > 120 * DEGREE) & (phi < 200 * DEGREE), 150.0, 0.0)
+    motor = 2 * (80 - 2 * RATIO * omega)  # passes what is left of it forwards or, braking, more of it backwards
+    own, whole = 0.05 * 2 * RATIO, J_CRANK + J_WHEEL * RATIO**2
+    for eta in (efficiency, 1 / efficiency):
+        alpha = (2 * RATIO * eta * motor - load) / (whole + 2 * RATIO * eta * own)
+        fits = (motor - own * alpha) * (1 if eta <= 1 else -1) >= 0.0
+        torque = (J_CRANK * alpha + load) / RATIO
+        assert found.strokes.locked_torque(locked, times, locked.owners(times))[fits] == pytest.approx(
+            torque[fits], rel=1e-8
+        )
+
+
+def test_formulas_are_those_of_the_motion_where_nothing_else_acts():
+    found = flywheel.single_stroke(rotor(drive__torque="0.01*(40 - omega)", load=None, single_stroke__rate="1 1/min"))
+    assert found.formulas["clutch_heat"] == pytest.approx(found.clutch_heat, rel=2e-3)
+    assert found.formulas["slip_time"] == pytest.approx(found.slip_time, rel=2e-3)
+
+
+def test_the_picture_is_drawn_and_the_page_has_it_over_time(tmp_path):
+    found = flywheel.single_stroke(rotor(), 1e-6)
+    found.plot(tmp_path / "stroke.svg")
+    assert "the clutch slips" in (tmp_path / "stroke.svg").read_text()
+    page = data.answer(rotor(), rest=False)
+    assert page["driver"] == {"kind": "time", "stroke": False, "from": 0.0, "to": 1.5, "backwards": False}
+    assert page["figures"] == ["mechanism", "single_stroke"]
+    assert page["why"] == {}
+    assert len(page["single_stroke"]["clutch"]) == len(page["phi"])
+    stalled = data.answer(rotor(load__0__torque=-3000.0, shafts__wheel__clutch__static_torque=9e9))
+    assert stalled["figures"] == ["mechanism"]
+    assert "stalls" in stalled["faults"][0].found

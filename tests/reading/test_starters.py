@@ -10,6 +10,7 @@ from flywheel.starters import kinds, starter, write_starter
 
 ONE_WAY = ["toggle-clamp"]
 ALONE = ["mechanism"]
+BY_CLUTCH = ["single-stroke"]
 
 
 def test_there_is_one_for_every_type():
@@ -20,7 +21,7 @@ def test_all_but_the_one_way_ones_have_a_cycle():
     assert [kind for kind in kinds() if load(starter(kind)).stroke is not None] == ONE_WAY
 
 
-@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY + ALONE])
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY + ALONE + BY_CLUTCH])
 def test_starters_can_be_sized_as_they_are(kind):
     scene = load(starter(kind))
     result = flywheel.size(scene, simulate=False)
@@ -28,6 +29,13 @@ def test_starters_can_be_sized_as_they_are(kind):
     assert result.flywheel.exact > 0
     assert result.reached
     assert scene.title
+
+
+@pytest.mark.parametrize("kind", BY_CLUTCH)
+def test_starters_with_a_clutch_go_through_their_stroke(kind):
+    found = flywheel.single_stroke(load(starter(kind)), 1e-6)
+    assert found.keeps_up
+    assert found.verdicts == ()
 
 
 def test_a_mechanism_alone_has_no_idle_tables():

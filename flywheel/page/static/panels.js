@@ -23,7 +23,7 @@ let hidden = new Set(remembered("hidden", []));
 let answer = null;
 let bodies = []; // of the mechanisms: their order gives their colours
 let units = "si";
-let driver = { turns: true, least: 0, span: TURN, unit: "deg", scale: DEGREE };
+let driver = { returns: true, pace: TURN / SECONDS, still: STILL_STEP, least: 0, span: TURN, unit: "deg", scale: DEGREE };
 let at = 0;
 let frame = 0;
 let before = 0;
@@ -54,9 +54,9 @@ export function move(phi) {
 }
 
 function within(phi) {
-  const { turns, least, span } = driver;
+  const { returns, least, span } = driver;
   const past = phi < least || phi > least + span;
-  return turns && past ? least + ((((phi - least) % span) + span) % span) : Math.min(Math.max(phi, least), least + span);
+  return returns && past ? least + ((((phi - least) % span) + span) % span) : Math.min(Math.max(phi, least), least + span);
 }
 
 function tell() {
@@ -85,10 +85,10 @@ function run(now) {
   const passed = (now - before) / 1000;
   const pace = Number(byId("pace").value);
   if (!still.matches) {
-    advance((Math.min(passed, 0.1) * pace * (driver.turns ? TURN : driver.span)) / SECONDS);
+    advance(Math.min(passed, 0.1) * pace * driver.pace);
     before = now;
   } else if (passed * pace > STILL_SECONDS) {
-    advance(driver.turns ? STILL_STEP : driver.span / 24);
+    advance(driver.still);
     before = now;
   }
   frame = requestAnimationFrame(run);
@@ -133,11 +133,19 @@ export function showPanels(given, system, whole = false) {
 }
 
 function span() {
-  const { sliding = false, stroke = false, from = 0, to = answer.cycle } = answer.driver ?? {};
-  driver = { turns: !sliding && !stroke, least: from, span: to - from || TURN, unit: sliding ? "mm" : "deg", scale: sliding ? 1e-3 : DEGREE };
-  const step = sliding ? driver.span / driver.scale / 1000 : 0.5;
+  const { kind = "angle", stroke = false, from = 0, to = answer.cycle } = answer.driver ?? {};
+  const length = to - from || TURN;
+  const { unit, scale, name } = {
+    angle: { unit: "deg", scale: DEGREE, name: text("Crank angle") },
+    length: { unit: "mm", scale: 1e-3, name: text("Position of the driver") },
+    time: { unit: "s", scale: 1, name: text("Time") },
+  }[kind];
+  const turns = kind === "angle" && !stroke;
+  const pace = kind === "time" ? 1 : (turns ? TURN : length) / SECONDS; // a second of time takes a second
+  driver = { returns: turns || kind === "time", pace, still: turns ? STILL_STEP : length / 24, least: from, span: length, unit, scale };
+  const step = kind === "angle" ? 0.5 : length / scale / 1000;
   Object.assign(byId("angle-range"), { min: driver.least / driver.scale, max: (driver.least + driver.span) / driver.scale, step });
-  byId("cursor-name").textContent = sliding ? text("Position of the driver") : text("Crank angle");
+  byId("cursor-name").textContent = name;
   byId("angle-unit").textContent = driver.unit;
 }
 

@@ -86,6 +86,7 @@ function entriesOf(rows, read, driver, phi) {
   for (const row of rows) {
     if (!driver) entries.push(...row.curves.filter(({ name }) => name).map((curve) => ({ ...curve, mark: disc })));
     entries.push(...row.fills.map((fill) => ({ name: fill.name, colour: fill.colour, fill: FILL })));
+    entries.push(...row.bands.filter(({ name }) => entries.every((entry) => entry.name !== name)).map(({ name, colour }) => ({ name, colour, fill: FILL })));
     entries.push(...row.levels.map(({ low, high, name }) => (low === high ? { name, colour: "muted", line: 1, dash: "8 3 1 3" } : { name, colour: "grid", fill: 1 })));
     if (row.dots.length) entries.push({ name: row.dots_name, colour: "ink", mark: disc });
   }
@@ -108,7 +109,7 @@ function drawnRow(children, row, { X, left, right, top, phi, driver, data, tools
   const Y = (value) => scale.at(value * row.unit.factor);
   const place = { X, Y, xs: row.ticks ? [] : phi.map(X), top, bottom, left, right, phi, driver, free: clear(), tools };
   if (!row.ticks) children.push(...gridOf(driver, place));
-  children.push(...row.levels.flatMap((level) => levelOf(level, place)));
+  children.push(...row.bands.map((band) => bandOf(band, place)), ...row.levels.flatMap((level) => levelOf(level, place)));
   const dots = [];
   if (row.ticks) children.push(...numberedOf(row, place, count));
   else {
@@ -132,6 +133,11 @@ function drawnRow(children, row, { X, left, right, top, phi, driver, data, tools
 
 function lineAt(y, left, right, attributes) {
   return node("line", { x1: round(left), x2: round(right), y1: round(y), y2: round(y), ...attributes });
+}
+
+/** A stretch of the axis over the whole height. */
+function bandOf({ low, high, colour }, { X, top, bottom }) {
+  return node("rect", { x: round(X(low)), y: top, width: round(X(high) - X(low)), height: bottom - top, fill: paint(colour), "fill-opacity": FILL });
 }
 
 /** A band between two values, or a line at one. */

@@ -51,7 +51,7 @@ export function mechanismIn(host, answer, tools) {
     const title = text("Mechanism");
     svg.replaceChildren(node("title", { id: `${name}-title` }, title), node("desc", { id: `${name}-about` }, aboutOf(views, tools)), ...children);
     setAll(slider, {
-      "aria-label": driver.sliding ? text("Position of the driver: drag a body, or use the arrow keys") : text("Crank angle: drag a body, or use the arrow keys"),
+      "aria-label": { m: text("Position of the driver: drag a body, or use the arrow keys"), rad: text("Crank angle: drag a body, or use the arrow keys"), s: text("Time: drag a body, or use the arrow keys") }[driver.si],
       "aria-valuemin": shown(driver, driver.least), "aria-valuemax": shown(driver, driver.greatest),
     });
     move(state.at);
@@ -74,7 +74,7 @@ export function mechanismIn(host, answer, tools) {
 
   slider.addEventListener("keydown", (event) => {
     const { driver } = state;
-    const small = driver.sliding || !driver.cyclic ? (driver.greatest - driver.least) / 100 : (STEP * Math.PI) / 180;
+    const small = !driver.turns || !driver.cyclic ? (driver.greatest - driver.least) / 100 : (STEP * Math.PI) / 180;
     const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 15, PageDown: -15 };
     const far = event.shiftKey ? 10 : 1;
     if (event.altKey || event.ctrlKey || event.metaKey) return;
@@ -225,7 +225,7 @@ function nearestAlong(phi, points, [x, y], at, driver) {
   for (let k = 1; k < phi.length; k++) {
     let away = Math.abs(phi[k] - at);
     if (driver.cyclic) away = Math.min(away, span - away);
-    if (away > WINDOW * Math.min(span, driver.sliding || !driver.cyclic ? 5 * span : 2 * Math.PI)) continue;
+    if (away > WINDOW * Math.min(span, !driver.turns || !driver.cyclic ? 5 * span : 2 * Math.PI)) continue;
     const [ax, ay] = points[k - 1];
     const [bx, by] = [points[k][0] - ax, points[k][1] - ay];
     const long = bx * bx + by * by;

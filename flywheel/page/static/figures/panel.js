@@ -74,26 +74,27 @@ function padding(host) {
 
 // -- the driver's coordinate ------------------------------------------------------------------------------------------
 
-/** How positions of the driver are told: in degrees, or in mm where it slides. */
+/** How positions of the driver are told: in degrees, in mm where it slides; stroke by stroke times are told. */
 export function driverOf(answer, { text }) {
-  const { sliding, stroke } = answer.driver;
+  const { kind, stroke } = answer.driver;
+  const kinds = {
+    angle: { unit: "°", sign: "°", factor: 180 / Math.PI, symbol: "φ", name: text("crank angle"), si: "rad" },
+    length: { unit: "mm", sign: " mm", factor: 1000, symbol: "x", name: text("position of the driver"), si: "m" },
+    time: { unit: "s", sign: " s", factor: 1, symbol: "t", name: text("time"), si: "s" },
+  };
   return {
+    ...kinds[kind],
     cyclic: !stroke,
-    sliding,
-    unit: sliding ? "mm" : "°",
-    factor: sliding ? 1000 : 180 / Math.PI,
-    symbol: sliding ? "x" : "φ",
-    name: sliding ? text("position of the driver") : text("crank angle"),
-    si: sliding ? "m" : "rad",
+    turns: kind === "angle",
     least: answer.driver.from,
     greatest: answer.driver.to,
   };
 }
 
 /** A position of the driver in words. */
-export function placeOf(driver, at, { number }, places = 1) {
+export function placeOf(driver, at, { number }, places = driver.si === "s" ? 3 : 1) {
   const value = (at * driver.factor).toFixed(places).replace("-", "−");
-  return `${number(value)}${driver.sliding ? " mm" : "°"}`;
+  return `${number(value)}${driver.sign}`;
 }
 
 /** Positions (SI) at which an axis of the driver has ticks: whole parts of a turn, or round numbers of mm. */
@@ -102,7 +103,7 @@ export function driverTicks(driver, width) {
   const span = (driver.greatest - driver.least) * driver.factor;
   const most = Math.max(Math.floor(width / 46), 2);
   const ten = 10 ** Math.floor(Math.log10(span / most));
-  const steps = driver.sliding || span < 30 ? [1, 2, 5, 10, 20].map((part) => part * ten) : [5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 2880, 5760];
+  const steps = !driver.turns || span < 30 ? [1, 2, 5, 10, 20].map((part) => part * ten) : [5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 2880, 5760];
   const step = steps.find((each) => span / each <= most) ?? steps[steps.length - 1];
   const found = [];
   for (let k = Math.ceil(least / step - 1e-9); k * step <= least + span * (1 + 1e-9); k++) found.push((k * step) / driver.factor);

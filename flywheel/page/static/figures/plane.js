@@ -7,7 +7,7 @@ const NEAR = 9; // px: marks closer than that are told together
 /** Positions of the driver (SI) to be marked: every 30°, wider in a long cycle; tenths of a stroke. */
 export function marksOf(driver) {
   const span = driver.greatest - driver.least;
-  const step = driver.sliding || !driver.cyclic ? span / 10 : (Math.PI / 6) * Math.max(Math.ceil(span / (2 * Math.PI) - 1e-9), 1);
+  const step = !driver.turns || !driver.cyclic ? span / 10 : (Math.PI / 6) * Math.max(Math.ceil(span / (2 * Math.PI) - 1e-9), 1);
   const count = Math.round(span / step);
   return Array.from({ length: driver.cyclic ? count : count + 1 }, (_, k) => driver.least + k * step);
 }
@@ -72,7 +72,7 @@ export function planeMarks(marks, at, driver, free, number, { colour = "blue", b
 /** Positions of one place: 30°, or 30–150°. */
 function together(positions, driver, step) {
   const written = (value) => String(Number((value * driver.factor).toFixed(1))).replace("-", "−");
-  const sign = driver.sliding ? "" : "°";
+  const sign = driver.turns ? "°" : "";
   const row = positions.every((each, k) => k === 0 || Math.abs(each - positions[k - 1] - step) < 1e-6);
   if (row && positions.length > 2) return `${written(positions[0])}–${written(positions[positions.length - 1])}${sign}`;
   const shown = positions.slice(0, 4).map(written).join(", ");

@@ -1,0 +1,136 @@
+"""What a machine that works stroke by stroke does, as blocks of rows: the summary, the live page, and every figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from flywheel.language import number
+from flywheel.language import text as _
+from flywheel.motions.single_stroke import FINDINGS, SingleStroke
+from flywheel.numerics.units import columns, figure
+from flywheel.sizing.findings import KINDS, Finding
+from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, page, printable
+from flywheel.tables.scene import scene_rows
+from flywheel.tables.summary import Block, Row, lines_of, machine_block
+
+_OF_STROKE = (
+    "period",
+    "rate",
+    "stroke_time",
+    "speed_greatest",
+    "speed_least",
+    "irregularity",
+    "wheel_energy",
+    "recovery_time",
+)
+_OF_CLUTCH = (
+    *("slip_time", "lock_angle", "clutch_torque", "clutch_heat", "clutch_heat_per_hour", "brake_angle", "stopping_time"),
+    *("overrun", "holding_torque", "brake_heat", "brake_heat_per_hour"),
+)
+_OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")
+_BY_KEY = {one.key: one for one in FINDINGS}
+_PERCENT = 100.0
+
+
+def share_name(name: str) -> str:
+    """The name of a load over its limit in the language in use."""
+    return {
+        "motor torque": _("motor torque"),
+        "motor heat": _("motor heat"),
+        "clutch torque": _("clutch torque"),
+        "clutch heat a stroke": _("clutch heat a stroke"),
+        "clutch heat an hour": _("clutch heat an hour"),
+        "brake heat a stroke": _("brake heat a stroke"),
+        "brake heat an hour": _("brake heat an hour"),
+        "brake at rest": _("brake at rest"),
+        "time of the stroke": _("time of the stroke"),
+    }.get(name, name)
+
+
+def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown:
+    """A figure to five digits in the units of the trade: angles in degrees, rates a minute."""
+    if one.unit in KINDS or one.unit == "rad":
+        return system.shown(value, KINDS.get(one.unit, "angle"), error)
+    factor, unit = (60.0, "1/min") if one.unit == "1/s" else (1.0, one.unit)
+    return Shown(five_digits(factor * value, factor * error), unit)
+
+
+def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
+    """The summary, in the language in use."""
+    system = SYSTEMS[units]
+
+    def rows(keys: Iterable[str]) -> Iterator[Row]:
+        for key in keys:
+            value = found.figures[key]
+            if isinstance(value, float):
+                yield Row(_BY_KEY[key].name, *shown(_BY_KEY[key], value, found.error.get(key, 0.0), system))
+
+    title = printable(found.scene.title or "").strip() or _("Machine that works stroke by stroke")
+    return (
+        Block("title", title),
+        machine_block(found.scene, system),
+        _flywheel(found, system),
+        Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
+        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH))),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(_decides(found),)),
+        _shares(found),
+        _formulas(found, system),
+    )
+
+
+def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
+    inertia = system.shown(found.inertia, "inertia", found.error.get("inertia", 0.0))
+    given = _("given") if found.given else _("sized")
+    return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), (Row(_("inertia"), *inertia, given),))
+
+
+def _decides(found: SingleStroke) -> str:
+    rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
+    return _("At {rate} strokes a minute {what} decides.", rate=rate, what=share_name(found.decides))
+
+
+def _shares(found: SingleStroke) -> Block:
+    """Loads over their limits, and what is beyond."""
+    rows = [
+        Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * found.error["shares"][name]), "%")
+        for name, share in found.shares.items()
+    ]
+    beyond = ", ".join(share_name(name) for name, share in found.shares.items() if share > 1.0)
+    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else _("Nothing is loaded beyond its limit.")
+    return Block("shares", _("Loads over their limits"), tuple(rows), sentences=(verdict,))
+
+
+def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
+    """The formulas of presses beside what the motion gives."""
+    table = []
+    for key, value in found.formulas.items():
+        one, exact = _BY_KEY[key], float(found.figures[key] or 0.0)
+        off = f"{100.0 * (value / exact - 1.0):+.3g} %" if exact else ""
+        cells = shown(one, value, 0.0, system), shown(one, exact, found.error.get(key, 0.0), system)
+        table.append((one.name, *map(str, cells), number(off)))
+    header = ("", _("by formula"), _("in the motion"), _("difference"))
+    sentence = _("The formulas know the work of the loads alone: no heat of clutch and brake, no drive within the stroke.")
+    title = _("Formulas of presses beside the motion")
+    return Block("formulas", title, header=header, table=tuple(table), sentences=(sentence,))
+
+
+def text(found: SingleStroke, units: str = "si") -> str:
+    """The summary in 80 columns."""
+    return "\n".join(lines_of(blocks(found, units), 40)) + "\n"
+
+
+def full(found: SingleStroke) -> str:
+    """Every figure with the digits that its error leaves, in SI and in English."""
+    rows = [("flywheel", figure(found.inertia, found.error.get("inertia", 0.0)), f"kg m² on {found.on}")]
+    for one in FINDINGS:
+        value = found.figures[one.key]
+        if isinstance(value, float):
+            rows.append((one.key, figure(value, found.error.get(one.key, 0.0)), one.unit))
+    rows += [(key, str(found.figures[key]), "") for key in ("keeps_up", "decides")]
+    energies = [(key, figure(value, found.error["energy"][key]), "J") for key, value in found.energy.items()]
+    shares = [(key, figure(value, found.error["shares"][key]), "") for key, value in found.shares.items()]
+    formulas = [(key, figure(value), _BY_KEY[key].unit) for key, value in found.formulas.items()]
+    lists = {"Figures": rows, "Energy of a period": energies, "Loads over their limits": shares, "By formulas": formulas}
+    return page(
+        [[found.scene.title or ""], scene_rows(found.scene), *([title, *columns(each)] for title, each in lists.items())]
+    )
