@@ -297,19 +297,21 @@ def _layers(graph: BondGraph) -> list[list[str]]:
         for name, element in graph.elements.items()
         if element.kind not in ONE_PORTS
     }
-    todo = list(near)[:1]
     walk: dict[str, None] = {}
-    while todo:
-        name = todo.pop()
-        if name not in walk:
-            walk[name] = None
-            todo += reversed(near[name])
-    reached = list(near)[:1]
-    distance = dict.fromkeys(reached, 0)
-    for name in reached:
-        fresh = [other for other in near[name] if other not in distance]
-        distance |= dict.fromkeys(fresh, distance[name] + 1)
-        reached += dict.fromkeys(fresh)
+    distance: dict[str, int] = {}
+    for first in near:  # parts that only laws tie, such as those of a field, one after the other
+        todo = [first]
+        while todo:
+            name = todo.pop()
+            if name not in walk:
+                walk[name] = None
+                todo += reversed(near[name])
+        reached = [] if first in distance else [first]
+        distance |= dict.fromkeys(reached, 1 + max(distance.values(), default=-1))
+        for name in reached:
+            fresh = [other for other in near[name] if other not in distance]
+            distance |= dict.fromkeys(fresh, distance[name] + 1)
+            reached += dict.fromkeys(fresh)
     return [[name for name in walk if distance[name] == k] for k in range(max(distance.values()) + 1)]
 
 

@@ -9,10 +9,12 @@ quantities (`bondgraph.laws.Function`), or, where a mechanism gives the position
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from bondgraph.laws import Function, GraphError, law_of
+import numpy as np
+
+from bondgraph.laws import OWN, Function, GraphError, function, is_symbolic, law_of
 
 
 class Quantity(NamedTuple):
@@ -105,6 +107,13 @@ class Law(NamedTuple):
     acts: Callable[[Here], Any] | None = None
 
 
+class Field(NamedTuple):
+    """What several ports share: a matrix (rows of numbers or expressions), or an energy. `Builder.field` takes it."""
+
+    matrix: Any = None
+    energy: Function | None = None
+
+
 class Displacement(NamedTuple):
     """A declared displacement: the integral of the flow of the 1-junction `of`, with its value at the start."""
 
@@ -128,7 +137,7 @@ class Element(NamedTuple):
 
     kind: str
     name: str
-    law: float | Function | Law | Modulus | None = None
+    law: float | Function | Law | Modulus | Field | None = None
     domain: str = ""
     part: str = ""
 
@@ -159,29 +168,42 @@ def Sf(name: str, flow: Any, domain: str = "", part: str = "") -> Element:
     return Element("Sf", name, law_of(flow), domain, part)
 
 
-def I(name: str, inertia: Any, domain: str = "", part: str = "") -> Element:  # noqa: E743
-    """An inertia: p = I f. Its value is a number, or an expression of parameters."""
-    return Element("I", name, law_of(inertia), domain, part)
+def I(name: str, inertia: Any = None, domain: str = "", part: str = "", *, energy: Any = None) -> Element:  # noqa: E743
+    """An inertia: p = I f, with a number, an expression of parameters, or any f(p) with a function of p.
+
+    A matrix, or an energy of several momenta (and displacements), is a field: `Builder.field`.
+
+    >>> I("coils", [[2.0, 1.0], [1.0, 3.0]]).law.matrix
+    [[2.0, 1.0], [1.0, 3.0]]
+    """
+    return Element("I", name, _shared(f"I:{name}", inertia, energy), domain, part)
 
 
-def C(name: str, law: Any = None, domain: str = "", part: str = "", *, stiffness: Any = None) -> Element:
+def C(name: str, law: Any = None, domain: str = "", part: str = "", *, stiffness: Any = None, energy: Any = None) -> Element:
     """A compliance: e = q/C with `law` = C a number, any e(q) with a function of q, or linear by its stiffness 1/C.
+
+    A matrix, or an energy of several displacements, is a field: `Builder.field`.
 
     >>> C("spring", 0.125).law == C("spring", stiffness=8.0).law == 0.125
     True
     """
     if stiffness is None:
-        return Element("C", name, law_of(law), domain, part)
-    if law is not None:
-        raise GraphError(f"C:{name}: found a compliance and a stiffness, expected one of them")
+        return Element("C", name, _shared(f"C:{name}", law, energy), domain, part)
+    if law is not None or energy is not None:
+        raise GraphError(
+            f"C:{name}: found a {'compliance' if energy is None else 'energy'} and a stiffness, expected one of them"
+        )
     if not stiffness:
         raise GraphError(f"C:{name}: found stiffness 0, expected another number; a spring that is not there is left out")
     return Element("C", name, law_of(1.0 / stiffness), domain, part)
 
 
 def R(name: str, law: Any, domain: str = "", part: str = "") -> Element:
-    """A resistor: e = R f with a number, any e(f) with a function of its own flow f (and of displacements, time...)."""
-    return Element("R", name, law_of(law), domain, part)
+    """A resistor: e = R f with a number, any e(f) with a function of its own flow f (and of displacements, time...).
+
+    A matrix is a field: `Builder.field`.
+    """
+    return Element("R", name, _shared(f"R:{name}", law, None), domain, part)
 
 
 def RS(name: str, law: Any, domain: str = "", part: str = "") -> Element:
@@ -201,3 +223,130 @@ def TF(name: str, ratio: Any) -> Element:
 def GY(name: str, ratio: Any) -> Element:
     """A gyrator: e_out = G f_in, e_in = G f_out; with a function, a modulated one (MGY)."""
     return Element("GY", name, law_of(ratio))
+
+
+# -- fields: several ports of one energy, or of one matrix ---------------------------------------------------------------
+
+_OF_STATE = re.compile(r"([pqx])(_.*|[0-9]*)")  # an argument that says itself whether it is a momentum or a displacement
+
+_SAME, _SINGULAR = 1e-12, 1e15  # of a matrix's greatest entry: what rounding leaves; its condition
+
+
+def _shared(where: str, law: Any, energy: Any) -> Any:
+    """A law, or the field that a matrix or an energy is."""
+    if energy is not None:
+        if law is not None:
+            raise GraphError(f"{where}: found a law and an energy, expected one of them")
+        return Field(energy=function(energy))
+    rows = type(law) in (list, tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in law)
+    return Field(law) if rows or len(getattr(law, "shape", ())) == 2 else law_of(law)
+
+
+def ports_of(element: Element, ports: Sequence[str], parameters: Iterable[str]) -> Iterator[Element]:
+    """The one-ports of a field, NAME_PORT each, whose laws read one another's states (of a resistor: flows).
+
+    e = C^-1 q, f = I^-1 p, e = R f with a matrix; with an energy, its derivative by each port's own state.
+
+    Args:
+        element: the field.
+        ports: their names; of an energy those of its arguments.
+        parameters: names that an energy may hold besides.
+
+    Raises:
+        GraphError: where the matrix or the energy is none of a field with these ports.
+
+    """
+    import sympy  # type: ignore[import-untyped]
+
+    where, field = f"{element.kind}:{element.name}", element.law
+    if not isinstance(field, Field):
+        raise GraphError(f"{where}: found {field!r}, expected a matrix, or energy=...; hang a one-port by on(...)")
+    kinds = dict.fromkeys(ports, element.kind)
+    if field.energy is not None:
+        _check_arguments(where, field.energy, ports, parameters)
+        for port in ports:
+            told = _OF_STATE.fullmatch(port)
+            kinds[port] = ("I" if told[1] == "p" else "C") if told else element.kind
+    own = {port: OWN[kind] for port, kind in kinds.items()}
+    names = {port: f"{own[port]}_{element.name}_{port}" for port in ports}
+    symbols = {port: sympy.Symbol(name, real=True) for port, name in names.items()}
+    if field.energy is not None:
+        try:
+            energy = field.energy.symbolic(symbols)
+        except GraphError as error:
+            raise GraphError(f"{where}: its energy {error}") from error
+        laws = [energy.diff(symbol) for symbol in symbols.values()]
+        for port in (p for p, law in zip(ports, laws, strict=True) if law == 0):
+            raise GraphError(f"{where}: its energy is no function of the port {port!r}")
+    else:
+        laws = [
+            sum(k * x for k, x in zip(row, symbols.values(), strict=True))
+            for row in _rows(where, element.kind, field.matrix, len(ports))
+        ]
+    for port, law in zip(ports, laws, strict=True):
+        mine = symbols[port]
+        read = sorted({s.name for s in law.free_symbols} - {mine.name})
+        given = law.xreplace({s: sympy.Symbol(own[port] if s == mine else s.name) for s in law.free_symbols})
+        arguments = (own[port], *read)
+        yield Element(
+            kinds[port], f"{element.name}_{port}", Function(given, arguments, arguments), element.domain, element.part
+        )
+
+
+def _check_arguments(where: str, energy: Function, ports: Sequence[str], parameters: Iterable[str]) -> None:
+    known = ", ".join(ports) or "none"
+    for name in (n for n in energy.of if n not in {*ports, *parameters}):
+        raise GraphError(
+            f"{where}: its energy depends on {name!r}, which is none of its ports ({known}) and no parameter declared before"
+        )
+    for port in (p for p in ports if p not in energy.of):
+        raise GraphError(
+            f"{where}: its energy is no function of the port {port!r}; it is one of {', '.join(energy.of) or 'nothing'}"
+        )
+
+
+def _rows(where: str, kind: str, given: Any, ports: int) -> list[list[Any]]:
+    """The rows by which efforts (of an inertia: flows) follow from the ports' states (of a resistor: flows)."""
+    import sympy
+
+    lines = given.tolist() if hasattr(given, "tolist") else list(given)
+    rows = [list(row) if isinstance(row, list | tuple | np.ndarray) else [row] for row in lines]
+    size = len(rows)
+    if any(len(row) != size for row in rows):
+        raise GraphError(
+            f"{where}: found rows of {', '.join(str(len(row)) for row in rows)} entries, expected a square matrix"
+        )
+    if size != ports:
+        raise GraphError(f"{where}: found {ports} ports for a matrix of {size} rows, expected {size}")
+    numbers = not any(is_symbolic(entry) and entry.free_symbols for row in rows for entry in row)
+    if numbers:
+        try:
+            rows = np.array(rows, dtype=float).tolist()
+        except (TypeError, ValueError) as error:
+            raise GraphError(f"{where}: found a matrix of other things than numbers and expressions ({error})") from error
+        if not np.all(np.isfinite(rows)):
+            raise GraphError(f"{where}: found a matrix with entries that are not finite, expected finite numbers")
+    if kind != "R":
+        for i in range(size):
+            for j in range(i):
+                given, other = rows[i][j], rows[j][i]
+                if given != other and not (numbers and abs(given - other) <= _SAME * np.abs(rows).max()):
+                    raise GraphError(
+                        f"{where}: found {given} in row {i + 1}, column {j + 1} of its matrix and {other} in row {j + 1}, "
+                        f"column {i + 1}, expected the same: no energy has such a matrix"
+                    )
+    elif numbers:
+        least = float(np.linalg.eigvalsh(np.array(rows) + np.array(rows).T)[0]) / 2.0
+        if least < -_SAME * float(np.abs(rows).max()):
+            raise GraphError(f"{where}: its matrix has the eigenvalue {least:.6g} in its symmetric part: it makes power")
+    if not numbers:
+        whole = sympy.Matrix(rows)
+        return list((whole if kind == "R" else whole.inv("ADJ").applyfunc(sympy.factor)).tolist())
+    if kind != "R":
+        if not np.linalg.cond(rows) < _SINGULAR:
+            raise GraphError(
+                f"{where}: its matrix is singular: one port follows the others; give one port less, and a transformer to it"
+            )
+        inverse = np.linalg.inv(rows)
+        rows = (0.5 * (inverse + inverse.T)).tolist()
+    return [[sympy.Float(repr(entry), 17) if entry else sympy.S.Zero for entry in row] for row in rows]

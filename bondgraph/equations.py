@@ -129,7 +129,7 @@ def inert(read: Reading) -> Iterator[str]:
     displaced = {k for d in form.displacements for k in form.support[form.variable(d.of)]}
     for port in form.ports:
         name, at = port.element.name, graph.where(port.element.name)
-        if name in form.massless:
+        if name in form.massless or graph.coupled(name):
             continue
         if port.element.law == 0.0:
             yield f"{at} acts on nothing: its value is 0"
@@ -178,7 +178,7 @@ def followers(read: Reading) -> Iterator[str]:
             junction = form.name_of(leader.output)
             named = junction in graph.elements and leader.element.kind not in SOURCES
             leads.append(f"{graph.elements[junction].kind}:{junction}" if named else graph.title(leader.element.name))
-        between = ", ".join(graph.title(t) for t in form.through(port.input))
+        between = ", ".join(graph.title(t) for t in form.through(port.input) if t in graph.elements)
         at = " and ".join(dict.fromkeys(leads)) or "nothing that moves"
         together = ": they move together" if port.element.kind == "C" and not between else ""
         yield f"{graph.where(name)} follows {at}" + (f" through {between}" if between else together)

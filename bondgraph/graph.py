@@ -26,10 +26,12 @@ from bondgraph.elements import (
     Displacement,
     Domain,
     Element,
+    Field,
     Law,
     Modulus,
     One,
     Zero,
+    ports_of,
 )
 from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, own_name, refuse
 
@@ -197,8 +199,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             for missing in [n for n in law.of if n not in known | own and graph.reading(n) is None]:
                 expected = "no declared displacement, signal or parameter, nor t" + hint
                 yield f"{where}: depends on {missing!r}, which is {expected}"
-            varying = graph.depends_on(name)
-            if element.kind in STORES and varying and not set(law.of) - known - own:
+            varying = [n for n in graph.depends_on(name) if (graph.reading(n) or "f")[0] not in "pq"]
+            if element.kind in STORES and varying and not [n for n in varying if n not in known and not graph.reading(n)]:
                 expected = "a store's law may hold parameters only" + hint
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
         elif not isinstance(law, Law | Modulus):
@@ -367,6 +369,12 @@ class BondGraph:
     def _declared(self) -> frozenset[str]:
         return frozenset({*self.displacements, *self.signals, *self.parameters})
 
+    def coupled(self, name: str) -> tuple[str, ...]:
+        """The stores whose states a store's law reads: the other ports of a field."""
+        law = self.elements[name].law
+        read = law.of if self.elements[name].kind in STORES and isinstance(law, Function) else ()
+        return tuple(n[2:] for n in read if (self.reading(n) or "f")[0] in "pq" and n != self.own(name))
+
     def is_linear(self, name: str) -> bool:
         """True where an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
         law = self.elements[name].law
@@ -385,7 +393,7 @@ class BondGraph:
     def symbol(self, name: str) -> str:
         """The kind as it is drawn: MSe, MTF, MR... where the law varies with displacements, time or signals."""
         element = self.elements[name]
-        modulated = element.kind not in JUNCTIONS | {"C"} and self.depends_on(name)
+        modulated = element.kind not in JUNCTIONS | STORES and self.depends_on(name)
         return f"M{element.kind}" if modulated else element.kind
 
     def title(self, name: str) -> str:
@@ -683,6 +691,8 @@ class Builder:
             raise GraphError(f"found {element.name!r} as a name, expected a text that is not empty")
         if element.name in self._elements:
             raise GraphError(f"two elements are named {element.name!r}: give one of them another name (name=...)")
+        if isinstance(element.law, Field):
+            raise GraphError(f"{element.kind}:{element.name} has several ports: hang it on their junctions by field(...)")
         self._elements[element.name] = element
         return element.name
 
@@ -727,6 +737,40 @@ class Builder:
         """Hang one-ports on a junction, each as `port` does."""
         for element in elements:
             self.port(junction, element)
+        return self
+
+    def field(self, element: Element, *junctions: str, **ports: str) -> Builder:
+        """Hang a field on several junctions: a C, I or R of a matrix, or a C or I of an energy.
+
+        Its ports are one-ports NAME_1, NAME_2... of a matrix, NAME_ARGUMENT of an energy, each with a state of its own
+        (`q_NAME_1`). Efforts are the energy's derivatives by displacements, flows those by momenta: arguments p, p_a, p1 are
+        momenta, q and x likewise displacements, others what the element is, an I or a C. Parameters are declared before.
+
+        Args:
+            element: the field.
+            junctions: one for each row of the matrix, or each argument of the energy, in order.
+            ports: the same by name.
+
+        >>> from bondgraph import I, Se
+        >>> b = Builder().one("a").one("b").on("a", Se("u", 1.0))
+        >>> graph = b.field(I("coils", [[2.0, 1.0], [1.0, 3.0]]), "a", "b").build()
+        >>> list(graph.elements), graph.coupled("coils_1")
+        (['a', 'b', 'u', 'coils_1', 'coils_2'], ('coils_2',))
+
+        """
+        if not isinstance(element, Element):
+            raise GraphError(f"found {element!r}, expected an element, such as I('coils', [[2.0, 1.0], [1.0, 3.0]])")
+        energy = getattr(element.law, "energy", None)
+        arguments = [n for n in energy.of if n not in self._parameters] if energy is not None else []
+        names = [*(arguments or map(str, range(1, 1 + len(junctions)))), *(n for n in ports if n not in arguments)]
+        places = dict(zip(names, junctions, strict=False)) | ports
+        if len(junctions) > len(names) or set(names[: len(junctions)]) & set(ports):
+            raise GraphError(
+                f"{element.kind}:{element.name}: found {len(junctions) + len(ports)} junctions for {len(names)} ports "
+                f"({', '.join(names)}), expected one for each"
+            )
+        for port in ports_of(element, list(places), self._parameters):
+            self.port(places[port.name[len(element.name) + 1 :]], port)
         return self
 
     def between(self, first: str, second: str, *elements: Element, name: str | None = None) -> Builder:

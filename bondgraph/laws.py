@@ -306,6 +306,14 @@ class Function:
         """True where it was given as a SymPy expression."""
         return is_symbolic(self.given)
 
+    @cached_property
+    def is_affine(self) -> bool:
+        """True of a SymPy expression that is a straight line in all its arguments; Python functions are not asked."""
+        if not self.is_expression:
+            return False
+        slopes = [self.given.diff(symbol) for symbol in self.given.free_symbols]
+        return not any(slope.has(*self.given.free_symbols) for slope in slopes)
+
     def __call__(self, *values: Any) -> Any:
         """The value at the arguments' values: numbers, arrays, dual numbers."""
         if not self.is_expression:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
-from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph
+from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph, reached_from
 from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
@@ -68,12 +68,17 @@ def _bends(form: Formulation, group: Group) -> bool:
         where = form.graph.title(moving[0].element.name)
         raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
     reads = [p for p in ports if any(form.read(p, name) is not None for name in getattr(p.element.law, "of", ()))]
+    if all(isinstance(p.element.law, Function) and p.element.law.is_affine for p in {*curved, *reads}):
+        return False
     return bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
 
 
 def _weighed(form: Formulation) -> tuple[int, ...]:
     tied = {k for p in form.followers for k in form.support[p.input] if k < len(form.stores)}
-    return tuple(sorted(tied | {k for k, p in enumerate(form.stores) if p.element.name in form.massless}))
+    places = {p.element.name: k for k, p in enumerate(form.stores)}
+    near = {k: {places[n] for n in form.graph.coupled(p.element.name)} for k, p in enumerate(form.stores)}
+    tied = {other for k in tied for other in reached_from(k, near)}
+    return tuple(sorted(tied | {places[name] for name in form.massless}))
 
 
 def _upstream(form: Formulation, wanted: set[int]) -> tuple[int, ...]:
@@ -197,11 +202,18 @@ class Walk:
         constant = self.graph.constant(name)
         return port.sign * x / constant if inertia else x / constant
 
-    def _slope(self, port: Port, x: Any) -> Any:
-        """The slope of a curved store's law at its momentum or displacement."""
-        law = port.element.law
+    def _slopes(self, port: Port, x: Any) -> dict[int, Any]:
+        """The slopes of a curved store's law by the states of stores, at their places: its own, and those that it reads."""
+        law, name = port.element.law, port.element.name
         assert isinstance(law, Function)
-        return self._partials(law, port.element.name, x)[1][law.of.index(self.graph.own(port.element.name) or "")]
+        partials = dict(zip(law.of, self._partials(law, name, x)[1], strict=True))
+        places = {self.form.state_name(p): k for k, p in enumerate(self.form.stores)}
+        signs = [p.sign if p.element.kind == "I" else 1.0 for p in (*self.form.stores, port)]
+        found = {}
+        for n in (n for n in law.of if n not in self.graph.parameters):
+            k = places.get(self.form.state_name(port), -1) if n == self.graph.own(name) else places[n]
+            found[k] = signs[k] * signs[-1] * partials[n]
+        return found
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
@@ -401,7 +413,7 @@ class Walk:
                     return
                 found = self._given[place] if place < len(self._given) else self._settled(ports)
                 place += 1
-            elif group.loop:
+            elif group.loop or not self._explicit(ports[0]):
                 found = self._closed(ports)
             else:
                 found = [self._given_by(port) for port in ports]
@@ -409,6 +421,11 @@ class Walk:
                 self.outputs[len(self.form.stores) + k] = value
             if group.loop:
                 self._values.clear()
+
+    def _explicit(self, port: Port) -> bool:
+        """False of a resistor whose curve gives the other than what is asked of it."""
+        name = port.element.name
+        return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
 
     def _given_by(self, port: Port) -> Any:
         """The output of an acting port that needs nothing of its own."""
@@ -524,16 +541,25 @@ class Walk:
         bending = [self.graph.is_curve(p.element.name) for p in ports]
         if not any(bending):
             return {k: (rate, None) for k, rate in zip(places, solve_symmetric(matrix, force), strict=True)}
-        slopes = [self._slope(p, self.state[k]) if b else None for k, p, b in zip(places, ports, bending, strict=True)]
-        rows = []
+        slopes = [self._slopes(p, self.state[k]) if b else {} for k, p, b in zip(places, ports, bending, strict=True)]
+        at = {k: i for i, k in enumerate(places)}
+        own = [1.0 if b else self.graph.constant(p.element.name) for p, b in zip(ports, bending, strict=True)]
+        rows = []  # the unknowns are the rates of a curved store's own, and of what others give
         for i in range(len(places)):
-            row = [matrix[max(i, j)][min(i, j)] * (1.0 if slope is None else slope) for j, slope in enumerate(slopes)]
-            row[i] = row[i] + (1.0 if bending[i] else 0.0)
+            row: list[Any] = [0.0] * len(places)
+            row[i] = 1.0 if bending[i] else 0.0
+            for j, bent in enumerate(bending):
+                mass = matrix[max(i, j)][min(i, j)]
+                for k, slope in slopes[j].items() if bent else ((places[j], 1.0),):
+                    row[at[k]] = row[at[k]] + mass * slope * (own[at[k]] if bent else 1.0)
             rows.append(row)
         found = [row[0] for row in solve(rows, [[value] for value in force])]
         return {
-            k: (value if slope is None else slope * value, value)
-            for k, value, slope in zip(places, found, slopes, strict=True)
+            k: (
+                total(slope * own[at[n]] * found[at[n]] for n, slope in slopes[i].items()) if bending[i] else found[i],
+                found[i],
+            )
+            for k, i in at.items()
         }
 
     def mass_and_force(self) -> tuple[list[list[Any]], list[Any]]:
@@ -577,7 +603,9 @@ class Walk:
         """The inertia or compliance of every follower at its own momentum or displacement."""
         if self._weighed is None:
             self._weighed = [
-                1.0 / self._slope(p, self.followed(k)) if k in self.tables.bending else self.graph.constant(p.element.name)
+                1.0 / self._slopes(p, self.followed(k))[-1]
+                if k in self.tables.bending
+                else self.graph.constant(p.element.name)
                 for k, p in enumerate(self.form.followers)
             ]
         return self._weighed
@@ -702,22 +730,23 @@ class Dynamics:
 
     def stored(self, port: Port, given: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
+        graph = self.form.graph
         name, inertia = port.element.name, port.element.kind == "I"
         if name in self.form.massless:
             return given
-        if not self.graph.is_curve(name):
-            return self.graph.constant(name) * (port.sign * given if inertia else given)
+        if not graph.is_curve(name):
+            return graph.constant(name) * (port.sign * given if inertia else given)
         wanted = port.sign * given if inertia else given
-        law = self.graph.elements[name].law
+        law = graph.elements[name].law
         assert isinstance(law, Function)
-        parameters = [None if n == self.graph.own(name) else self.graph.parameter(n, name) for n in law.of]
+        parameters = [None if n == graph.own(name) else graph.parameter(n, name) for n in law.of]
         own = parameters.index(None)
 
         def equation(values: list[Any]) -> Balance:
             value, partials = law.partials(*(values[0] if p is None else p for p in parameters))
             return [value - wanted], [[partials[own]]]
 
-        return float(settle(equation, 1, (), self.graph.title(name))[0])
+        return float(settle(equation, 1, (), graph.title(name))[0])
 
     @property
     def anchored(self) -> tuple[str, ...]:

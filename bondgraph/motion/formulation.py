@@ -41,8 +41,9 @@ from bondgraph.graph import (
     flow_variables,
     places,
     plan,
+    reached_from,
 )
-from bondgraph.laws import Function, GraphError, refuse
+from bondgraph.laws import Function, GraphError, function, refuse
 from bondgraph.strokes import Causality, causality
 
 _SINGULAR = 1e-12
@@ -90,7 +91,7 @@ class Formulation:
     def __init__(self, graph: BondGraph, strokes: Causality | None = None) -> None:
         self.given = graph
         self.massless: tuple[str, ...] = ()
-        self._written(graph, strokes or causality(graph))
+        self._written(*without_shared_followers(graph, strokes or causality(graph)))
         for junction in self.divided() if strokes is None else ():
             self._move_state(junction)
         self.displacements = tuple(displacements(graph))
@@ -107,7 +108,8 @@ class Formulation:
         """The same formulation of a graph with the same structure."""
         form = object.__new__(Formulation)
         form.given, form.massless, form.displacements = graph, self.massless, self.displacements
-        elements = {**graph.elements, **{name: self.graph.elements[name] for name in self.massless}}
+        own = {name: e for name, e in self.graph.elements.items() if e is not self.given.elements.get(name)}
+        elements = {**graph.elements, **own}
         form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
         return form
 
@@ -378,6 +380,100 @@ def _check_rank(graph: BondGraph, block: Solve) -> None:
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if not sizes[-1] > _SINGULAR * sizes[0]:
         raise GraphError(_contradiction(graph, block.relations))
+
+
+def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[BondGraph, Causality]:
+    """The graph with every port of a linear field that is in derivative causality as a store of its own, and its strokes.
+
+    With e = K q of the ports and d the port, E = 1/2 q^T K q is 1/2 K_dd (q_d + T q)^2 + 1/2 q^T (K - K_d K_d^T/K_dd) q over
+    the others, T = K_d/K_dd: a store 1/K_dd that transformers join to the others' bonds, which keep states and causality.
+    An inertia's are the same with flow and effort exchanged.
+    """
+    following = [name for name in strokes.derivative if graph.coupled(name)]
+    if strokes.conflicts or not following:
+        return graph, strokes
+    import sympy  # type: ignore[import-untyped]
+
+    near = {e.name: graph.coupled(e.name) for e in graph.of_kind("I", "C")}
+    fields = {name: sorted(reached_from(name, near)) for name in following}
+    slopes = {places: slope for names in fields.values() for places, slope in _slopes(graph, names).items()}
+    elements, bonds = dict(graph.elements), list(graph.bonds)
+
+    def joined(tail: str, head: str) -> None:
+        bonds.append(Bond(1 + max(b.number for b in bonds), tail, head))
+
+    def added(element: Element) -> str:
+        name = element.name
+        while name in elements:
+            name += "*"
+        elements[name] = element._replace(name=name)
+        return name
+
+    def before(port: str, kind: str) -> str:
+        """A junction between a port and its bond."""
+        place = next(k for k, b in enumerate(bonds) if b.head == port)
+        junction = added(Element(kind, f"{port}*"))
+        bonds[place] = bonds[place]._replace(head=junction)
+        joined(junction, port)
+        return junction
+
+    beside: dict[str, str] = {}
+    for name in following:
+        pivot, inertia = slopes[name, name], elements[name].kind == "I"
+        others = [n for n in fields[name] if n != name and (n, name) in slopes and slopes[n, name] != 0]
+        store = before(name, "1" if inertia else "0") if others else name
+        for n in others:
+            ratio = slopes[n, name] / pivot
+            if n not in beside:
+                beside[n] = before(n, "0" if inertia else "1")
+            tie = added(Element("TF", f"{n}->{name}", _law_of(-ratio if inertia else ratio)))
+            for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
+                joined(tail, head)
+            for m in others:
+                slopes[n, m] = slopes[n, m] - ratio * slopes[name, m]
+        elements[name] = elements[name]._replace(law=_law_of(1 / pivot))
+        slopes = {places: slope for places, slope in slopes.items() if name not in places}
+    letter = {name: "p" if elements[name].kind == "I" else "q" for names in fields.values() for name in names}
+    for n in {one for one, _ in slopes}:
+        terms = {m: slope for (one, m), slope in slopes.items() if one == n and slope != 0}
+        if set(terms) == {n}:
+            law = _law_of(1 / terms[n])
+        else:
+            names = {m: letter[m] if m == n else f"{letter[m]}_{m}" for m in terms}
+            law = function(sum(slope * sympy.Symbol(names[m]) for m, slope in terms.items()))
+        elements[n] = elements[n]._replace(law=law)
+    rewritten = replace(graph, elements=elements, bonds=tuple(bonds))
+    wanted = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
+    return rewritten, causality(rewritten, wanted)
+
+
+def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any]:
+    """The slopes of the laws of a linear field's ports by one another's states."""
+    import sympy
+
+    kinds = {graph.elements[n].kind for n in names}
+    letter = "p" if kinds == {"I"} else "q"
+    symbols = {n: sympy.Symbol(f"{letter}_{n}", real=True) for n in names}
+    found: dict[tuple[str, str], Any] = {}
+    for n in names:
+        law = graph.elements[n].law
+        assert isinstance(law, Function)
+        value = law.symbolic({graph.own(n) or "": symbols[n], **{f"{letter}_{m}": s for m, s in symbols.items() if m != n}})
+        found |= {(n, m): value.diff(s) for m, s in symbols.items()}
+    curved = [s for slope in found.values() for s in slope.free_symbols if s in symbols.values()]
+    outward = [n for n in names if graph.bond_of(n).head != n]
+    if len(kinds) > 1 or curved or outward or any(found[n, m] != found[m, n] for n, m in found):
+        where = ", ".join(graph.where(n) for n in names)
+        raise GraphError(
+            f"{where} share one energy, and one of them follows other stores or sources, which only a field of a symmetric "
+            "matrix may: put an R, or a store of the other kind, between"
+        )
+    return found
+
+
+def _law_of(expression: Any) -> Any:
+    """A law of parameters, or a number."""
+    return function(expression) if expression.free_symbols else float(expression)
 
 
 def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:

@@ -716,6 +716,8 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
         led, gain = form.flow_state(junction), Walk(dynamics.tables, 0.0, start.tolist(), {}).gain
         assert led is not None
         port, share = form.stores[led], gain[form.variable(junction)][led]
+        if form.graph.coupled(port.element.name):
+            raise GraphError(f"initial {junction!r}: its flow follows from several states: give {', '.join(names)}")
         if not share:
             raise GraphError(
                 f"initial {junction!r}: its flow is 0 at the start, whatever {names[led]} is: give {names[led]}"
@@ -796,6 +798,8 @@ def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
         return None
     k = form.flow_state(junction)
     assert k is not None
+    if form.graph.coupled(form.stores[k].element.name):
+        return None
     gain = Walk(dynamics.tables, 0.0, [0.0] * len(dynamics.state.names), {}).gain[form.variable(junction)][k]
     return (k, float(gain)) if gain else None
 
@@ -816,8 +820,8 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
             if place is not None and port.element.name not in form.massless:
                 given = _filled(walk.outputs[place], times.shape)
                 stored = stored + 0.5 * np.abs(given * states[place])
-            elif port in form.followers and dynamics.graph.is_linear(port.element.name):
-                constant = dynamics.graph.constant(port.element.name)
+            elif port in form.followers and form.graph.is_linear(port.element.name):
+                constant = form.graph.constant(port.element.name)
                 stored = stored + 0.5 * constant * _filled(walk.value(port.input), times.shape) ** 2
             elif port.element.name not in form.massless:
                 passed = passed + np.abs(power)
@@ -827,7 +831,7 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
     greatest, scales = [], []
     for k, port in enumerate(form.stores):
         curved = form.graph.is_curve(port.element.name)
-        own = 0.0 if port.element.name in form.massless or curved else dynamics.graph.constant(port.element.name)
+        own = 0.0 if port.element.name in form.massless or curved else form.graph.constant(port.element.name)
         weight = max(weights.get(k, own), 1e-300)
         if curved:
             scales.append(_stretched(dynamics, port, states[:, 0].tolist(), energy))

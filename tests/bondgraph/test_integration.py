@@ -25,8 +25,8 @@ from bondgraph.recording import Recorder
 ONE_PORTS = {"I": I, "C": C, "R": R, "Se": Se, "Sf": Sf}
 
 
-def random_graph(seed):
-    """Junctions joined at random by bonds, transformers and gyrators, with one-ports of either half arrow."""
+def random_graph(seed, fields=0):
+    """Junctions joined at random by bonds, transformers and gyrators, with one-ports of either half arrow, and fields."""
     rng = np.random.default_rng(seed)
     b, count = Builder(), int(rng.integers(1, 7))
     for k in range(count):
@@ -47,6 +47,11 @@ def random_graph(seed):
             kind = rng.choice(list(ONE_PORTS), p=[0.32, 0.25, 0.3, 0.08, 0.05])
             name = b.add(ONE_PORTS[kind](f"{kind}{len(b)}", float(rng.uniform(0.5, 2.0))))
             b.bond(*((name, f"j{k}") if rng.random() < 0.5 else (f"j{k}", name)))
+    for k in range(fields):
+        kind, size = rng.choice(["I", "C", "R"], p=[0.4, 0.4, 0.2]), int(rng.integers(2, 4))
+        half, turned = rng.normal(size=(2, size, size))
+        matrix = half @ half.T + 0.3 * np.eye(size) + (turned - turned.T if kind == "R" else 0.0)
+        b.field(ONE_PORTS[kind](f"F{k}", matrix), *(f"j{int(j)}" for j in rng.integers(0, count, size)))
     return b.build()
 
 
@@ -54,7 +59,7 @@ class Bondwise:
     """E x' = A x (+ sources) with the effort and flow of every bond and the displacement of every spring as unknowns."""
 
     def __init__(self, graph):
-        self.graph, springs = graph, graph.of_kind("C")
+        self.graph, springs = graph, [e for e in graph.of_kind("C", "I") if e.kind == "C" or callable(e.law)]
         self.e = {b.number: 2 * k for k, b in enumerate(graph.bonds)}
         self.f = {number: k + 1 for number, k in self.e.items()}
         self.q = {spring.name: 2 * len(self.e) + k for k, spring in enumerate(springs)}
@@ -86,7 +91,22 @@ class Bondwise:
         else:
             self.one_port(element, bonds[0].number, bonds[0].sign(element.name))
 
+    def shared(self, element, b):
+        """A port of a field: its law by all their states, or flows."""
+        law, kind, name = element.law, element.kind, element.name
+        ports = [name, *(of[2:] for of in law.of if "_" in of)]
+        order = sorted(range(len(ports)), key=lambda k: "_" in law.of[k])
+        slopes = [law.partials(*[0.0] * len(ports))[1][k] for k in order]
+        effort, flow = (self.e[b], 1.0), (self.f[b], 1.0)
+        at = [self.f[self.graph.bond_of(port).number] if kind == "R" else self.q[port] for port in ports]
+        self.row([flow if kind == "I" else effort, *((k, -slope) for k, slope in zip(at, slopes, strict=True))])
+        if kind != "R":
+            self.row([effort if kind == "I" else flow], [(self.q[name], 1.0)])
+
     def one_port(self, element, b, sign):
+        if callable(element.law):
+            self.shared(element, b)
+            return
         effort, flow = (self.e[b], 1.0), (self.f[b], sign * element.law if element.kind in "IR" else sign)
         if element.kind == "R":
             self.row([effort, (flow[0], -flow[1])])
@@ -154,6 +174,28 @@ def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together(first
         compared += 1
     assert compared > 40
     assert singular > 3
+
+
+@pytest.mark.parametrize("first", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (100, 400, 700))])
+def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_together(first):
+    """Ports of fields in either causality: as many states as finite eigenvalues, the same ones, and none refused."""
+    compared = following = 0
+    for seed in range(first, first + (60 if not first else 300)):
+        try:
+            graph = random_graph(seed, 1 + seed % 2)
+        except GraphError:
+            continue
+        values, strokes = finite(graph), causality(graph)
+        if values is None:
+            continue
+        matrix = state_matrix(graph)
+        assert len(matrix) == len(values) == len(strokes.integral), seed
+        worst, _ = matched(1.0 / (SHIFT - np.linalg.eigvals(matrix)), values)
+        assert worst < 1e-8 or not len(values), seed
+        compared += 1
+        following += any(graph.coupled(name) for name in strokes.derivative)
+    assert compared > 30
+    assert following > 10
 
 
 def test_an_owner_of_a_displacement_without_inertia_is_no_state():
