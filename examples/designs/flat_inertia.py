@@ -41,7 +41,7 @@ def row(name: str, sizing: Sizing) -> tuple[str, ...]:
     assert inertia is not None
     assert exact is not None
     numbers = (balance.bodies["slider"].mass, 1e3 * balance.geometry["rod.length"])
-    return (name, *(f"{number:.5g}" for number in numbers), f"{inertia.greatest - inertia.least:.5f}", f"{exact:.6f}")
+    return (name, *(f"{number:.5g}" for number in numbers), f"{inertia.max - inertia.min:.5f}", f"{exact:.6f}")
 
 
 def main(path: str | None = None) -> None:

@@ -262,7 +262,7 @@ class Moving:
                 again.append(places(self.scene, mechanisms, aside, anchor)[0])
             except SceneError:  # at the very limit of what can be assembled
                 again.append(places(self.scene, self.scene.mechanisms, aside, anchor)[0])
-        floor = state.EVALUATED * ROUNDING
+        floor = state.ROUNDINGS * ROUNDING
         return {
             name: tuple(
                 state.spread(part, [other[name].track[k] for other in again]) + floor * place.unit / place.per**k
@@ -317,6 +317,6 @@ def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: 
         + of_bend * size**2
         + (np.abs(g) + of_g) * less
         + (np.abs(bend) + of_bend) * (2 * size + slower) * slower
-        + state.EVALUATED * ROUNDING * (np.abs(parts[0]) + np.abs(parts[1])),
+        + state.ROUNDINGS * ROUNDING * (np.abs(parts[0]) + np.abs(parts[1])),
     )
     return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, apart)

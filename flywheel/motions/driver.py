@@ -38,7 +38,7 @@ from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
 
-UNSURE = state.EVALUATED * ROUNDING
+UNSURE = state.ROUNDINGS * ROUNDING
 
 
 class Course(NamedTuple):

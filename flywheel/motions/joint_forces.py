@@ -353,7 +353,7 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Moti
     apart = [
         np.abs(acceleration(*off) - motion.alpha) for off in ((phi, 0.0, 0.0), (0.0, omega, 0.0), (0.0, 0.0, run.error))
     ]
-    alpha = np.nan_to_num(np.sum(apart, axis=0)) + state.EVALUATED * ROUNDING * np.abs(motion.alpha)
+    alpha = np.nan_to_num(np.sum(apart, axis=0)) + state.ROUNDINGS * ROUNDING * np.abs(motion.alpha)
     return MotionErrors(phi, omega, alpha, ROUNDING * time)
 
 
@@ -625,7 +625,7 @@ def joint_errors(
             there = figures_of(port_forces(machine, other, forces.balance + more, mechanism, **options))
             apart = _sum(apart, there, figures_of(found))
         friction_gap, linkage = found.friction.gap, found.poses.linkage
-        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.EVALUATED * ROUNDING
+        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.ROUNDINGS * ROUNDING
         force, moment = found.scales()  # what equilibrium and the iteration of friction leave over is a share of these
         sizes = {"N": force, "N m": moment}
         drive = {name: moment if linkage.joint(name).kind == PIN else force for name in found.actions}

@@ -32,7 +32,7 @@ from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_fa
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.state import EVALUATED, beside, own_coordinate, reduce, rounded_otherwise, spread
+from flywheel.regime.state import ROUNDINGS, beside, own_coordinate, reduce, rounded_otherwise, spread
 from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -222,14 +222,14 @@ def stored_energy(
     kinetic, errors = _kinetic(machine, own_coordinate(scene, positions), pace)
     if flywheel:
         kinetic[FLYWHEEL] = 0.5 * flywheel * scene.flywheel_ratio**2 * pace**2 + np.zeros_like(positions)
-        errors[FLYWHEEL] = EVALUATED * ROUNDING * kinetic[FLYWHEEL]
+        errors[FLYWHEEL] = ROUNDINGS * ROUNDING * kinetic[FLYWHEEL]
     record, potential = motion(scene, at=positions), {}
     for spring in scene.springs:
         driven = spring.on == scene.reduction_element
         place, off = (record.q, 0.0 * record.q) if driven else (record[spring.on].position, record[spring.on].errors[0])
         name, stretch = f"{spring.path} on {spring.on}", place - spring.rest
         potential[name] = 0.5 * spring.stiffness * stretch**2
-        errors[name] = spring.stiffness * np.abs(stretch) * off + EVALUATED * ROUNDING * potential[name]
+        errors[name] = spring.stiffness * np.abs(stretch) * off + ROUNDINGS * ROUNDING * potential[name]
     gravity = np.reshape(scene.gravity or (0.0, 0.0), (2, 1))
     for mechanism in scene.mechanisms if gravity.any() else ():
         for link in linkage_of(mechanism).links if has_joints(mechanism) else ():
@@ -237,7 +237,7 @@ def stored_energy(
                 name, centre = f"weight of {mechanism.name}.{link.name}", record[f"{mechanism.name}.{link.name}.com"]
                 along = -link.mass * gravity
                 potential[name] = (along * centre.position).sum(axis=0)
-                errors[name] = (np.abs(along) * (centre.errors[0] + EVALUATED * ROUNDING * np.abs(centre.position))).sum(
+                errors[name] = (np.abs(along) * (centre.errors[0] + ROUNDINGS * ROUNDING * np.abs(centre.position))).sum(
                     axis=0
                 )
     return StoredEnergy(kinetic, potential, errors)

@@ -383,8 +383,8 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
     loop = samples.loop(cycle, along_motion(part), speed, run)
     extent = sizing.reduced_inertia
     assert extent is not None
-    if extent.greatest - extent.least <= _CONSTANT_INERTIA * extent.greatest:
-        return _constant_inertia(sizing, extent.greatest)
+    if extent.max - extent.min <= _CONSTANT_INERTIA * extent.max:
+        return _constant_inertia(sizing, extent.max)
     joule = 0.5 * speed**2
     contacts, angles = (loop.contact_fast, loop.contact_slow), (loop.angle_fast, loop.angle_slow)
     speeds, signs = (run.speed_max, run.speed_min), (("ψmax", _("greatest speed")), ("ψmin", _("least speed")))

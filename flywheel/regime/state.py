@@ -27,8 +27,8 @@ from flywheel.scene.scene import Mechanism, Scene, Stroke
 _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
 _ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
 _BALANCE_STEP = 1e-3  # of a balance: by which it is changed to see what its error does
-EVALUATED = 24
-"""Roundings of a figure, or of the sum of the sizes that it is made of, from its evaluation."""
+ROUNDINGS = 24
+"""Roundings of a figure at one position, of itself or of the sum of the sizes that it is made of."""
 
 
 class MachineState(NamedTuple):
@@ -157,8 +157,8 @@ def state_errors(
     del found["phi"]
     steepness = wide(machine.reduce(angles, anchor).steepness, angles.shape)
     friction = 0.0 if machine.friction is None else float(tails(machine.friction.series).max())
-    found["slope"] = found["slope"] + EVALUATED * ROUNDING * steepness
-    found["moment"] = found["moment"] + EVALUATED * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
+    found["slope"] = found["slope"] + ROUNDINGS * ROUNDING * steepness
+    found["moment"] = found["moment"] + ROUNDINGS * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
     if balance:  # it must not cancel against what the lengths change
         other = _at(machine, angles, anchor, balance * (1.0 + _BALANCE_STEP), speed)
         found["moment"] = found["moment"] + off_balance / _BALANCE_STEP * np.abs(other.moment - state.moment)
@@ -214,7 +214,7 @@ def spread(figures: Any, others: Sequence[Any]) -> Any:
     if isinstance(figures, Mapping):
         return {name: spread(value, [other[name] for other in others]) for name, value in figures.items()}
     apart = np.max([np.abs(other - figures) for other in others], axis=0)
-    return 2 * apart + EVALUATED * ROUNDING * np.abs(figures)
+    return 2 * apart + ROUNDINGS * ROUNDING * np.abs(figures)
 
 
 def own_coordinate(scene: Scene, given: Array) -> Array:
@@ -330,12 +330,12 @@ def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
     for name, (turning, radius) in machine.pivoted.items():
         if name in accelerations:
             normal = 2 * abs(radius) * np.abs(passage.velocities[turning]) * gains[turning] * abs(v)
-            normal = normal + EVALUATED * ROUNDING * passage.accelerations[f"{name}.normal"]
+            normal = normal + ROUNDINGS * ROUNDING * passage.accelerations[f"{name}.normal"]
             tangential = accelerations[name]
             accelerations |= {name: tangential + normal, f"{name}.tangential": tangential, f"{name}.normal": normal}
     return {
         **of_state,
-        "driving": inertia * a + 0.5 * slope * v**2 + moment + EVALUATED * ROUNDING * np.abs(passage.driving),
+        "driving": inertia * a + 0.5 * slope * v**2 + moment + ROUNDINGS * ROUNDING * np.abs(passage.driving),
         "velocities": {name: gain * abs(v) for name, gain in gains.items()},
         "accelerations": accelerations,
     }

@@ -43,8 +43,8 @@ class Area(NamedTuple):
 class ReducedInertia(NamedTuple):
     """I* without the flywheel over a cycle, kg m²: least, greatest, mean over phi."""
 
-    least: float
-    greatest: float
+    min: float
+    max: float
     mean: float
 
 
@@ -67,8 +67,8 @@ class Broken(NamedTuple):
 class Flywheel(NamedTuple):
     """Flywheel figures in kg m² at the flywheel's own shaft `on`.
 
-    `bracket` and `torque_bracket` are certificates: bounds between which the exact figure (before its floor at 0) is
-    proven to lie, the first given the accumulated areas, the second given the inertia torque. `inertia_torque` is a total,
+    The exact figure (before its floor at 0) is proven to lie within `proven_bounds`, which follow from the accumulated
+    areas, and within `proven_bounds_torque`, which follow from the inertia torque. `inertia_torque` is a total,
     `inertia_torque_flywheel` what of it is the flywheel's: without the machine's least inertia, as in `approximate`.
     `exact` is the smallest that keeps what is asked; `broken` tells which heavier ones do not.
     """
@@ -81,8 +81,8 @@ class Flywheel(NamedTuple):
     inertia_torque: float | None
     inertia_torque_flywheel: float | None
     needed: bool | None
-    bracket: tuple[float, float] | None = None
-    torque_bracket: tuple[float, float] | None = None
+    proven_bounds: tuple[float, float] | None = None
+    proven_bounds_torque: tuple[float, float] | None = None
     broken: tuple[Broken, ...] = ()
 
 
@@ -297,23 +297,23 @@ def flywheel(figures: Figures, scene: Scene) -> Flywheel:
     total = figures.fluctuation / unit
     exact = figures.total - figures.cycle.inertia_at_start
     torque = max(float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit, 0.0)
-    by_areas = certificate(total, inertia, eps)
-    by_torque = (torque - inertia.greatest, torque - inertia.least)  # both shifts of H = W - w²I*/2 add up to eps w²I*
+    by_areas = proven_bounds(total, inertia, eps)
+    by_torque = (torque - inertia.max, torque - inertia.min)  # both shifts of H = W - w²I*/2 add up to eps w²I*
     return Flywheel(
         on=scene.flywheel_on,
         inertia=None,
         exact=max(exact, 0.0) / ratio_square,
-        approximate=max(total - inertia.least, 0.0) / ratio_square,
+        approximate=max(total - inertia.min, 0.0) / ratio_square,
         approximate_total=total / ratio_square,
         inertia_torque=torque / ratio_square,
-        inertia_torque_flywheel=max(torque - inertia.least, 0.0) / ratio_square,
+        inertia_torque_flywheel=max(torque - inertia.min, 0.0) / ratio_square,
         needed=exact > 0.0,
-        bracket=(by_areas[0] / ratio_square, by_areas[1] / ratio_square),
-        torque_bracket=(by_torque[0] / ratio_square, by_torque[1] / ratio_square),
+        proven_bounds=(by_areas[0] / ratio_square, by_areas[1] / ratio_square),
+        proven_bounds_torque=(by_torque[0] / ratio_square, by_torque[1] / ratio_square),
     )
 
 
-def certificate(approximate_total: float, inertia: ReducedInertia, irregularity: float) -> tuple[float, float]:
+def proven_bounds(approximate_total: float, inertia: ReducedInertia, irregularity: float) -> tuple[float, float]:
     """Bounds (kg m²) proven for the exact flywheel, given the approximate total one.
 
     (z- min I* - z+ max I*)/(2 eps) <= I_exact - I_approximate_total <= (z- max I* - z+ min I*)/(2 eps), z± = (1 ± eps/2)²
@@ -326,13 +326,13 @@ def certificate(approximate_total: float, inertia: ReducedInertia, irregularity:
     Valid for any I*(phi) within its extremes; the bounds meet where I* is constant and eps tends to 0.
     Source: max and min over a cycle of a sum lie between the sums of extremes.
 
-    >>> certificate(10.0, ReducedInertia(2.0, 2.0, 2.0), 0.1)
+    >>> proven_bounds(10.0, ReducedInertia(2.0, 2.0, 2.0), 0.1)
     (8.0, 8.0)
 
     """
     # z- a - z+ b = (1 + eps²/4)(a - b) - eps (a + b): written so, nothing cancels for a small eps
-    spread = (1 + irregularity**2 / 4) * (inertia.greatest - inertia.least) / (2 * irregularity)
-    middle = approximate_total - 0.5 * (inertia.greatest + inertia.least)
+    spread = (1 + irregularity**2 / 4) * (inertia.max - inertia.min) / (2 * irregularity)
+    middle = approximate_total - 0.5 * (inertia.max + inertia.min)
     return middle - spread, middle + spread
 
 

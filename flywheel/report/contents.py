@@ -391,14 +391,17 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
 def _bounds(known: Context) -> Iterator[Part]:
     """The proven bounds of the exact flywheel."""
     wheel = known.sizing.flywheel
-    if wheel.bracket is None or wheel.torque_bracket is None:
+    if wheel.proven_bounds is None or wheel.proven_bounds_torque is None:
         return
     rows = tuple(
         (name, Quantity("", max(pair[0], 0.0), "kg m²"), Quantity("", max(pair[1], 0.0), "kg m²"))
-        for name, pair in ((_("by the areas"), wheel.bracket), (_("by the inertia torque"), wheel.torque_bracket))
+        for name, pair in (
+            (_("by the areas"), wheel.proven_bounds),
+            (_("by the inertia torque"), wheel.proven_bounds_torque),
+        )
     )
     head = (_("given"), _("not below, kg m²"), _("not above, kg m²"))
-    yield Table(_("Bounds proven for the exact flywheel, whatever I* does between its extremes"), head, rows)
+    yield Table(_("Proven bounds of the exact flywheel, whatever I* does between its extremes"), head, rows)
 
 
 def references(known: Context | None, sources: Iterable[str]) -> Section:

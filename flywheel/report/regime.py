@@ -439,7 +439,7 @@ def inertia_extremes(known: Context) -> Iterator[Part]:
     rows = tuple((name, Formula(one.symbol), one) for name, one in figures.items())
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
     yield Table(caption, (_("value"), _("symbol"), _("inertia")), rows)
-    if found.greatest > 0.0:
+    if found.max > 0.0:
         yield known.panel("inertia")
 
 
@@ -600,8 +600,8 @@ def exact(known: Context) -> Section | None:
         )
     parts += _angles_drawn(known)
     reduced = sizing.reduced_inertia
-    if reduced is not None and reduced.greatest - reduced.least <= 1e-9 * reduced.greatest:
-        told = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.greatest))
+    if reduced is not None and reduced.max - reduced.min <= 1e-9 * reduced.max:
+        told = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.max))
         parts.append(Note(told))
     else:
         parts.append(known.panel("wittenbauer"))

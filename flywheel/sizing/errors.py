@@ -58,7 +58,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "shafts": of_shafts if sizing.shafts else None,
         "power_flow": None if sizing.power_flow is None else sizing.power_flow.error,
         "wheel": None if sizing.built is None or of_shafts is None else _wheel_error(sizing, of_shafts),
-        **_certificate_errors(sizing, constant),
+        **_bounds_errors(sizing, constant),
     }
     if cycle is not None and sizing.engine is not None and speed is not None:
         found["engine"] = sizing.engine.error / max(cycle.exchanged, 1e-300) + speed + _READ
@@ -223,14 +223,14 @@ def _wheel_error(sizing: Sizing, of_shafts: float) -> float:
     return of_shafts + 4 * of_speed + torque / max(sizing.built.torque * sizing.scene.flywheel_ratio, 1e-300)
 
 
-def _certificate_errors(sizing: Sizing, cycle: Cycle | None) -> dict[str, float | None]:
+def _bounds_errors(sizing: Sizing, cycle: Cycle | None) -> dict[str, float | None]:
     """Of the bounds of the exact figure, relative to the larger of the total by the areas and themselves."""
     wheel, error, eps = sizing.flywheel, sizing.error, sizing.scene.irregularity
-    if wheel.bracket is None or wheel.torque_bracket is None or cycle is None or eps is None:
-        return {"certificate": None, "certificate_torque": None}
-    total = max(wheel.approximate_total or 0.0, *map(abs, wheel.bracket)) * sizing.scene.flywheel_ratio**2
+    if wheel.proven_bounds is None or wheel.proven_bounds_torque is None or cycle is None or eps is None:
+        return {"proven_bounds": None, "proven_bounds_torque": None}
+    total = max(wheel.approximate_total or 0.0, *map(abs, wheel.proven_bounds)) * sizing.scene.flywheel_ratio**2
     of_inertia = _inertia_error(cycle)[0] / max(total, 1e-300)
     return {
-        "certificate": (error.approximate or 0.0) + of_inertia * (1.0 + (1.0 + eps**2 / 4) / eps) + _READ,
-        "certificate_torque": (error.inertia_torque or 0.0) + of_inertia + _READ,
+        "proven_bounds": (error.approximate or 0.0) + of_inertia * (1.0 + (1.0 + eps**2 / 4) / eps) + _READ,
+        "proven_bounds_torque": (error.inertia_torque or 0.0) + of_inertia + _READ,
     }

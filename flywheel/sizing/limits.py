@@ -479,7 +479,7 @@ def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) 
         return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
 
     asked = asked_of(machine.scene)
-    own, irregularity = figures.reduced_inertia.greatest, asked.get(IRREGULARITY, 2.0)
+    own, irregularity = figures.reduced_inertia.max, asked.get(IRREGULARITY, 2.0)
     lightest, heaviest = extent(figures.fluctuation, own, figures.speed, irregularity)
     return Search(at, asked, lightest, heaviest, rtol, swings=circuit_of(machine.scene) is not None)
 
@@ -500,7 +500,7 @@ def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2
 
 def extent_of(sizing: Sizing) -> tuple[float, float]:
     """The same of a machine that was sized, at its flywheel's own shaft."""
-    own = 0.0 if sizing.reduced_inertia is None else sizing.reduced_inertia.greatest
+    own = 0.0 if sizing.reduced_inertia is None else sizing.reduced_inertia.max
     lightest, heaviest = extent(sizing.energy_fluctuation, own, sizing.constant_speed or sizing.speed)
     square = sizing.scene.flywheel_ratio**2
     return lightest / square, heaviest / square

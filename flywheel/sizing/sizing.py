@@ -358,7 +358,7 @@ def _even(regime: Regime) -> bool:
         return True
     if regime.figures.fluctuation > 4 * errors.work:
         return False
-    return inertia.greatest - inertia.least <= max(4 * errors.variation, errors.inertia)
+    return inertia.max - inertia.min <= max(4 * errors.variation, errors.inertia)
 
 
 def _even_run(regime: Regime) -> Run | None:
@@ -369,7 +369,7 @@ def _even_run(regime: Regime) -> Run | None:
     run = run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
     if regime.machine.scene.irregularity is None:
         return run
-    greatest = regime.figures.reduced_inertia.greatest
+    greatest = regime.figures.reduced_inertia.max
     return None if greatest <= (regime.constant or regime.cycle).errors.inertia else run._replace(inertia=0.0)
 
 
@@ -382,7 +382,9 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
     if regime.exact is None or not (scene.irregularity is not None or scene.limits):
         return found
     exact = regime.exact[0] / scene.flywheel_ratio**2
-    return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None, broken=regime.broken)
+    return found._replace(
+        exact=exact, needed=exact > 0.0, proven_bounds=None, proven_bounds_torque=None, broken=regime.broken
+    )
 
 
 def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirmed:

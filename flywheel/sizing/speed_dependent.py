@@ -297,7 +297,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         if isinstance(finding.error, UnstableError) and finding.stop is None:
             return finding.error.motion
         raise SceneError([_fault(machine, speed, given, 0.0, unknown, finding)])
-    least = _LIGHT * max(figures.reduced_inertia.greatest, figures.scale)
+    least = _LIGHT * max(figures.reduced_inertia.max, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     try:
         motion = solved(None, guess, directly=True)

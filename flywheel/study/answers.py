@@ -76,7 +76,7 @@ class Question(NamedTuple):
         scale, cycle = sizing.flywheel.approximate_total or 0.0, sizing.constant or sizing.cycle
         if cycle is not None and sizing.reduced_inertia is not None:
             unit = scene.irregularity * sizing.speed**2 * scene.flywheel_ratio**2
-            at_hand = max(cycle.exchanged / max(unit, 1e-300), sizing.reduced_inertia.greatest / scene.flywheel_ratio**2)
+            at_hand = max(cycle.exchanged / max(unit, 1e-300), sizing.reduced_inertia.max / scene.flywheel_ratio**2)
             scale = scale if scale > _NO_FLUCTUATION * at_hand else at_hand  # of a fluctuation that is rounding
         return cls(machine, True, scale)
 

@@ -287,7 +287,7 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
         return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
     total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
     given = question.machine.scene.inertia or 0.0
-    return (sizing.scene.irregularity or 0.0) * total / (given + inertia.least / question.crank)
+    return (sizing.scene.irregularity or 0.0) * total / (given + inertia.min / question.crank)
 
 
 def _sized(question: Question, rtol: float) -> float:

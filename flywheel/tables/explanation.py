@@ -205,8 +205,8 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
     if machine.omitted:
         yield f"velocities on which nothing depends: {', '.join(machine.omitted)}"
     cycle, inertia = sizing.constant or sizing.cycle, sizing.reduced_inertia
-    if cycle is not None and inertia is not None and inertia.greatest - inertia.least <= 4 * cycle.errors.variation:
-        if inertia.greatest <= cycle.errors.inertia:
+    if cycle is not None and inertia is not None and inertia.max - inertia.min <= 4 * cycle.errors.variation:
+        if inertia.max <= cycle.errors.inertia:
             yield "inertia of the machine itself: it has none"
         else:
             yield f"a varying inertia: I* is {inertia.mean:.6g} kg m² at every angle"

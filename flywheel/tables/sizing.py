@@ -216,13 +216,13 @@ def _cells(candidate: Candidate) -> tuple[str, ...]:
 def _proven(sizing: Sizing) -> Iterator[str]:
     """Proven bounds of the exact flywheel."""
     wheel, errors = sizing.flywheel, inertia_errors(sizing)
-    if wheel.bracket is None or wheel.torque_bracket is None or not wheel.needed:
+    if wheel.proven_bounds is None or wheel.proven_bounds_torque is None or not wheel.needed:
         return
     areas, torque = (
         " and ".join(figure(max(bound, 0.0), error, 7) for bound in pair)
-        for pair, error in ((wheel.bracket, errors.approximate), (wheel.torque_bracket, errors.inertia_torque))
+        for pair, error in ((wheel.proven_bounds, errors.approximate), (wheel.proven_bounds_torque, errors.inertia_torque))
     )
-    yield f"Proven: exact between {areas} by the areas, {torque} by the torque."
+    yield f"Proven bounds: exact between {areas} by the areas, {torque} by the torque."
 
 
 def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
@@ -592,7 +592,7 @@ def _inertia(sizing: Sizing) -> list[str]:
     inertia = sizing.reduced_inertia
     if inertia is None or sizing.cycle is None:
         return []
-    figures = {"least": inertia.least, "mean over phi": inertia.mean, "greatest": inertia.greatest}
+    figures = {"min": inertia.min, "mean over phi": inertia.mean, "max": inertia.max}
     error = sizing.cycle.errors.inertia
     rows = [Row(name, figure(value, error), "kg m²") for name, value in figures.items()]
     return block("Reduced inertia I* at the crank, without the flywheel", rows)

@@ -173,7 +173,7 @@ def scale_of(sizing: Sizing, true: dict[str, Any]) -> Any:
     swing, all_work = true["energy_fluctuation"], true["exchanged"]
     if swing >= 1e-13 * all_work > 0:
         return swing / unit / sizing.scene.flywheel_ratio**2
-    own = sizing.reduced_inertia.greatest if sizing.reduced_inertia else 0.0
+    own = sizing.reduced_inertia.max if sizing.reduced_inertia else 0.0
     return max(all_work / unit, own) / sizing.scene.flywheel_ratio**2
 
 

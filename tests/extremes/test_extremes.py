@@ -201,7 +201,7 @@ def middle(found: Sizing) -> float:
     """The mean of the extremes of I*, by which the two figures differ at most."""
     inertia = found.reduced_inertia
     assert inertia is not None
-    return (inertia.least + inertia.greatest) / 2
+    return (inertia.min + inertia.max) / 2
 
 
 def limits() -> list[Row]:
@@ -235,7 +235,7 @@ def test_the_exact_figure_is_within_its_proven_bounds(name: str, power: float, p
     found = sized(name, 10.0**pace, 10.0**power)
     wheel, slack = found.flywheel, 2 * found.error.exact
     scale = max(wheel.exact, wheel.approximate_total)
-    for low, high in (wheel.bracket, wheel.torque_bracket):
+    for low, high in (wheel.proven_bounds, wheel.proven_bounds_torque):
         assert max(low, 0.0) - slack * scale <= wheel.exact <= max(high, 0.0) + slack * scale
 
 
@@ -595,8 +595,8 @@ def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
         "approximate": wheel.approximate / kilograms,
         "approximate_total": wheel.approximate_total / kilograms,
         "inertia_torque": wheel.inertia_torque / kilograms,
-        "least": inertia.least / kilograms,
-        "greatest": inertia.greatest / kilograms,
+        "least": inertia.min / kilograms,
+        "greatest": inertia.max / kilograms,
         "balance": found.balance.value / joules,
         "fluctuation": found.energy_fluctuation / joules,
         "areas": [area.work / joules for area in found.areas],

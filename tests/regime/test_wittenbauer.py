@@ -33,14 +33,14 @@ def sized(scene, rtol=None):
 def test_the_certificate_brackets_the_exact_flywheel(make):
     flywheel_ = sized(make()).flywheel
     slack = 1e-12 * flywheel_.exact
-    for low, high in (flywheel_.bracket, flywheel_.torque_bracket):
+    for low, high in (flywheel_.proven_bounds, flywheel_.proven_bounds_torque):
         assert low - slack <= flywheel_.exact <= high + slack
 
 
 @pytest.mark.parametrize("eps", [1.0, 0.04])
 def test_the_certificate_is_as_wide_as_its_formula(eps):
     """Its ends are (1 + eps²/4) (Imax - Imin)/eps apart; I* of the yoke goes from 0 to m r²."""
-    low, high = sized(scenes.yoke(flywheel={"irregularity": eps})).flywheel.bracket
+    low, high = sized(scenes.yoke(flywheel={"irregularity": eps})).flywheel.proven_bounds
     assert high - low == pytest.approx((1 + eps**2 / 4) * 20 * 0.5**2 / eps, rel=1e-9)
 
 
@@ -101,7 +101,7 @@ def test_exact_lies_in_the_bracket_and_rtol_is_met_over_the_whole_range(eps, spe
     mechanism = scenes.yoke()["mechanism"] | {"yoke": {"mass": mass}}
     result = sized(scenes.yoke(mechanism=mechanism, regime={"speed": speed}, flywheel={"irregularity": eps}))
     assert result.error.exact <= 1e-9
-    low, high = result.flywheel.bracket
+    low, high = result.flywheel.proven_bounds
     slack = 1e-9 * max(abs(low), abs(high))
     assert low - slack <= result.flywheel.exact
     assert result.flywheel.exact <= max(high, 0.0) + slack
