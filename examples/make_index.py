@@ -82,20 +82,20 @@ SOURCES = (  # whose figure, what it shows, where it is drawn again
 
 
 def main(*redrawn: str) -> None:
-    """The pictures, all of them or those of what is named so, and the page."""
+    """Draws the pictures, all of them or those of the examples named, and writes the text."""
     PICTURES.mkdir(exist_ok=True)
     old = [line.split(" | ") for line in (HERE / "README.md").read_text(encoding="utf-8").splitlines() if "![" in line]
     drawn = {links.removeprefix("| "): pictures[:-2] for links, _, pictures in old}
-    page = [
+    lines = [
         "# Examples\n",
         HEAD,
         "\n## Figures of the sources, drawn again\n",
         "| source | figures | here |",
         "| --- | --- | --- |",
     ]
-    page += [f"| {' | '.join(row)} |" for row in SOURCES]
+    lines += [f"| {' | '.join(row)} |" for row in SOURCES]
     for folder, heading in FOLDERS.items():
-        page += [f"\n## {heading}\n", "| example | what it is | |", "| --- | --- | --- |"]
+        lines += [f"\n## {heading}\n", "| example | what it is | |", "| --- | --- | --- |"]
         stems = sorted({path.stem for path in (HERE / folder).iterdir() if path.suffix in (".toml", ".py")})
         for stem in stems:
             files = [path for suffix in (".toml", ".py") if (path := HERE / folder / f"{stem}{suffix}").exists()]
@@ -105,8 +105,8 @@ def main(*redrawn: str) -> None:
                 or not redrawn
                 or any(word in f"{folder}/{path.name}" for word in redrawn for path in files)
             )
-            page.append(f"| {links} | {words(files[0])} | {picture(folder, stem) if again else drawn[links]} |")
-    (HERE / "README.md").write_text("\n".join(page) + "\n", encoding="utf-8")
+            lines.append(f"| {links} | {words(files[0])} | {picture(folder, stem) if again else drawn[links]} |")
+    (HERE / "README.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def words(path: Path) -> str:

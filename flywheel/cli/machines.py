@@ -1,4 +1,4 @@
-"""Commands of one machine: `size`, `power`, `tradeoff`, `reduce`, `graph`, `reactions`, and its page and report."""
+"""Commands of one machine: `size`, `power`, `tradeoff`, `reduce`, `graph`, `reactions`, and its live page and report."""
 
 from __future__ import annotations
 
@@ -117,17 +117,17 @@ def size(
 
             explained = explanation(result)
         if as_json or full:
-            from flywheel.tables import sizing as page
+            from flywheel.tables import sizing as listing
         if as_json:
-            show(page.json(result, None if explained is None else explained.as_dict()))
-            remarked(scene, page.remarks(result))
+            show(listing.json(result, None if explained is None else explained.as_dict()))
+            remarked(scene, listing.remarks(result))
             for message in result.messages:
                 click.echo(message, err=True)
         else:
             from flywheel.tables import summary
 
             with use(language or "en"):
-                text = page.text(result) if full else summary.text(result, units or "si")
+                text = listing.text(result) if full else summary.text(result, units or "si")
             show(text if explained is None else f"{text}\n{explained.text()}")
         if plot is not None:
             from flywheel.pictures import sizing as picture
@@ -286,10 +286,10 @@ def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot
         flow = sizing.size(loaded(scene), rtol, accuracy=NORMAL).power_flow
         if flow is None:
             raise SceneError([Fault("areas", "a diagram of areas", "a machine", "areas do not show where the power goes")])
-        from flywheel.tables import power as page
+        from flywheel.tables import power as listing
 
         with use(language or "en"):
-            show(page.json(flow, at) if as_json else page.text(flow, at))
+            show(listing.json(flow, at) if as_json else listing.text(flow, at))
             if plot is not None:
                 from flywheel.pictures import power_flow as picture
 
@@ -667,7 +667,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
 )
 @click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
 @click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
-@click.option("--page", type=click.Choice(["all", "summary"]), default="all", help="summary: the first page alone, to sign.")
+@click.option("--cover-sheet", is_flag=True, help="The cover sheet alone, to sign.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
 @click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as of size.")
 @click.option(
@@ -681,14 +681,14 @@ def report(
     output: Path,
     language: str,
     units: str,
-    page: str,
+    cover_sheet: bool,
     rtol: float | None,
     accuracy: str | None,
     printed: Path | None,
 ) -> None:
     """Write the worked report of SCENE, a TOML file: every step as formula, substitution with numbers, and result.
 
-    Its first page says what a designer signs: machine, motor, train, flywheel, what binds, speeds, remarks.
+    Its cover sheet has what a designer signs: machine, motor, train, flywheel, limits, speeds, remarks.
     One file without anything from the network, to be printed on A4 and handed out. A scene without a flywheel gives the
     steps that it has.
     """
@@ -712,7 +712,7 @@ def report(
             with written(output):
                 try:
                     read = [*input_files(scene), *([] if printed is None else [printed])]
-                    contents.write(document, output, units=units, printed=beside, page=page, inputs=read)
+                    contents.write(document, output, units=units, printed=beside, cover_sheet=cover_sheet, inputs=read)
                 except contents.PrintError as error:
                     click.echo(f"{output}: {error}", err=True)
                     sys.exit(1)

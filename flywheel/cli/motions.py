@@ -191,7 +191,7 @@ def motion(
     spare(scene, output, plot)
     with reported(scene), watched(end) as watching:
         from flywheel.motions import driver, kinematics
-        from flywheel.tables import motions as page
+        from flywheel.tables import motions as listing
 
         lasting = None if law is None or end is None else _duration(end)
         machine = loaded(scene) if law is None else driver.scene_moved(scene, law, lasting)
@@ -231,10 +231,10 @@ def motion(
 
                     picture.plot(result, plot)
         if as_csv or as_json:
-            text = (page.motion_csv if as_csv else page.motion_json)(result, centres)
+            text = (listing.motion_csv if as_csv else listing.motion_json)(result, centres)
         else:
-            text = page.motion_text(result, listed=listed, tables=tables, full=full or tables)
-            text += "" if centres is None else f"\n{page.velocities_text(centres)}"
+            text = listing.motion_text(result, listed=listed, tables=tables, full=full or tables)
+            text += "" if centres is None else f"\n{listing.velocities_text(centres)}"
     for message in result.messages if as_csv else ():
         click.echo(message, err=True)
     hand_over(text, output, scene)

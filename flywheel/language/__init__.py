@@ -1,9 +1,9 @@
 """The language of what people read: English as it stands in the code, other languages from catalogues of gettext's format.
 
 A folder for each language holds one catalogue for each subject, `es/report.po`: the English text and its translation. A
-text is marked where it stands, `_("Exact flywheel")`, with `_` this module's `text`; scripts of the page mark theirs alike.
-Faults, remarks and messages are put together where they arise, without marks: `message` knows them by the templates of
-the catalogue `faults.po`, `"{0} beside {1}"`.
+text is marked in the code, `_("Exact flywheel")`, with `_` this module's `text`; scripts of the live page do the same.
+Faults, remarks and messages are put together in the code without marks: `message` recognises them by the templates of the
+catalogue `faults.po`, `"{0} beside {1}"`.
 
 >>> with use("es"):
 ...     text("Exact flywheel"), number("3.14")

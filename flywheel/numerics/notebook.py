@@ -11,10 +11,10 @@ def html(thing: object) -> str | None:
     import flywheel
 
     try:
-        page: str | None = flywheel.notebooks.html(thing)
+        markup: str | None = flywheel.notebooks.html(thing)
     except Exception:  # a notebook shows the object's text instead: to look at a result must never fail
         return None
-    return page
+    return markup
 
 
 def quoted(title: str | None) -> str:

@@ -107,7 +107,7 @@ def report(request: Mapping[str, Any]) -> bytes:
     with language.use(spoken(request)):
         try:
             units = "us" if request.get("units") == "us" else "si"
-            written = html(scene_of(text, request), units=units, page=request["pages"])
+            written = html(scene_of(text, request), units=units, cover_sheet=request["cover_sheet"])
             return contents.pdf(written) if request["format"] == "pdf" else written.encode()
         except SceneError as error:
             faults = placed_in(error.faults, text)
@@ -687,21 +687,17 @@ def _answer(server: PageServer, given: dict[str, Any]) -> Reply:
         return _json({"reason": "overtaken"}, HTTPStatus.CONFLICT)
 
 
-_PAGES = {"all": "", "summary": "-sheet"}
-"""How much of a report there may be, and what its file's name ends in."""
-
-
 def _report(server: PageServer, given: dict[str, Any]) -> Reply:
-    """The worked report as a file, all of it or its first page, which has a file name of its own."""
-    kind, pages = _text(given, "format", "html"), _text(given, "pages", "all")
-    if kind not in ("html", "pdf") or pages not in _PAGES:
-        raise ValueError(f"{kind} {pages}")
+    """The worked report as a file, or its cover sheet alone, which has a file name of its own."""
+    kind, alone = _text(given, "format", "html"), given.get("cover_sheet", False)
+    if kind not in ("html", "pdf") or not isinstance(alone, bool):
+        raise ValueError(f"{kind} {alone}")
     folder = server.session.folder_of(_text(given, "origin"))
     request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name}
-    answer = server.workers.report({**request, "format": kind, "pages": pages})
+    answer = server.workers.report({**request, "format": kind, "cover_sheet": alone})
     if answer[:1] == b"{":
         return Reply(answer, status=HTTPStatus.UNPROCESSABLE_ENTITY)
-    return Reply(answer, kind, name=f"{server.session.stem}{_PAGES[pages]}.{kind}")
+    return Reply(answer, kind, name=f"{server.session.stem}{'-cover-sheet' * alone}.{kind}")
 
 
 def _save(server: PageServer, given: dict[str, Any]) -> Reply:

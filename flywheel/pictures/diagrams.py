@@ -882,7 +882,7 @@ DIAGRAMS: dict[str, Kind] = {
     "motion": Kind(lambda: _("Motion"), _motion),
     "single_stroke": Kind(lambda: _("One stroke over time"), strokes.diagram),
 }
-"""Every diagram of a scene, in the order of the page."""
+"""Every diagram of a scene, in the order of the live page."""
 
 
 def made(part: Part, key: str, forces: JointForces | str = "") -> Diagram | str:

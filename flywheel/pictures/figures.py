@@ -189,7 +189,7 @@ def _hundredths(found: re.Match[str]) -> str:
 
 
 def svg(made: Figure, name: str, title: str, description: str) -> str:
-    """A figure as an SVG element to stand in a page, as wide as there is room; its ids begin with `name`, unique there.
+    """A figure as an SVG element for an HTML document, as wide as there is room; its ids begin with `name`, unique there.
 
     A screen reader reads the title and the description.
     """

@@ -27,7 +27,7 @@ from flywheel.sizing.results import Sizing
 
 Array = NDArray[np.float64]
 
-FINE, RESTING, MOVING = 3001, 361, 181  # positions of the driver: of a picture, of the page at rest and while a hand moves
+FINE, RESTING, MOVING = 3001, 361, 181  # positions of the driver: of a picture, of the live page at rest and during a drag
 _MOST_JUMPS = 40  # breakpoints of a machine that all get both sides; of more, those at which M* jumps
 _JUMP_SIDE = 1e-10  # of the cycle: the distance from a jump at which its sides are evaluated
 _JUMP = 1e-6  # of the greatest M*: the least jump
@@ -96,7 +96,7 @@ class Row(NamedTuple):
     unit: str  # in which values are shown
     about: str
     curves: tuple[Curve, ...]
-    height: float = 3.7  # inches in a picture; in proportion on the page
+    height: float = 3.7  # inches in a picture; in proportion on the live page
     factor: float = 1.0  # from SI
     si: str = ""  # unit of the figures, where it is another
     origin: float = 0.0  # the value from which the axis counts
@@ -117,13 +117,13 @@ class Row(NamedTuple):
 
 
 class Diagram(NamedTuple):
-    """Figures in SI, and what is drawn of them: rows, or the other `form` of which the page has a script."""
+    """Figures in SI, and what is drawn of them: rows, or the other `form` of which the live page has a script."""
 
     figures: dict[str, Any]
     title: str = ""
     about: str = ""
     rows: tuple[Row, ...] = ()
-    remarks: tuple[str, ...] = ()  # sentences that the page sets above
+    remarks: tuple[str, ...] = ()  # sentences that the live page sets above
     form: str = "rows"
 
     def values(self, of: str) -> Array:

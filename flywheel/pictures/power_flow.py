@@ -97,7 +97,7 @@ def plot(flow: PowerFlow, path: str | Path, *, at: float | None = None) -> None:
 
 
 def panel(flow: PowerFlow, *, at: float | None = None, form: str = "screen", name: str = "power-flow") -> str:
-    """The same as an SVG element to stand in a page, in the language in use; its ids begin with `name`."""
+    """The same as an SVG element to stand in an HTML document, in the language in use; its ids begin with `name`."""
     title = _title(flow, at)
     label = "; ".join(f"{entry.label} {_power(entry.power)}" for entry in entries(flow, at) if entry.stream.kind != "shaft")
     with in_form(form), rc_context(STYLE):

@@ -108,7 +108,7 @@ def panel(sizing: Sizing, kind: str, *, form: str = "screen", name: str = "") ->
         sizing: what `flywheel.size` gives.
         kind: one of `PANELS`.
         form: "screen", in colours, or "print", in greys, dashes and hatches.
-        name: what its ids begin with, unique in the page that it stands in; the kind if empty.
+        name: what its ids begin with, unique in the document that it stands in; the kind if empty.
 
     """
     with rc_context(STYLE), pictures.form(form):

@@ -2,7 +2,7 @@
 
 `tomllib` says which texts are TOML and what they hold; this says where. One scanner walks the text by TOML's lexical rules:
 on a good text it notes the line of every key, table and item, on a bad one it tells what stands in the way, in the words
-of somebody who has never read TOML's page.
+of somebody who has never read TOML's specification.
 """
 
 from __future__ import annotations

@@ -73,12 +73,12 @@ def text(topic: str | None = None) -> str:
     name = "overview" if topic is None else topic
     if name not in topics():
         raise KeyError(name)
-    page = Path(__file__).parent / f"{name}.md"
-    return page.read_text(encoding="utf-8") if page.exists() else described(KINDS[name])
+    file = Path(__file__).parent / f"{name}.md"
+    return file.read_text(encoding="utf-8") if file.exists() else described(KINDS[name])
 
 
 def described(kind: Kind) -> str:
-    """The page of a family of mechanisms, from its tables and ports."""
+    """The topic of a family of mechanisms, from its tables and ports."""
     keys = [(f"{part.name}.{key.name}", key) for part in kind.parts for key in part.keys]
     keys += [(key.name, key) for key in kind.keys]
     rows = [f"| `{path}` | {_value(key)} | {key.about} |" for path, key in keys]

@@ -34,9 +34,6 @@ from flywheel.tables.sizing import candidates, limit_names, remarks
 Given = Sizing | Machine | Scene
 """What a report is of."""
 
-PAGES = ("all", "summary")
-"""How much of a report there is: all of it, or its first page."""
-
 _MOST_ROWS = 400  # of a scene's table
 
 
@@ -46,7 +43,7 @@ def html(
     language: str | None = None,
     units: str = "si",
     printed: Solution | None = None,
-    page: str = PAGES[0],
+    cover_sheet: bool = False,
 ) -> str:
     """The report of a sizing, or of a scene, which is then sized, as one HTML file.
 
@@ -55,27 +52,25 @@ def html(
         language: "en" or "es"; the language in use if None.
         units: "si", or "us": results in US customary units beside.
         printed: a printed solution to be set beside ours, as `flywheel.report.solutions.solution` reads it.
-        page: "all", or "summary" for the first page alone, which a designer signs.
+        cover_sheet: the cover sheet alone, which a designer signs.
 
     Raises:
         SceneError: if the machine cannot run as its scene says.
-        ValueError: for another language, other units, another page.
+        ValueError: for another language or other units.
 
     """
-    if page not in PAGES:
-        raise ValueError(f"found the page {page!r}, expected all or summary")
     if units not in ("si", "us"):
         raise ValueError(f"found the units {units!r}, expected si or us")
     with nullcontext() if language is None else languages.use(language):
-        return documents.html(worked(given, customary=units == "us", printed=printed, page=page))
+        return documents.html(worked(given, customary=units == "us", printed=printed, cover_sheet=cover_sheet))
 
 
-def worked(given: Given, *, customary: bool = False, printed: Solution | None = None, page: str = PAGES[0]) -> Document:
-    """The report as a document, in the language in use; a machine without a flywheel has no summary."""
+def worked(given: Given, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False) -> Document:
+    """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
     scene = given if isinstance(given, Scene) else given.scene
     found = given if isinstance(given, Sizing) else sized(given)
     sizing = found if isinstance(found, Sizing) else None
-    alone = page == "summary" and sizing is not None
+    alone = cover_sheet and sizing is not None
     parts = () if alone else tuple(_parts(scene, sizing, given, printed))
     title = " ".join((scene.title or _("Machine")).split())
     first = "" if sizing is None else sheet.sheet(sizing, customary)
@@ -133,7 +128,7 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
         return _("Worked report")
     speed = quantity(sizing.speed, "rpm", 5)
     if alone:
-        return _("Data sheet of the drive, crank at {speed}", speed=speed)
+        return _("Cover sheet, crank at {speed}", speed=speed)
     on = sizing.flywheel.on
     if scene.inertia is not None:
         given = quantity(scene.inertia, "kg m²", 5)
@@ -479,7 +474,7 @@ def browser() -> str:
     return found
 
 
-def pdf(page: str) -> bytes:
+def pdf(text: str) -> bytes:
     """A report's HTML as PDF, printed by a browser that neither opens a window nor asks the network.
 
     Raises:
@@ -489,7 +484,7 @@ def pdf(page: str) -> bytes:
     program = browser()
     with TemporaryDirectory(prefix="flywheel-report-") as folder:
         source, made = Path(folder) / "report.html", Path(folder) / "report.pdf"
-        source.write_text(page, encoding="utf-8")
+        source.write_text(text, encoding="utf-8")
         options = [
             "--headless",
             "--disable-gpu",
@@ -524,7 +519,7 @@ def write(
     language: str | None = None,
     units: str = "si",
     printed: Solution | None = None,
-    page: str = "all",
+    cover_sheet: bool = False,
     inputs: Iterable[str | Path] = (),
 ) -> None:
     """Writes a report into a file, HTML or PDF as its ending says, whole or not at all.
@@ -535,7 +530,7 @@ def write(
         language: "en" or "es"; the language in use if None.
         units: "si" or "us".
         printed: a printed solution to be set beside.
-        page: "all", or "summary" for the first page alone.
+        cover_sheet: the cover sheet alone.
         inputs: files that were read, which are never replaced.
 
     Raises:
@@ -548,7 +543,7 @@ def write(
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .html, .htm or .pdf")
-    written = html(given, language=language, units=units, printed=printed, page=page)
+    written = html(given, language=language, units=units, printed=printed, cover_sheet=cover_sheet)
     if kind != ".pdf":
         write_text(path, written, inputs)
         return

@@ -121,7 +121,7 @@ Part = Step | Table | Figure | Note | Listing | Items | Section
 class Document:
     """A whole report. `subtitle` is a line under the title; `customary` has results in US units beside the SI ones.
 
-    `sheet` is a first page as HTML, before the contents, with the `style` that it needs.
+    `sheet` is the cover sheet as HTML, before the contents, with the `style` that it needs.
     """
 
     title: str
@@ -292,7 +292,7 @@ nav ol { columns: 2; padding-left: 2em; margin: .4em 0 1em; }
 _WHOLE = 14  # rows of a table that is not split between pages
 
 FIRST_LINE = "<!DOCTYPE html><!-- flywheel report -->"
-"""By which a report is told from other pages, which are never replaced by one."""
+"""By which a report is distinguished from other HTML files, which it never replaces."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:"
 """What a browser may load for the file: nothing. It asks no network and runs no script."""
 
@@ -508,7 +508,7 @@ _REFERENCE = re.compile(r'(url\(#|href="#)([^)"]+)')
 
 
 def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
-    """A drawing as an element of a page: with a title and a description, and ids that no other drawing there has.
+    """A drawing as an element of a document: with a title and a description, and ids that no other drawing there has.
 
     Ids that nothing in the drawing refers to are left away.
 

@@ -1,4 +1,4 @@
-"""The first page of a report: what a designer signs. Machine, motor, train, flywheel, what binds, speed, remarks.
+"""The cover sheet of a report, which a designer signs. Machine, motor, train, flywheel, what binds, speed, remarks.
 
 It has the contents of the summary, set as a sheet of A4 beside the picture of the train, with lines for who designed and
 who checked it. Texts go in as text, never as markup.

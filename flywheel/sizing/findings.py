@@ -1,7 +1,7 @@
 """Figures of a sizing: one line for each, from which every place that shows it is rendered.
 
-JSON (`as_dict`), the reference's table, columns of sweeps, the page, the full table and the report take the figures of a
-sizing from `FINDINGS`. A new figure is a line there, and the field that its value is computed into.
+JSON (`as_dict`), the reference's table, columns of sweeps, the summary, the full listing and the report take the figures
+of a sizing from `FINDINGS`. A new figure is a line there, and the field that holds its value.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Finding(NamedTuple):
 
     `key` is that in JSON, with a dot before a figure of a block; `unit` is SI; `about` what the reference says of it;
     `value` that of a sizing, or the path of the field where that is not the key. Figures that people read have `words`,
-    marked for translation, the absolute error (SI) that they are written with, and the `symbol` of the report. `pages` are
-    those of `PAGES` that show the figure as a row like any other; elsewhere it stands in a row, step or table of its own.
-    `beside` is what stands beside it in the full table if not its unit, `column` what it is in sweeps.
+    marked for translation, the absolute error (SI) that they are written with, and the `symbol` of the report. `outputs` are
+    those of `OUTPUTS` that show the figure as a row like any other; elsewhere it stands in a row, step or table of its own.
+    `beside` is what stands beside it in the full listing if not its unit, `column` what it is in sweeps.
     """
 
     key: str
@@ -50,7 +50,7 @@ class Finding(NamedTuple):
     words: Callable[[], str] | None = None
     error: Callable[[Sizing], float] = lambda sizing: 0.0
     symbol: str = ""
-    pages: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
     beside: str = ""
     column: Column | None = None
 
@@ -69,8 +69,8 @@ class Finding(NamedTuple):
         return value
 
 
-SUMMARY, FULL, REPORT = PAGES = ("summary", "full", "report")
-"""The page of `flywheel size`, its full table, the worked report."""
+SUMMARY, FULL, REPORT = OUTPUTS = ("summary", "full", "report")
+"""The summary of `flywheel size`, its full listing, the worked report."""
 
 
 def work_error(sizing: Sizing) -> float:
@@ -296,10 +296,10 @@ def finding(key: str) -> Finding:
     return next(one for one in FINDINGS if one.key == key)
 
 
-def shown(page: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
+def shown(output: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
     """The figures shown as ordinary rows, with their values; those that a sizing has."""
     for one in FINDINGS:
-        if page in one.pages and (value := one.of(sizing)) is not None:
+        if output in one.outputs and (value := one.of(sizing)) is not None:
             yield one, float(value)
 
 

@@ -445,7 +445,7 @@ class Synchronism(NamedTuple):
 
 
 MATTERS = 0.01
-"""Share by which a figure must differ from that of the static curve for the page to say that the fluxes matter."""
+"""Share by which a figure must differ from that of the static curve for the summary to say that the fluxes matter."""
 
 
 class Beside(NamedTuple):
@@ -635,26 +635,26 @@ class Sizing:
         )
 
     def report(
-        self, path: str | Path | None = None, *, language: str | None = None, units: str = "si", page: str = "all"
-    ) -> HtmlPage | None:
-        """The worked report: written into a file, HTML or PDF as its ending says, or else as a page that a notebook shows.
+        self, path: str | Path | None = None, *, language: str | None = None, units: str = "si", cover_sheet: bool = False
+    ) -> HtmlReport | None:
+        """The worked report: written into a file, HTML or PDF as its ending says, or returned as HTML that a notebook shows.
 
         Args:
-            path: ends in .html or .pdf; None to have the page itself.
+            path: ends in .html or .pdf; None to have the HTML itself.
             language: "en" or "es"; the language in use if None.
             units: "si" or "us".
-            page: "all", or "summary" for the first page alone, which a designer signs.
+            cover_sheet: the cover sheet alone, which a designer signs.
 
         Raises:
-            ValueError: for another ending, or another page.
+            ValueError: for another ending.
             OSError: if the file cannot be written.
 
         """
         import flywheel
 
         if path is None:
-            return HtmlPage(flywheel.report.html(self, language=language, units=units, page=page))
-        flywheel.report.write(self, path, language=language, units=units, page=page)
+            return HtmlReport(flywheel.report.html(self, language=language, units=units, cover_sheet=cover_sheet))
+        flywheel.report.write(self, path, language=language, units=units, cover_sheet=cover_sheet)
         return None
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
@@ -766,16 +766,16 @@ def _flat(prefix: str, data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, float(value) if isinstance(value, np.floating) else value
 
 
-class HtmlPage(str):
-    """A page of HTML, which a notebook shows in a frame of its own."""
+class HtmlReport(str):
+    """A report as HTML, which a notebook shows in a frame of its own."""
 
     __slots__ = ()
 
     def __repr__(self) -> str:
-        return f"HtmlPage({len(self)} characters)"
+        return f"HtmlReport({len(self)} characters)"
 
     def _repr_html_(self) -> str:
-        """The page in a frame, so that its styles stay its own."""
+        """The report in a frame, so that its styles stay its own."""
         from html import escape  # notebooks alone show it so
 
         return (

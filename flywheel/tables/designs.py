@@ -21,7 +21,7 @@ from flywheel.designs.variation import Derivative, Sensitivities, change
 from flywheel.numerics.units import aligned, columns, figure
 from flywheel.study.tradeoff import RESTARTED, MethodRow, Tradeoff, ordered
 from flywheel.tables.power import warnings
-from flywheel.tables.rows import Row, encoded, page, plain, printable, sentences, short_names, wrapped
+from flywheel.tables.rows import Row, encoded, paragraphs, plain, printable, sentences, short_names, wrapped
 from flywheel.tables.sizing import remarks
 
 WIDTH = 80
@@ -35,7 +35,7 @@ _APPROXIMATE_TIE = 1e-9  # share by which the approximate flywheel may be below 
 
 def sweep_text(found: Sweep, rows: int = 20) -> str:
     """All of it: `rows` of the designs, evenly chosen where there are more."""
-    return page((_question(found), _best(found), _table(found, rows), _sentences("", notes(found))))
+    return paragraphs((_question(found), _best(found), _table(found, rows), _sentences("", notes(found))))
 
 
 def notes(found: Sweep) -> list[str]:
@@ -242,7 +242,7 @@ def sensitivities_text(found: Sensitivities, names: Sequence[str] = ()) -> str:
     said = [f"Relative errors of derivatives are at most {worst:.0e}."] if worst else []
     for reason, of in reasons.items():
         said.append(f"No derivative of {', '.join(of)} by {reason}.")
-    return page((head, *blocks, [line for sentence in said for line in _wrapped(sentence)]))
+    return paragraphs((head, *blocks, [line for sentence in said for line in _wrapped(sentence)]))
 
 
 def _known(value: float) -> float:
@@ -292,7 +292,7 @@ def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
     said = [_sentence(message) for message in found.messages]
     if found.refused:
         said.append(f"{found.refused} of {count} samples are refused and left out, such as: {found.reason}")
-    return page((*blocks, [line for sentence in said for line in _wrapped(sentence)]))
+    return paragraphs((*blocks, [line for sentence in said for line in _wrapped(sentence)]))
 
 
 def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
@@ -397,7 +397,7 @@ def optimum_text(found: Optimum) -> str:
     said += [] if motor is None or found.sizing.energy is None else warnings(found.sizing, motor)
     said += [confirmed] if found.confirmed else []
     said.append(f"{found.designs} designs, {len(found.starts)} search{'' if len(found.starts) == 1 else 'es'}.")
-    return page(
+    return paragraphs(
         (
             [*head, *_cut(columns(rows, ("", "best", "", "bounds", "")))],
             ["Limits", *_cut(columns(limits))] if limits else [],
@@ -470,7 +470,7 @@ def motors_text(found: SuitableMotors, rows: int = 20) -> str:
         [choice for choice in found.refused if choice.suits is None],
     )
     notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
-    return page([lines, refused, left, notes])
+    return paragraphs([lines, refused, left, notes])
 
 
 def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
@@ -595,7 +595,7 @@ def tradeoff_text(found: Tradeoff) -> str:
     without = [f"{reason}: {_names(rows, found)}" for reason, rows in reasons.items()]
     without += [f"not for this scene: {name}: {reason}" for name, reason in found.cannot.items()]
     left_out = [f"{_names(rows, found)}: {what}" for what, rows in missing.items()]
-    return page(
+    return paragraphs(
         (
             question,
             _methods(found),

@@ -14,7 +14,7 @@ from flywheel.scene.accuracy import CONFIRM
 from flywheel.scene.scene import Mechanism, Scene, Transmission
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
-from flywheel.tables.rows import DEGREES, page, sentences, wrapped
+from flywheel.tables.rows import DEGREES, paragraphs, sentences, wrapped
 
 _ELSEWHERE = "flywheel tradeoff measures what other methods and tolerances cost on this scene."
 
@@ -63,7 +63,7 @@ class Explanation:
             "Additional work beyond that of a smooth machine": _items(self.forced),
             "Cost, without the loading of libraries": [*costs, *sentences([_ELSEWHERE])],
         }
-        return page((title, *lines) for title, lines in blocks.items() if lines)
+        return paragraphs((title, *lines) for title, lines in blocks.items() if lines)
 
 
 def explain(

@@ -18,7 +18,7 @@ from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants
 from flywheel.motions.transients import estimates, of_samples
 from flywheel.numerics.units import columns, figure, short
-from flywheel.tables.rows import DEGREES, RPM, csv, encoded, page, sentences, wrapped
+from flywheel.tables.rows import DEGREES, RPM, csv, encoded, paragraphs, sentences, wrapped
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True,
     if resting and full:
         where = "; ".join(f"{name} {_standing(found.curves[name])}" for name in resting)
         blocks.append(wrapped(f"at rest: {where}", ""))
-    return page(blocks)
+    return paragraphs(blocks)
 
 
 def _rests(curve: Curve) -> bool:
@@ -358,7 +358,7 @@ def velocities_text(found: InstantCentres) -> str:
             blocks.append(
                 [f"velocities by them, and by influence coefficients, {_unit(found)}", *_velocities(found, centres, k)]
             )
-    return page(blocks)
+    return paragraphs(blocks)
 
 
 def _position(found: InstantCentres, k: int) -> str:
@@ -480,7 +480,7 @@ def transient_text(transient: Transient) -> str:
     title = wrapped(transient.scene.title, "") if transient.scene.title else []
     headline = [*title, *wrapped(f"From {at}, {speed}: {transient.ended}.", "")]
     parts = (headline, _figures(transient), _energy(transient), _motor_start(transient))
-    return page((*parts, sentences(transient.messages, "")))
+    return paragraphs((*parts, sentences(transient.messages, "")))
 
 
 def _speed(transient: Transient, value: float) -> str:

@@ -26,7 +26,7 @@ from collections.abc import Sequence
 
 from flywheel.language import message
 from flywheel.sizing.results import PowerFlow, Stream
-from flywheel.tables.rows import DEGREES, SI, encoded, page
+from flywheel.tables.rows import DEGREES, SI, encoded, paragraphs
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -565,7 +565,7 @@ def gives(flow: PowerFlow, entry: Entry) -> bool:
 def text(flow: PowerFlow, at: float | None = None) -> str:
     """Text that `flywheel power` prints: the balance, every stream, every shaft."""
     title = [flow.scene.title] if flow.scene.title else []
-    return page((sentences(title, ""), balance(flow, at), shafts(flow)))
+    return paragraphs((sentences(title, ""), balance(flow, at), shafts(flow)))
 
 
 def json(flow: PowerFlow, at: float | None = None) -> str:

@@ -175,7 +175,7 @@ SYSTEMS: Mapping[str, TradeUnits] = MappingProxyType({system.name: system for sy
 """The systems of units by the names under which users ask for them."""
 
 
-# -- rows and pages -------------------------------------------------------------------------------------------------------
+# -- rows and paragraphs ---------------------------------------------------------------------------------------------
 
 
 WIDTH = 100
@@ -199,13 +199,13 @@ def block(title: str, rows: Iterable[Row]) -> list[str]:
 
 
 def figures(sizing: Sizing) -> Iterator[Row]:
-    """The figures of a sizing that the full table shows as rows like any other, in English."""
+    """The figures of a sizing that the full listing shows as rows like any other, in English."""
     with use("en"):
         for one, value in shown(FULL, sizing):
             yield Row(one.name, figure(value, one.error(sizing)), one.beside or one.unit)
 
 
-def page(blocks: Iterable[Iterable[str]]) -> str:
+def paragraphs(blocks: Iterable[Iterable[str]]) -> str:
     """Blocks of lines as a text, an empty line between two of them; those without a line are left out."""
     return "\n\n".join("\n".join(lines) for lines in map(list, blocks) if lines) + "\n"
 
@@ -216,13 +216,13 @@ def printable(text: str) -> str:
 
 
 def wrapped(sentence: str, indent: str = "  ", first: str | None = None) -> list[str]:
-    """A sentence as lines of a page; `first` is what its first line begins with, the indent if None."""
+    """A sentence as lines of a text; `first` is what its first line begins with, the indent if None."""
     head = indent if first is None else first
     return wrap(printable(sentence), WIDTH, initial_indent=head, subsequent_indent=indent)
 
 
 def sentences(found: Iterable[str], indent: str = "  ") -> list[str]:
-    """Sentences as lines of a page, each from a new line on."""
+    """Sentences as lines of a text, each from a new line on."""
     return [line for sentence in found for line in wrapped(sentence, indent)]
 
 
@@ -290,7 +290,7 @@ def encoded(data: Mapping[str, Any], indent: int | None = None) -> str:
     >>> encoded({"a": np.float64(0.1), "b": float("inf"), "c": np.array([1.0, 2.0])})
     '{"a": 0.1, "b": null, "c": [1.0, 2.0]}'
     """
-    import json  # pages and CSV do without
+    import json  # texts and CSV do without
 
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 

@@ -2,7 +2,7 @@
 
 To add a block, find its place in `BLOCKS`: each is a function of the sizing that returns its lines, title first. A figure is
 written with `figure(value, error)`, which gives it the digits that its error leaves. The flywheels (`candidates`, absolute
-errors) are shared by the page and the pictures.
+errors) are shared by the summary and the pictures.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from flywheel.tables.rows import (
     irregularity,
     irregularity_in_words,
     or_unknown,
-    page,
+    paragraphs,
     percent_and_steadiness,
     printable,
     rpm,
@@ -412,7 +412,7 @@ CONCLUSIVE = 0.01  # greatest relative error of a simulation that confirms
 
 
 def text(sizing: Sizing) -> str:
-    r"""The whole page, at most 100 columns wide, without colours; every figure to the digits that its error leaves.
+    r"""The full listing, at most 100 columns wide, without colours; every figure to the digits that its error leaves.
 
     >>> import flywheel
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
@@ -424,7 +424,7 @@ def text(sizing: Sizing) -> str:
     <BLANKLINE>
     Flywheel on the crank for irregularity 0.02 (±1 %, steadiness 50), crank at 60 rpm
     """
-    return page(lines(sizing) for lines in BLOCKS)
+    return paragraphs(lines(sizing) for lines in BLOCKS)
 
 
 def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
@@ -729,4 +729,4 @@ BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _notes,
     _left_out,
 )
-"""The blocks of the page in their order; one without lines is left out."""
+"""The blocks of the full listing in their order; one without lines is left out."""

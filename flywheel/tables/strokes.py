@@ -9,7 +9,7 @@ from flywheel.language import text as _
 from flywheel.motions.single_stroke import FINDINGS, SingleStroke
 from flywheel.numerics.units import columns, figure
 from flywheel.sizing.findings import KINDS, Finding
-from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, page, printable
+from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
 from flywheel.tables.summary import Block, Row, lines_of, machine_block
 
@@ -131,6 +131,6 @@ def full(found: SingleStroke) -> str:
     shares = [(key, figure(value, found.error["shares"][key]), "") for key, value in found.shares.items()]
     formulas = [(key, figure(value), _BY_KEY[key].unit) for key, value in found.formulas.items()]
     lists = {"Figures": rows, "Energy of a period": energies, "Loads over their limits": shares, "By formulas": formulas}
-    return page(
+    return paragraphs(
         [[found.scene.title or ""], scene_rows(found.scene), *([title, *columns(each)] for title, each in lists.items())]
     )

@@ -51,7 +51,7 @@ class Row(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A part of the page: rows, or a table under a header, then sentences. `name` is the same in every language."""
+    """A part of the summary: rows, or a table under a header, then sentences. `name` is the same in every language."""
 
     name: str
     title: str = ""
@@ -398,7 +398,7 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def _row(one: Finding, sizing: Sizing, units: TradeUnits, note: str = "") -> Row:
-    """A figure as a line of the page, in the units of the trade."""
+    """A figure as a line of the summary, in the units of the trade."""
     value, error = float(one.of(sizing)), one.error(sizing)
     written = units.shown(value, KINDS[one.unit], error) if one.unit in KINDS else Shown(five_digits(value, error), one.unit)
     return Row(one.name, *written, note)
@@ -630,14 +630,14 @@ BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
     _run,
     _notes,
 )
-"""The blocks of the page in their order; an empty one is left out."""
+"""The blocks of the summary in their order; an empty one is left out."""
 
 
 # -- as text ---------------------------------------------------------------------------------------------------------
 
 
 def text(sizing: Sizing, units: str = "si") -> str:
-    """The page in 80 columns, in about 24 lines: of a long machine the parts that find no place are counted.
+    """The summary in 80 columns, in about 24 lines: of a long machine the parts that find no place are counted.
 
     Args:
         sizing: what `flywheel.size` gives.
@@ -677,7 +677,7 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
 
 
 def lines_of(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
-    """The lines of all blocks, the machine's in what the others leave of the page, so many lines at least."""
+    """The lines of all blocks, the machine's in what the others leave of the summary, so many lines at least."""
     labels = [len(row.label) for block in blocks for row in block.rows if block.name != "machine"]
     width = max([_LABELS, *labels])
     others = [_lines(block, width) for block in blocks if block.name != "machine"]
@@ -696,7 +696,7 @@ _LABELS, _FIGURES = 18, 12  # columns of labels, at least, and of figures with t
 
 
 def _lines(block: Block, width: int) -> list[str]:
-    """A block as lines of the page, its labels in a column so wide."""
+    """A block as lines of the summary, its labels in a column so wide."""
     lines = _wrapped(block.title, "", "") if block.title else []
     if block.table:
         table = columns(block.table, block.header)

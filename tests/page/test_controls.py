@@ -473,23 +473,23 @@ def test_the_report_is_downloaded_as_pdf(page):
 
 
 @pytest.mark.slow
-def test_one_page_to_sign_is_downloaded(page):
-    sheet = _report(page, "html", "en", "summary").decode()
-    assert "Data sheet of the drive" in sheet
+def test_the_cover_sheet_is_downloaded(page):
+    sheet = _report(page, "html", "en", "cover_sheet").decode()
+    assert "Cover sheet" in sheet
     assert "Designed by" in sheet
     assert "<math" not in sheet
 
 
-def _report(page, kind, tongue, pages="all"):
+def _report(page, kind, tongue, part="all"):
     drawn(page)
     page.click("#report")
     dialog = page.get_by_role("dialog")
-    dialog.locator(f'input[name="pages"][value="{pages}"]').check()
+    dialog.locator(f'input[name="part"][value="{part}"]').check()
     dialog.locator(f'input[name="format"][value="{kind}"]').check()
     dialog.locator(f'input[name="tongue"][value="{tongue}"]').check()
     with page.expect_download(timeout=300_000) as coming:
         dialog.get_by_role("button", name="Download").click()
-    assert coming.value.suggested_filename == f"press{'-sheet' if pages == 'summary' else ''}.{kind}"
+    assert coming.value.suggested_filename == f"press{'-cover-sheet' if part == 'cover_sheet' else ''}.{kind}"
     return coming.value.path().read_bytes()
 
 

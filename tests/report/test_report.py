@@ -626,7 +626,7 @@ def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
 def test_the_page_to_be_signed_has_the_figures_of_the_page_of_answers_and_escapes_them(scene):
     sizing = flywheel.size(flywheel.load(scene | {"title": "<b>A press</b>"}), accuracy="normal")
     told = regime_sheet.sheet(sizing)
-    page = report.html(sizing, page="summary", language="es")
+    page = report.html(sizing, cover_sheet=True, language="es")
     assert "Proyectado por" in page
     assert "Hoja de datos del accionamiento; manivela a" in page
     assert "Informe desarrollado" not in page

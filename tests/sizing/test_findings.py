@@ -12,7 +12,7 @@ from flywheel.designs.figures import FIGURES, figures_of
 from flywheel.page import data
 from flywheel.reference import text as reference_text
 from flywheel.sizing import findings
-from flywheel.sizing.findings import FINDINGS, PAGES, Finding, reference
+from flywheel.sizing.findings import FINDINGS, OUTPUTS, Finding, reference
 from flywheel.tables import sizing as full
 from flywheel.tables import summary
 from tests.scenes import yoke
@@ -83,11 +83,11 @@ def test_columns_of_sweeps_are_those_of_the_figures(sizing):
         assert not FIGURES[name].error or FIGURES[name].error in sizing.errors, name
 
 
-def test_words_and_symbols_are_those_of_every_page(sizing):
-    pages = {"full": full.text(sizing), "summary": summary.text(sizing), "report": flywheel.report.html(sizing)}
+def test_words_and_symbols_are_those_of_every_output(sizing):
+    texts = {"full": full.text(sizing), "summary": summary.text(sizing), "report": flywheel.report.html(sizing)}
     for one in FINDINGS:
-        for page in one.pages:
-            assert one.name in pages[page], (one.key, page)
+        for output in one.outputs:
+            assert one.name in texts[output], (one.key, output)
             assert one.key in sizing.figures
     words = [one.name for one in FINDINGS if one.words is not None]
     with language.use("es"):
@@ -95,10 +95,10 @@ def test_words_and_symbols_are_those_of_every_page(sizing):
 
 
 def test_a_new_figure_is_one_line(sizing, monkeypatch):
-    """In JSON, the table of figures, the reference, the full table, the page, the live page and the report."""
+    """In JSON, the table of figures, the reference, the full listing, the summary, the live page and the report."""
     new = Finding(
         "kinetic_energy", "J", "of the flywheel", lambda s: 0.5 * s.inertia * s.speed**2, lambda: "energy of the flywheel",
-        symbol="E_f", pages=PAGES,
+        symbol="E_f", outputs=OUTPUTS,
     )  # fmt: skip
     monkeypatch.setattr(findings, "FINDINGS", (*FINDINGS, new))
     value = 0.5 * sizing.inertia * sizing.speed**2
@@ -113,7 +113,7 @@ def test_a_new_figure_is_one_line(sizing, monkeypatch):
 
 
 def test_every_power_names_its_speed():
-    """`power` of JSON and sweeps is at the mean of the extremes, that of the page is work over time."""
+    """`power` of JSON and sweeps is at the mean of the extremes, that of the summary is work over time."""
     sizing = flywheel.size(flywheel.load(EXAMPLES / "machines/press.toml"), simulate=False)
     swept = figures_of(sizing)["power"][0]
     assert swept == sizing.as_dict()["power"] == pytest.approx(sizing.drive_work * sizing.speed / sizing.scene.cycle)

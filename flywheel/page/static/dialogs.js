@@ -141,18 +141,18 @@ function groupName(group) {
   return names[group] ?? group;
 }
 
-/** Ask how much of a report, its form and its language: {pages, format, language}, or null. */
+/** Ask how much of a report, its form and its language: {cover_sheet, format, language}, or null. */
 export async function askReport(language) {
-  const radio = (name, value, words, checked) => element("label", {}, element("input", { type: "radio", name, value, checked, autofocus: name === "pages" && checked }), " ", words);
-  const pages = element("fieldset", {}, element("legend", {}, text("Pages")), radio("pages", "all", text("Whole report: every step with its formula, the numbers put in, and the result"), true), radio("pages", "summary", text("One page to sign"), false));
+  const radio = (name, value, words, checked) => element("label", {}, element("input", { type: "radio", name, value, checked, autofocus: name === "part" && checked }), " ", words);
+  const part = element("fieldset", {}, element("legend", {}, text("Contents")), radio("part", "all", text("Whole report: every step with its formula, the numbers put in, and the result"), true), radio("part", "cover_sheet", text("Cover sheet alone, to sign"), false));
   const form = element("fieldset", {}, element("legend", {}, text("File")), radio("format", "html", text("HTML, for any browser"), true), radio("format", "pdf", text("PDF, A4"), false));
   const tongue = element("fieldset", {}, element("legend", {}, text("Language of the report")), radio("tongue", "en", "English", language === "en"), radio("tongue", "es", "Español", language === "es"));
-  const chosen = await ask(text("Report"), [pages, form, tongue], [
+  const chosen = await ask(text("Report"), [part, form, tongue], [
     { value: "make", words: text("Download"), main: true },
     { value: "", words: text("Cancel") },
   ]);
   if (chosen !== "make") return null;
-  return { pages: pages.querySelector(":checked").value, format: form.querySelector(":checked").value, language: tongue.querySelector(":checked").value };
+  return { cover_sheet: part.querySelector(":checked").value === "cover_sheet", format: form.querySelector(":checked").value, language: tongue.querySelector(":checked").value };
 }
 
 /** Tell the keys and how the page is used. */

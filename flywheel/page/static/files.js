@@ -203,7 +203,7 @@ export async function report() {
   try {
     const made = await file("report", { text: scene.text, units: scene.units, origin: scene.origin, ...chosen });
     const name = (scene.name || "scene").replace(/\.toml$/, "");
-    download(fileName(chosen.pages === "all" ? name : `${name}-sheet`, chosen.format), made);
+    download(fileName(chosen.cover_sheet ? `${name}-cover-sheet` : name, chosen.format), made);
     told(text("The report was made."), "report", 6000);
   } catch (error) {
     told(text("The report was not made: {why}", { why: error.message }), "report");
