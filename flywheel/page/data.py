@@ -235,8 +235,7 @@ def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
         "traces": [{"name": trace.name, "at": _place(known[trace.name])} for trace in made.traces],
         "labels": [{"text": label.text, "body": label.body, "at": _place(label.at)} for label in made.labels],
         "centres": [{"body": link.name, "at": _place((link.name, link.com))} for link in linkage.links if link.mass],
-        "unit": made.unit,
-        "size": made.size,
+        "box": view.box,
         "driver": _driven_body(linkage.joint(linkage.driver)),
     }
 
@@ -261,4 +260,5 @@ def _discs(scene: Scene, axis: Axis) -> dict[str, Any]:
             shapes.append({"kind": kind, "body": name, "at": [name, 0.0, 0.0], "turns": name, "outline": outline})
         labels.append({"text": name, "body": name, "at": [name, 0.0, 0.0]})
     discs = {"name": "", "bodies": bodies, "shapes": shapes, "traces": [], "labels": labels, "centres": []}
-    return discs | {"unit": 0.2, "size": 5.0 * len(bodies), "driver": next(iter(bodies)), "schematic": True}
+    box = [[-2.0, 5.0 * len(bodies) - 3.0], [-2.0, 2.0]]
+    return discs | {"box": box, "driver": next(iter(bodies)), "schematic": True}

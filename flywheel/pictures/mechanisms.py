@@ -128,13 +128,9 @@ def columns_for(boxes: Sequence[Array]) -> int:
 
 
 def extent(view: View) -> Array:
-    """The box (m) that holds everything drawn of a mechanism through its motion: x and y, least and greatest."""
-    few = view.solution.poses(view.cycle.q[::6])
-    outlines = [placed(shape, few).reshape(2, -1) for shape in view.sketch.shapes]
-    whole = np.concatenate((*outlines, *(t.path for t in view.sketch.traces)), axis=1)
-    low, high = np.nanmin(whole, axis=1), np.nanmax(whole, axis=1)
-    spare = _MARGIN * float((high - low).max())
-    return np.stack((low - spare, high + spare), axis=1)
+    """The box (m) of a mechanism with a margin around it: x and y, least and greatest."""
+    spare = _MARGIN * float(np.ptp(view.box, axis=1).max())
+    return np.asarray(view.box + (-spare, spare))
 
 
 def factor(box: Array) -> tuple[float, str]:

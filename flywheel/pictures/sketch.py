@@ -453,6 +453,14 @@ class View:
         """The figures of the mechanism, with the paths of the points asked for."""
         return sketch(self.cycle, self.points)
 
+    @cached_property
+    def box(self) -> Array:
+        """The box (m) that holds everything drawn of the mechanism through its motion: x and y, least and greatest."""
+        few = self.solution.poses(self.cycle.q[::6])
+        outlines = [placed(shape, few).reshape(2, -1) for shape in self.sketch.shapes]
+        whole = np.concatenate((*outlines, *(trace.path for trace in self.sketch.traces)), axis=1)
+        return np.stack((np.nanmin(whole, axis=1), np.nanmax(whole, axis=1)), axis=1)
+
 
 def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     """Every mechanism of a scene but those without joints, such as laws, which have no bodies to draw.

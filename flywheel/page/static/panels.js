@@ -12,6 +12,7 @@ const STILL_SECONDS = 0.8;
 const TURN = 2 * Math.PI;
 const DEGREE = Math.PI / 180;
 const PNG_SCALE = 2;
+const PRINTED = 412; // px: a figure in one of two columns of a sheet, where its smallest text has 6 pt
 
 const NEAR = "60px 0px"; // of the window: what is that near to it is drawn along
 
@@ -42,6 +43,9 @@ export function cursorIn() {
   byId("play").addEventListener("click", play);
   byId("panels").addEventListener("cursor", (event) => move(event.detail.phi));
   window.addEventListener("blur", () => (before = 0));
+  const fit = (width) => shown.forEach(({ figure }) => figure?.fit(width));
+  window.addEventListener("beforeprint", () => fit(PRINTED));
+  window.addEventListener("afterprint", () => fit(null));
 }
 
 /** Put the cursor at a crank angle (rad), in every figure. */

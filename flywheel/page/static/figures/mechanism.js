@@ -2,7 +2,7 @@
 
 import { csv, label, node, paint, path, round, standalone, valueAt, wide } from "./svg.js";
 import { setAll } from "./curves.js";
-import { clear, driverOf, followWidth, placeOf, coloursOf } from "./panel.js";
+import { clear, driverOf, followWidth, placeOf, coloursOf, widthOf } from "./panel.js";
 
 const FILLED = { plate: 0.3, bar: 0.75, rail: 0.65, block: 0.5, "fixed block": 0.5, wheel: 0.12, cam: 0.3, dot: 1 };
 const WHITE = new Set(["pin", "slot", "support"]);
@@ -11,6 +11,8 @@ const OPEN = new Set(["ground", "mark", "track", "arrow"]);
 const DASHED = { wheel: "9 3 2 3", mark: "4 3" };
 const STEP = 1; // degrees that an arrow key turns the crank by; hundredths of a stroke
 const WINDOW = 0.2; // of the cycle: how far one movement of a dragging hand can take it
+const SHAPE = 0.6; // height to width of the figure
+const [LOWEST, HIGHEST] = [330, 520]; // px: how high a mechanism may be in a narrow place, in a wide one
 let count = 0;
 
 /** The mechanism in its place: a slider of the crank's angle for keyboard and screen reader, dragged by hand on any body. */
@@ -23,15 +25,14 @@ export function mechanismIn(host, answer, tools) {
   slider.tabIndex = 0;
   slider.append(svg);
   host.replaceChildren(slider);
-  const style = getComputedStyle(host);
-  const state = { answer, width: Math.floor(host.clientWidth - Number.parseFloat(style.paddingLeft) - Number.parseFloat(style.paddingRight)) || 480, at: answer.phi[0], views: [], grip: null };
+  const state = { answer, width: widthOf(host), at: answer.phi[0], views: [], grip: null };
 
   function draw() {
     const width = Math.max(state.width, 240);
     const { views, without } = state.answer.mechanism;
     const driver = driverOf(state.answer, tools);
     state.driver = driver;
-    const columns = Math.min(views.length, Math.max(Math.floor(width / 230), 1));
+    const columns = columnsOf(views, width);
     const size = width / columns;
     const children = [];
     state.views = [];
@@ -110,9 +111,10 @@ export function mechanismIn(host, answer, tools) {
       svg.style.cursor = "grab";
     });
   }
-  followWidth(host, state, draw);
+  const fit = followWidth(host, state, draw);
   draw();
   return {
+    fit,
     move,
     update(next) {
       state.answer = next;
@@ -139,6 +141,20 @@ function aboutOf(views, { text }) {
   })).join(" ");
 }
 
+/** How many mechanisms stand side by side: as many as bring the figure nearest to the shape that a card has. */
+function columnsOf(views, width) {
+  const most = Math.max(Math.min(views.length, Math.floor(width / 230)), 1);
+  const off = (columns) => Math.abs(Math.log(Math.ceil(views.length / columns) * (36 + Math.max(...views.map((view) => tallOf(view, width / columns)))) / (SHAPE * width)));
+  return Array.from({ length: most }, (_, k) => most - k).reduce((best, columns) => (off(columns) < off(best) ? columns : best));
+}
+
+/** How many px a mechanism takes of a m, in a place so wide; and how high it is then, px. */
+function scaleOf({ box: [[x0, x1], [y0, y1]] }, width) {
+  return Math.min((width - 24) / (x1 - x0), Math.min(Math.max(SHAPE * width, LOWEST), HIGHEST) / (y1 - y0));
+}
+
+const tallOf = (view, width) => (view.box[1][1] - view.box[1][0]) * scaleOf(view, width);
+
 // -- one mechanism ----------------------------------------------------------------------------------------------------
 
 /** One mechanism drawn at a place: `move`; the point of a body that a hand grips, the point's track, where it is dragged to. */
@@ -148,13 +164,12 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
   const names = Object.keys(view.bodies);
   const colours = coloursOf(answer);
   const colour = (body) => (view.bodies[body] ? colours(alone ? `${view.name}.${body}` : `${view.name}.${body}`, names.indexOf(body)) : "ink");
-  const box = boxOf(view, phi);
+  const [[x0, x1], [y0, y1]] = view.box;
   const head = alone ? 4 : 20;
-  const inner = width - 24;
-  const scale = Math.min(inner / (box[2] - box[0]), 330 / (box[3] - box[1]));
-  const tall = (box[3] - box[1]) * scale;
-  const X = (x) => left + width / 2 + (x - (box[0] + box[2]) / 2) * scale;
-  const Y = (y) => top + head + 8 + tall / 2 - (y - (box[1] + box[3]) / 2) * scale;
+  const scale = scaleOf(view, width);
+  const tall = tallOf(view, width);
+  const X = (x) => left + width / 2 + (x - (x0 + x1) / 2) * scale;
+  const Y = (y) => top + head + 8 + tall / 2 - (y - (y0 + y1) / 2) * scale;
 
   const group = node("g");
   if (!alone) group.append(label(left + 6, top + 14, view.name, { bold: true }));
@@ -176,12 +191,16 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     const body = each.body !== "frame";
     const drawn = label(0, 0, each.text, { bold: body, halo: true, size: body ? 11 : 10 });
     drawn.style.pointerEvents = "none";
-    group.append(drawn);
-    return { ...each, drawn, w: body ? 1.1 * wide(each.text, 11) : wide(each.text, 10), last: 0, isBody: body };
+    const lead = node("line", { stroke: paint("muted"), "stroke-width": 0.75 });
+    group.append(lead, drawn);
+    return { ...each, drawn, lead, w: body ? 1.1 * wide(each.text, 11) : wide(each.text, 10), last: 0, isBody: body };
   });
-  const hatched = view.shapes.filter((shape) => shape.kind === "ground" && !view.bodies[shape.at[0]]).flatMap(({ at, outline: [xs, ys] }) =>
-    xs.flatMap((x, k) => (x === null ? [] : [[X(at[1] + x), Y(at[2] + ys[k])]])));
-  const bounds = [left + 2, top + 2, left + width - 2, top + head + tall + 14];
+  const hatching = clear();
+  for (const { kind, at, outline: [xs, ys] } of view.shapes) {
+    if (kind !== "ground" || view.bodies[at[0]]) continue;
+    xs.forEach((x, k) => x !== null && hatching.block(X(at[1] + x) - 2, Y(at[2] + ys[k]) - 2, 4, 4));
+  }
+  const bounds = [left + 2, top + (alone ? 2 : head), left + width - 2, top + head + tall + 14];
 
   function move(at) {
     const pose = poseAt(view, phi, at);
@@ -197,7 +216,7 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     write(texts, (spot) => {
       const [x, y] = spotAt(pose, spot);
       return [X(x), Y(y)];
-    }, view.centres.map((each) => each.at), hatched, bounds);
+    }, view.centres.map((each) => each.at), hatching, bounds);
   }
 
   return {
@@ -208,7 +227,7 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     grip([x, y], body, at) {
       const carrier = view.bodies[body] ? body : view.driver;
       const pose = poseAt(view, phi, at)[carrier] ?? [0, 0, 0];
-      const [dx, dy] = [box[0] + (x - X(box[0])) / scale - pose[0], box[1] + (Y(box[1]) - y) / scale - pose[1]];
+      const [dx, dy] = [x0 + (x - X(x0)) / scale - pose[0], y0 + (Y(y0) - y) / scale - pose[1]];
       const [c, s] = [Math.cos(pose[2]), Math.sin(pose[2])];
       return [carrier, dx * c + dy * s, dy * c - dx * s];
     },
@@ -256,37 +275,6 @@ function place(view, at, k) {
   return spotAt(body ? { [at[0]]: [body.x[k], body.y[k], body.turn[k]] } : {}, at);
 }
 
-/** The box of everything that is drawn, over the whole motion: [x0, y0, x1, y1] in m. */
-function boxOf(view, phi) {
-  const box = [Infinity, Infinity, -Infinity, -Infinity];
-  for (const shape of view.shapes) {
-    let reach = 0;
-    const [xs, ys] = shape.outline;
-    for (let k = 0; k < xs.length; k++) if (xs[k] !== null) reach = Math.max(reach, Math.hypot(xs[k], ys[k]));
-    const still = !view.bodies[shape.at[0]] && !view.bodies[shape.turns];
-    const every = still ? phi.length : Math.max(Math.floor(phi.length / 60), 1);
-    for (let k = 0; k < phi.length; k += every) {
-      const [x, y] = place(view, shape.at, k);
-      if (still) {
-        for (let n = 0; n < xs.length; n++) if (xs[n] !== null) grow(box, x + xs[n], y + ys[n], 0);
-      } else if (reach < 0.2 * view.size || shape.kind === "wheel" || shape.kind === "cam" || shape.kind === "plate") grow(box, x, y, Math.min(reach, view.size));
-      else {
-        const turn = view.bodies[shape.turns]?.turn[k] ?? 0;
-        const [c, s] = [Math.cos(turn), Math.sin(turn)];
-        for (let n = 0; n < xs.length; n += 6) if (xs[n] !== null) grow(box, x + xs[n] * c - ys[n] * s, y + xs[n] * s + ys[n] * c, 0);
-      }
-    }
-  }
-  return box;
-}
-
-function grow(box, x, y, by) {
-  box[0] = Math.min(box[0], x - by);
-  box[1] = Math.min(box[1], y - by);
-  box[2] = Math.max(box[2], x + by);
-  box[3] = Math.max(box[3], y + by);
-}
-
 function figureOf(shape, colour, scale) {
   const [xs, ys] = shape.outline;
   const data = path(xs.map((x) => (x === null ? null : x * scale)), ys.map((y) => (y === null ? null : -y * scale)));
@@ -314,29 +302,32 @@ function centreOf(body) {
   return drawn;
 }
 
-const AROUND = [[0, -14], [12, -10], [12, 8], [0, 16], [-12, 8], [-12, -10], [18, -22], [-18, -22], [18, 22], [-18, 22]];
+const SIDES = [[0, -1], [1, -0.7], [1, 0.7], [0, 1], [-1, 0.7], [-1, -0.7]];
+const AROUND = [14, 22, 32, 44, 58, 76].flatMap((far) => SIDES.map(([x, y]) => [far * x, far * y]));
+const NEAR = 12; // of the places around: a name further away has a line to what it names
 
-/** Names beside their places, clear of one another and, if there is room, of hatching: each stays on its side as long as that is free. */
-function write(texts, spotOf, centres, hatched, bounds) {
+/** Names beside their places, clear of one another and of hatching: each stays on its side as long as that is free. */
+function write(texts, spotOf, centres, hatching, [left, top, right, bottom]) {
   const free = clear();
-  const bare = clear();
-  for (const [x, y] of hatched) bare.block(x - 2, y - 2, 4, 4);
   for (const at of [...texts.filter((name) => !name.isBody).map((name) => name.at), ...centres]) {
     const [x, y] = spotOf(at);
     free.block(x - 5, y - 5, 10, 10);
   }
   for (const name of texts) {
-    const [x, y] = spotOf(name.at);
+    const { drawn, lead, w } = name;
     const h = 12;
-    const places = AROUND.map(([dx, dy]) => [x + dx + (dx > 0 ? 0 : dx < 0 ? -name.w : -name.w / 2), y + dy - h / 2]);
-    const inside = ([a, b]) => a >= bounds[0] && b >= bounds[1] && a + name.w <= bounds[2] && b + h <= bounds[3] && free.free(a, b, name.w, h);
-    const best = (place) => inside(place) && bare.free(...place, name.w, h);
-    const k = [best, inside].map((fits) => (fits(places[name.last]) ? name.last : places.findIndex(fits))).find((found) => found >= 0) ?? -1;
-    name.drawn.setAttribute("visibility", k < 0 ? "hidden" : "visible");
+    const [x, y] = spotOf(name.at);
+    const places = AROUND.map(([dx, dy]) => [x + dx - (dx > 0 ? 0 : dx < 0 ? w : w / 2), y + dy - h / 2]);
+    const fits = ([a, b]) => a >= left && b >= top && a + w <= right && b + h <= bottom && free.free(a, b, w, h) && hatching.free(a, b, w, h);
+    const k = name.last < NEAR && fits(places[name.last]) ? name.last : places.findIndex(fits);
+    drawn.setAttribute("visibility", k < 0 ? "hidden" : "visible");
+    lead.setAttribute("visibility", k < NEAR ? "hidden" : "visible");
     if (k < 0) continue;
     name.last = k;
-    free.block(places[k][0], places[k][1], name.w, h);
-    setAll(name.drawn, { x: round(places[k][0]), y: round(places[k][1] + 10) });
+    const [a, b] = places[k];
+    free.block(a, b, w, h);
+    setAll(drawn, { x: round(a), y: round(b + 10) });
+    setAll(lead, { x1: round(x), y1: round(y), x2: round(Math.min(Math.max(x, a), a + w)), y2: round(Math.min(Math.max(y, b), b + h)) });
   }
 }
 

@@ -9,7 +9,7 @@ let count = 0;
 export function figureIn(host, answer, tools, kind) {
   const name = `figure-${++count}`;
   const svg = node("svg", { role: "img", "aria-labelledby": `${name}-title ${name}-about`, "font-family": "inherit" });
-  const state = { answer, width: Math.floor(host.clientWidth) - padding(host) || WIDTH, at: answer.phi[0] ?? 0, made: null };
+  const state = { answer, width: widthOf(host), at: answer.phi[0] ?? 0, made: null };
   host.replaceChildren(svg);
 
   function draw() {
@@ -41,9 +41,10 @@ export function figureIn(host, answer, tools, kind) {
   svg.addEventListener("pointermove", (event) => {
     if (svg.hasPointerCapture(event.pointerId)) tell(event);
   });
-  followWidth(host, state, draw);
+  const fit = followWidth(host, state, draw);
   draw();
   return {
+    fit,
     move(phi) {
       state.at = phi;
       state.made.move?.(phi);
@@ -57,19 +58,21 @@ export function figureIn(host, answer, tools, kind) {
   };
 }
 
-/** Draw anew whenever the place of a figure has another width, which `state` has. */
+/** Draw anew whenever the place of a figure has another width, which `state` has; returns how to have another drawn. */
 export function followWidth(host, state, draw) {
-  new ResizeObserver(([entry]) => {
-    const width = Math.floor(entry.contentRect.width);
+  const fit = (width) => {
     if (width < 1 || width === state.width) return;
     state.width = width;
     draw();
-  }).observe(host);
+  };
+  new ResizeObserver(([entry]) => fit(Math.floor(entry.contentRect.width))).observe(host);
+  return (width) => fit(width ?? widthOf(host));
 }
 
-function padding(host) {
+/** The width within a figure's place, px. */
+export function widthOf(host) {
   const style = getComputedStyle(host);
-  return Math.ceil(Number.parseFloat(style.paddingLeft) + Number.parseFloat(style.paddingRight)) || 0;
+  return Math.floor(host.clientWidth - Number.parseFloat(style.paddingLeft) - Number.parseFloat(style.paddingRight)) || WIDTH;
 }
 
 // -- the driver's coordinate ------------------------------------------------------------------------------------------

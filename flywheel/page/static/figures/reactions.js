@@ -5,7 +5,7 @@ import { DASHES, note, setAll, valuesOf } from "./curves.js";
 import { clear, driverOf, driverTicks, figureIn, placeOf } from "./panel.js";
 import { breakPairs, nearest, planeCurve, planeMarks } from "./plane.js";
 
-const CELL = 215; // px, about
+const CELL = 200; // px, about
 
 /** The reactions in their place; of several mechanisms one is chosen, which the page is told by a "view" event. */
 export function reactionsIn(host, answer, tools) {
