@@ -130,7 +130,7 @@ def columns_for(boxes: Sequence[Array]) -> int:
 def extent(view: View) -> Array:
     """The box (m) of a mechanism with a margin around it: x and y, least and greatest."""
     spare = _MARGIN * float(np.ptp(view.box, axis=1).max())
-    return np.asarray(view.box + (-spare, spare))
+    return np.asarray(view.box + np.array((-spare, spare)))
 
 
 def factor(box: Array) -> tuple[float, str]:
