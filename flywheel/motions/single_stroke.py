@@ -551,7 +551,7 @@ def _motor_shares(strokes: Strokes, rms: float, heat: float | None) -> dict[str,
     torque, warmth = _MOTOR_SHARES
     found = {torque: rms / motor.rated.torque}
     if heat is not None:
-        found[warmth] = heat / float(motor.total_heat(np.array(motor.rated.speed)))
+        found[warmth] = heat / motor.rated_total_heat
     return found
 
 

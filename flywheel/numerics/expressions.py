@@ -780,7 +780,7 @@ def compiled(template: str, **parts: float | Expression) -> Expression:
     trees = {f"part_{name}": part.tree if isinstance(part, Expression) else _finite(part) for name, part in parts.items()}
     tree = parse(template.format(**{name: f"part_{name}" for name in parts}), frozenset(trees)).tree
     texts = {name: f"({part.text})" if isinstance(part, Expression) else expression_of(part) for name, part in parts.items()}
-    return Expression(template.format(**texts), _composed(tree, trees))
+    return Expression(template.format(**texts), composed(tree, trees))
 
 
 def _finite(number: float) -> Node:
@@ -789,11 +789,11 @@ def _finite(number: float) -> Node:
     return numeral(number)
 
 
-def _composed(node: Node, parts: Mapping[str, Node]) -> Node:
+def composed(node: Node, parts: Mapping[str, Node]) -> Node:
     """A tree with parts in place of names."""
     if node.op == "name":
         return parts.get(node.name, node)
-    args = tuple(_composed(arg, parts) for arg in node.args)
+    args = tuple(composed(arg, parts) for arg in node.args)
     if node.op == "neg" and args[0].op == "number":
         return numeral(-args[0].number)
     return node._replace(args=args)

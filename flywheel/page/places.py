@@ -10,6 +10,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.fields import child
 from flywheel.reading.mechanisms import driver_slides
+from flywheel.reading.motors import TABLES
 from flywheel.reading.toml_edits import literal
 from flywheel.scene.keys import Key
 
@@ -100,6 +101,8 @@ class Places(NamedTuple):
             return literal({"irregularity": "5 %"}), "table"
         if key.name == "clutch":
             return literal({"torque": "100 N m", "disengage": "300 deg"}), "table"
+        if key.name in TABLES:
+            return literal(dict(TABLES[key.name].begin)), "table"
         if key.kind in ("table", "position"):
             if key.kind == "position":
                 return "0.01*sin(phi)", "expression"

@@ -21,6 +21,8 @@ from flywheel.components.motors import (
     Engine,
     Hydraulic,
     Induction,
+    Inverter,
+    InverterInduction,
     Line,
     Motor,
     Plate,
@@ -37,6 +39,7 @@ from flywheel.components.motors import (
     star_delta,
     transformer,
 )
+from flywheel.components.motors.motor import BRAKING, OVERCURRENT
 from flywheel.components.motors.starting import check_start
 from flywheel.components.motors.synchronous import damper_slope, saliency_of
 from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
@@ -187,8 +190,23 @@ START = Section(
         Key("added", "numbers", "resistance in rotor or armature circuit at each step, over the winding's own"),
         Key("field", "numbers", "field of a DC motor at each step, over its own"),
     ),
+    begin={"type": "star-delta", "until": "3 s"},
+)
+INVERTER = Section(
+    "inverter",
+    "what feeds a motor with a frequency and a voltage in proportion",
+    (
+        Key("frequency", "frequency", "of the steady regime", None, POSITIVE, True),
+        Key("field_weakening_from", "frequency", "from which its voltage stays; default: that of the motor", None, POSITIVE),
+        Key("torque_limit", "number", "over the motor's rated torque", None, POSITIVE, example="1.5"),
+        Key("braking", "choice", "what becomes of power that the motor returns", "none", choices=BRAKING),
+        Key("chopper_power", "power", "greatest of the braking resistor", None, POSITIVE),
+        Key("overcurrent", "number", "current at which it trips, over the motor's rated one", OVERCURRENT, POSITIVE),
+    ),
+    begin={"frequency": "50 Hz"},
 )
 _START = Key("start", "table", "how it is started; along a motion in time alone")
+_INVERTER = Key("inverter", "table", "what feeds it in place of the mains")
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
 _RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
@@ -340,7 +358,30 @@ _INDUCTION = (
     ),
     Key("locked_rotor_time", "time", "for which the warm motor bears its starting current", None, POSITIVE),
     Key("locked_rotor_time_cold", "time", "the same of the cold motor", None, POSITIVE),
+    _INVERTER,
 )
+
+
+def _inverter(item: Item) -> Inverter | None:
+    """The inverter of a motor, from the table `inverter` in its own; None without one, and after noting faults."""
+    path = f"{item.path}.inverter"
+    table = as_table(item.raw["inverter"], path, item.faults) if "inverter" in item.raw else None
+    if table is None:
+        return None
+    given = read_item(table, INVERTER, path, item.faults)
+    if "start" in item.raw:
+        item.add("start", "a start beside an inverter", "none", "its frequency starts the motor")
+    if not given.clean or not item.clean:
+        return None
+    fields = given.fields
+    return Inverter(
+        fields["frequency"],
+        fields["field_weakening_from"] or item.fields["frequency"],
+        fields["torque_limit"],
+        braking=fields["braking"],
+        chopper_power=fields["chopper_power"],
+        overcurrent=fields["overcurrent"],
+    )
 
 
 def _two_axis(item: Item, static: Induction) -> Motor | None:
@@ -369,7 +410,18 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
     plate = Plate(**{name: item.fields[name] for name in Plate._fields})
     try:
         static = Induction(poles=int(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
-        return static if item.fields["electrical"] == "static" else _two_axis(item, static)
+        inverter = _inverter(item)
+        if not item.clean:
+            return None
+        if item.fields["electrical"] != "static":
+            if inverter is not None:
+                item.add("inverter", "an inverter beside two axes", "electrical static")
+                return None
+            return _two_axis(item, static)
+        if inverter is None:
+            return static
+        own = {one.name: getattr(static, one.name) for one in dataclass_fields(static)}
+        return InverterInduction(**own | {"inverter": inverter})
     except SceneError as error:
         if isinstance(bare, str):
             raise
@@ -461,7 +513,15 @@ def _hydraulic(item: Item, _: Path | None) -> Motor:
 
 
 _TABLE = (("file",), ("speed", "torque"))
-CURVE = Section("table", "torque against speed as rows of numbers", _ROWS, either=_TABLE, reader=_table, makes=Curve)
+CURVE = Section(
+    "table",
+    "torque against speed as rows of numbers",
+    _ROWS,
+    either=_TABLE,
+    reader=_table,
+    makes=Curve,
+    begin={"speed": [0, 100, 157], "torque": [50, 40, 0]},
+)
 """A motor by its curve, and the curve of an engine's full load."""
 _FULL = (("torque", "power", "full_load"),)
 _TYPES = (
@@ -469,7 +529,7 @@ _TYPES = (
      {"torque": "40 N m"}),
     (Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line, makes=Line),
      {"no_load_speed": "1500 rpm", "starting_torque": "100 N m"}),
-    (CURVE, {"speed": [0, 100, 157], "torque": [50, 40, 0]}),
+    (CURVE, CURVE.begin),
     (Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc, makes=DC),
      {"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"}),
     (Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction, makes=Induction),
@@ -491,7 +551,7 @@ MOTORS = {
     for motor, begin in _TYPES
 }
 """What a motor may be: its keys, what makes it of them, its class, and how it begins on a form."""
-TABLES = {"full_load": CURVE, "start": START}
+TABLES = {"full_load": CURVE, "start": START, "inverter": INVERTER}
 """Tables within a motor's own, by their keys."""
 
 # -- duty --------------------------------------------------------------------------------------------------------------

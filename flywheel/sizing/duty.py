@@ -430,7 +430,7 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     if motor is not None and rated is not None and motor.heated == "rotor_heat" and cycle is not None and run is not None:
         shaft = MotorShaft(scene, cycle, run, sizing.speed, sizing.rtol)
         share, error = heat_share(motor, shaft)
-        heat, off = share * float(motor.total_heat(np.array(rated.speed))), error / max(share, ROUNDING)
+        heat, off = share * motor.rated_total_heat, error / max(share, ROUNDING)
     values = {
         "mean_power": energy.mean_power,
         "rms_torque": energy.rms_torque,

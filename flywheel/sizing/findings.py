@@ -258,6 +258,15 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("synchronism.harmonics", "", "list of `order`, `frequency` (Hz), `moment` (N m), free `swing` (rad/s), "
             "`magnification` by the motor", lambda s: s.synchronism and [one._asdict() for one in s.synchronism.harmonics]),
     Finding("synchronism.errors", "", "estimated errors of these: of angles in rad, of the others relative"),
+    Finding("inverter", "", "the load of a motor's inverter; see below; null for other drives", _block_of("inverter")),
+    Finding("inverter.power", "W", "that the motor takes from it, the mean over time: shaft, rotor and, where the plate has "
+            "an efficiency, the other losses"),
+    Finding("inverter.power_greatest", "W", "of it"),
+    Finding("inverter.power_least", "W", "of it, below 0 where the motor returns power"),
+    Finding("inverter.current", "", "greatest over the motor's rated one; null where its type does not tell"),
+    Finding("inverter.trips", "", "list of what trips it: `kind` (overcurrent, overvoltage, chopper_power), `value`, "
+            "`limit`, `angle` (rad) of the crank", lambda s: s.inverter and [trip._asdict() for trip in s.inverter.trips]),
+    Finding("inverter.errors", "", "estimated errors of these: relative, but for that of the current"),
     Finding("electrical_transients", "", "an induction motor with two axes beside its static curve; see below; null for "
             "other drives", _dict("electrical_transients")),
     Finding("wheel", "", "dimensions, stresses, `irregularity` with it (topic wheel); null where no `shape` is asked for",

@@ -23,7 +23,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.scene.scene import Scene
-from flywheel.sizing.results import EngineCycle, Harmonic, Sizing, Synchronism
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Trip
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
@@ -199,6 +199,40 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
     mean, error, _ = shaft.mean_over_time(law)
     even, rated = motor.no_load_speed or 0.0, 0.0 if motor.rated is None else motor.rated.speed
     return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
+
+
+def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
+    """Current and power of a motor on its inverter along a motion, and what would trip it; None for another drive.
+
+    Power that the motor returns charges the inverter's capacitors, which hold too little to count: without a resistor or a
+    mains that takes it, any trips it. Source: IEC 61800-2 (ratings of drives with inverters).
+    """
+    motor, inverter = shaft.motor, None if shaft.motor is None else shaft.motor.inverter
+    if motor is None or inverter is None:
+        return None
+
+    def power(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        speed, torque = shaft.ratio * omega, shaft.torque(mesh, omega)
+        here, step = motor.input_power(speed, torque), SPEED_STEP * omega
+        changed = torque + motor.slope_at(speed) * shaft.ratio * step
+        return here, np.abs(motor.input_power(speed + shaft.ratio * step, changed) - here) / step
+
+    mean, error, _ = shaft.mean_over_time(power)
+    least, most, off = shaft.extremes(power)
+    scale = max(abs(most), abs(least), 1e-300)
+    errors = {"power": error / max(abs(mean), 1e-300), "power_greatest": off / scale, "power_least": off / scale}
+    mesh, current, trips = shaft.cycle.mesh, None, list[Trip]()
+    omega = shaft.omega(mesh)
+    if motor.current_share(np.zeros(1)) is not None:
+        _, current, errors["current"] = shaft.extremes(shaft.current_law)
+        if current > inverter.overcurrent + errors["current"]:
+            at = float(mesh.phi.flat[np.argmax(shaft.current_law(mesh, omega)[0])])
+            trips.append(Trip("overcurrent", current, inverter.overcurrent, at))
+    allowed = {"none": 0.0, "resistor": inverter.chopper_power or 0.0, "regenerative": np.inf}[inverter.braking]
+    if -least > allowed + off:
+        at = float(mesh.phi.flat[np.argmin(power(mesh, omega)[0])])
+        trips.append(Trip("chopper_power" if allowed else "overvoltage", -least, allowed, at))
+    return InverterLoad(mean, most, least, current, tuple(trips), errors)
 
 
 def states_on(run: Run, mesh: Cells) -> tuple[Array, ...]:

@@ -444,6 +444,37 @@ class Synchronism(NamedTuple):
         return max(below, key=lambda one: one.frequency, default=None)
 
 
+class Trip(NamedTuple):
+    """What trips an inverter: "overcurrent" (over the rated current), "overvoltage" or "chopper_power" (W returned).
+
+    `value` is the greatest along the motion, `limit` what it bears, `angle` that of the crank where it is greatest (rad).
+    """
+
+    kind: str
+    value: float
+    limit: float
+    angle: float
+
+
+class InverterLoad(NamedTuple):
+    """Power (W) that a motor takes from its inverter: the mean over time, the greatest, the least, below 0 where it returns.
+
+    `current` is the greatest over the motor's rated one, None where its type does not tell; `errors` are relative but for
+    that of the current.
+    """
+
+    power: float
+    power_greatest: float
+    power_least: float
+    current: float | None
+    trips: tuple[Trip, ...]
+    errors: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything for JSON, SI throughout."""
+        return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
+
+
 MATTERS = 0.01
 """Share by which a figure must differ from that of the static curve for the summary to say that the fluxes matter."""
 
@@ -599,6 +630,7 @@ class Sizing:
     cyclic: Cyclic | None = None
     built: SelectedWheel | None = None
     friction: JointFriction | None = None
+    inverter: InverterLoad | None = None
     duty: Duty | None = None
     limits: Mapping[str, Limit] = field(default_factory=dict)
     binding: str | None = None

@@ -25,7 +25,7 @@ from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
-from flywheel.sizing.motor import drive_work, energy, engine, synchronism
+from flywheel.sizing.motor import MotorShaft, drive_work, energy, engine, inverter_load, synchronism
 from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.proof import proven
 from flywheel.sizing.results import (
@@ -38,6 +38,7 @@ from flywheel.sizing.results import (
     Derivations,
     ElectricalTransients,
     Errors,
+    InverterLoad,
     JointFriction,
     Limit,
     Regime,
@@ -177,11 +178,13 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
+    inverter = None if regime.run is None else inverter_load(MotorShaft(scene, cycle, regime.run, speed, rtol))
     messages = (
         *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
+        *_trips(inverter),
         *confirmed.messages,
         *_of_friction(regime, friction, flywheel.exact),
         *of_wheel,
@@ -214,6 +217,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         cyclic=regime.cyclic,
         built=built,
         friction=friction,
+        inverter=inverter,
         limits=limits,
         binding=regime.binding if regime.limits else _binding(limits),
         accuracy=level,
@@ -329,6 +333,21 @@ def _at_constant_speed(regime: Regime) -> ConstantSpeed:
         balance=regime.cycle.balance,
         energy_fluctuation=regime.figures.fluctuation,
     )
+
+
+def _trips(load: InverterLoad | None) -> Iterator[str]:
+    """Messages on an inverter that trips: by what, where, and what would mend it."""
+    for kind, value, limit, angle in () if load is None else load.trips:
+        at = f"at crank angle {np.degrees(angle):.4g} deg"
+        if kind == "overcurrent":
+            told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
+            yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
+        elif kind == "overvoltage":
+            told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
+            yield f'{told}; give it a resistor, braking = "regenerative", or a load that drives less'
+        else:
+            told = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
+            yield f"{told}; give it a larger resistor, or a lower torque_limit"
 
 
 def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | None) -> Iterator[str]:

@@ -198,7 +198,7 @@ def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
     if motor.rated is None:
         return Heat(heat, None, energy.errors[str(motor.heated)], None, None)
     share = f"{motor.heated}_share"
-    rated, at_even = (float(motor.heat(speed)) for speed in (motor.rated.speed, even))
+    rated, at_even = motor.rated_heat, float(motor.heat(even))
     return Heat(heat, getattr(energy, share), energy.errors[share], rated, at_even)
 
 

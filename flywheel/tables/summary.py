@@ -462,6 +462,10 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         stands = _("within") if energy.stator_heat_share <= 1.0 + TIE else _("TOO HOT")
         beside = _("{share} % of that at its rating", share=few_digits(100 * energy.stator_heat_share, 3))
         yield Row(_("stator's heat"), *_watts(energy.stator_heat), f"{beside}, {stands}")
+    if (fed := sizing.inverter) is not None:
+        most, least = (units.read(one, "power", 4) for one in (fed.power_greatest, fed.power_least))
+        span = _("from {least} to {greatest}", least=least, greatest=most)
+        yield Row(_("power of the inverter"), *units.shown(fed.power, "power"), span)
     if energy.current_rms is not None and energy.current_peak is not None:
         limit, note = motor.rated_current, ""
         if limit is not None:

@@ -26,7 +26,8 @@ from flywheel.motions.motion import speed_at, states_at
 from tests.generated.scenes import Drawn, chance
 from tests.oracle.courses import RTOL, Course, Machine, Piece, Undetermined
 from tests.oracle.drive_lines import value
-from tests.oracle.motors import hertz, volts
+from tests.oracle.motors import rated as rated_point
+from tests.oracle.motors import slip_heat, volts
 from tests.oracle.starts import plain
 
 LATE = 20.0  # s of computing
@@ -402,11 +403,13 @@ def _limited(scene: Scene, figures: Any, machine: Machine, cycle: Cycle, omega: 
 
 def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
     """The figures of a steady cycle that limits may be set to."""
-    row = scene["drive"]["motor"]
+    row, whole = scene["drive"]["motor"], 0.0
     if row["type"] == "hydraulic":
         rated = value(row["mechanical_efficiency"]) * value(row["displacement"]) * value(row["pressure"]) / (2 * math.pi)
     else:
         rated = value(row["power"]) / value(row["speed"])
+        if row["type"] == "induction":
+            rated, whole = rated_point(row)
     nodes, weights = np.polynomial.legendre.leggauss(8)
     square, heat, tops = 0.0, 0.0, []
     heats, ratio = heating(row), machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
@@ -431,7 +434,7 @@ def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
     root = math.sqrt(square / cycle.period)
     found = {"irregularity": cycle.irregularity, "motor_torque": greatest / rated, "motor_rms": root / rated}
     if "motor_heat" in scene["flywheel"]["limits"]:
-        found["motor_heat"] = heat / cycle.period / heats(rated, value(row["speed"]))
+        found["motor_heat"] = heat / cycle.period / (whole or heats(rated, value(row["speed"])))
     if "current_pulsation" in scene["flywheel"]["limits"]:
         _, r, k, _, current = plate(row)
         found["current_pulsation"] = k * ratio * (cycle.top - cycle.bottom) / r / current
@@ -450,8 +453,7 @@ def plate(row: Scene) -> tuple[float, float, float, float, float]:
 def heating(row: Scene) -> Callable[[float, float], float]:
     """Heat of a motor (W) over its torque and its speed: by its slip or its armature's resistance."""
     if row["type"] == "induction":
-        sync = 4 * math.pi * hertz(row["frequency"]) / row["poles"]
-        return lambda torque, speed: torque * (sync - speed)
+        return slip_heat(row)
     if row["type"] != "dc" or "power" not in row:
         return lambda torque, speed: 0.0
     u, r, k, _, _ = plate(row)

@@ -406,7 +406,10 @@ def _motor(rng: Rng, torque: float, speed: float) -> Scene:
         found["breakdown_ratio"] = short(rng.uniform(1.8, 3.5), 3)
         if chance(rng, 0.4):
             found["starting_torque"] = short(rng.uniform(1.1, 1.7), 3)
-        if chance(rng, 0.35):
+        roll = rng.random()
+        if roll > 0.7:
+            return _on_inverter(rng, found, torque, rated, hertz)
+        if roll < 0.35:
             found["start"] = _start(rng, rated, 2 * math.pi / rated)
         return found
     if kind == "hydraulic":
@@ -435,6 +438,18 @@ def _motor(rng: Rng, torque: float, speed: float) -> Scene:
         }
         return found | {"asynchronous_slip": f"{rng.integers(1, 8)} %"}
     return _two_axis(torque, speed)
+
+
+def _on_inverter(rng: Rng, found: Scene, torque: float, rated: float, hertz: float) -> Scene:
+    """A motor of another frequency of the mains, on an inverter that turns its field at about the same speed."""
+    mains = short(hertz * rng.choice([0.8, 1.0, 1.3, 2.0]))
+    speed = short(math.pi * mains - (math.pi * hertz - rated))
+    fed: Scene = {"frequency": f"{hertz} Hz"}
+    if chance(rng, 0.6):
+        fed["torque_limit"] = short(rng.uniform(0.7, 0.95 * found["breakdown_ratio"]), 3)
+    if chance(rng, 0.2):
+        fed["field_weakening_from"] = f"{short(hertz * rng.uniform(0.85, 1.3))} Hz"
+    return found | {"power": short(torque * speed), "speed": speed, "frequency": f"{mains} Hz", "inverter": fed}
 
 
 def volts(text: str) -> float:

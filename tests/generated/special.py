@@ -233,6 +233,8 @@ def _starts(rng: Rng) -> tuple[Scene, float, float]:
     """A motor that is started by steps of resistance or field, or by a connection that ends at a speed."""
     scene, size = composed(rng)
     motor = _static(scene, "dc", "induction")
+    if "inverter" in motor:
+        raise ValueError("an inverter has a start of its own")
     idle = volts(motor["voltage"]) / volts(motor["constant"]) if motor["type"] == "dc" else motor["speed"]
     count = int(rng.choice([1, 2, 3]))
     shares = sorted(0.1 + 0.7 * (k + rng.uniform(0.0, 0.9)) / count for k in range(count))

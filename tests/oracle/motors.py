@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from tests.oracle.drive_lines import value
 
@@ -84,13 +85,74 @@ def kloss(row: dict[str, Any]) -> str:
     speed, most = value(row["speed"]), float(row["breakdown_ratio"])
     rated, sync = value(row["power"]) / speed, 4 * math.pi * hertz(row["frequency"]) / row["poles"]
     steep = (1 - speed / sync) * (most + math.sqrt(most * most - 1))
-    s = f"(1 - omega/{sync!r})"
+    fed = inverter(row)
+    field, flux = (sync, 1.0) if fed is None else fed[:2]
+    s = f"({field / sync!r} - omega/{sync!r})"
     text = f"{2 * most * rated * steep!r}*{s}/({s}**2 + {steep**2!r})"
     if "starting_torque" in row:
         missed = value(row["starting_torque"]) * rated - 2 * most * rated * steep / (1 + steep * steep)
-        x = f"min(1, max(0, 1 - omega/{sync * (1 - steep)!r}))"  # backwards it misses as much as at rest
+        x = f"min(1, max(0, ({s} - {steep!r})/{1 - steep!r}))"  # backwards it misses as much as at rest
         text += f" + {missed!r}*{x}**2*(3 - 2*{x})"
-    return text
+    if fed is None:
+        return text
+    text, limit, ub = f"{flux**2!r}*({text})", fed[3], steep * sync
+    if limit is None:
+        return text
+    corner = ub
+    if limit < flux**2 * most * rated:
+        share = limit / (flux**2 * most * rated)
+        corner = ub * (1 - math.sqrt(1 - share**2)) / share
+    driven, braked = (
+        f"min({limit!r}, {most * rated!r}*min(1, {fed[2]!r}/max(1e-9, omega {sign} {ub!r}))**2)" for sign in "+-"
+    )
+    return f"({driven} if omega < {field - corner!r} else {text} if omega < {field + corner!r} else -{braked})"
+
+
+def inverter(row: dict[str, Any]) -> tuple[float, float, float, float | None] | None:
+    """Speed of the field, flux, speed from which that falls, and greatest torque of an induction motor on an inverter."""
+    if "inverter" not in row:
+        return None
+    own, mains = row["inverter"], hertz(row["frequency"])
+    weak, pairs = hertz(own.get("field_weakening_from", row["frequency"])), row["poles"] / 2
+    f, limit = hertz(own["frequency"]), own.get("torque_limit")
+    most = None if limit is None else value(limit) * value(row["power"]) / value(row["speed"])
+    assert mains > 0
+    return 2 * math.pi * f / pairs, min(1.0, weak / f), 2 * math.pi * weak / pairs, most
+
+
+def slip_heat(row: dict[str, Any]) -> Callable[[float, float], float]:
+    """Heat (W) in the rotor of an induction motor over its torque and speed: torque times slip speed."""
+    sync, fed = 4 * math.pi * hertz(row["frequency"]) / row["poles"], inverter(row)
+    if fed is None:
+        return lambda torque, speed: torque * (sync - speed)
+    speed, most = value(row["speed"]), float(row["breakdown_ratio"])
+    top = most * value(row["power"]) / speed
+    ub = (sync - speed) * (most + math.sqrt(most * most - 1))
+
+    def heat(torque: float, omega: float) -> float:
+        way = math.copysign(1.0, torque)
+
+        def lacking(u: float) -> float:
+            weak = min(1.0, fed[2] / max(omega + way * u, 1e-9))
+            return weak**2 * 2 * top * u * ub / (u * u + ub * ub) - abs(torque)
+
+        slip = way * (fed[0] - omega)
+        if fed[3] is not None and abs(lacking(slip)) > 1e-7 * top:  # held by its limit, at another frequency
+            slip = brentq(lacking, 0.0, ub, xtol=1e-13) if lacking(ub) > 1e-9 * top else ub
+        return abs(torque) * slip
+
+    return heat
+
+
+def rated(row: dict[str, Any]) -> tuple[float, float]:
+    """Rated torque (N m) and heat of the rotor (W): with a weakened field the torque that has the same heat."""
+    speed, most = value(row["speed"]), float(row["breakdown_ratio"])
+    torque, slip = value(row["power"]) / speed, 4 * math.pi * hertz(row["frequency"]) / row["poles"] - speed
+    heat, fed, ub = torque * slip, inverter(row), slip * (most + math.sqrt(most * most - 1))
+    if fed is not None and fed[1] < 1:
+        top = 2 * fed[1] ** 2 * most * torque * ub
+        torque = heat / brentq(lambda u: top * u * u / (u * u + ub * ub) - heat, 0.0, ub)
+    return torque, heat
 
 
 def circuit_torque(row: dict[str, Any]) -> Any:

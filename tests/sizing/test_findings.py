@@ -39,7 +39,15 @@ ENGINE = {
     "regime": {"speed": 150},
     "flywheel": {"irregularity": 0.02},
 }
-BLOCKS = {"simulation": yoke(), "energy": yoke(), "engine": ENGINE, "synchronism": SYNCHRONOUS}
+INVERTER = {
+    "load": [{"on": "crank", "torque": "-20 - 10*sin(phi)"}],
+    "drive": {
+        "motor": {"type": "induction", "power": "7.5 kW", "speed": "1450 rpm", "poles": 4, "frequency": "50 Hz"}
+        | {"breakdown_ratio": 2.5, "inverter": {"frequency": "40 Hz"}},
+    },
+    "flywheel": {"inertia": 1.0},
+}
+BLOCKS = {"simulation": yoke(), "energy": yoke(), "engine": ENGINE, "synchronism": SYNCHRONOUS, "inverter": INVERTER}
 
 
 @pytest.fixture(scope="module")

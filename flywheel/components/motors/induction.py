@@ -351,6 +351,14 @@ class Induction(Motor):
         slip = self.slip(omega)
         return np.asarray(2.0 * self.breakdown_torque * self.breakdown_slip * slip / (slip**2 + self.breakdown_slip**2))
 
+    def slip_speed(self, omega: ArrayLike) -> Array:
+        """Slip speed u = omega_s - omega (rad/s) at speeds omega (rad/s), of their shape."""
+        return np.asarray(self.synchronous_speed - np.asarray(omega, dtype=float))
+
+    def constant_share(self, omega: ArrayLike) -> Array:
+        """The losses outside the copper over those at the rated point, at speeds omega (rad/s), of their shape: 1."""
+        return np.ones_like(np.asarray(omega, dtype=float))
+
     def slip(self, omega: ArrayLike) -> Array:
         """Slip s = (omega_s - omega)/omega_s at speeds omega (rad/s), of their shape."""
         return np.asarray((self.synchronous_speed - np.asarray(omega, dtype=float)) / self.synchronous_speed)
@@ -471,7 +479,7 @@ class Induction(Motor):
         (258.62069, 258.62069)
         """
         speeds = np.asarray(omega, dtype=float)
-        return np.asarray(self.torque(speeds) * (self.synchronous_speed - speeds))
+        return np.asarray(self.torque(speeds) * self.slip_speed(speeds))
 
     def heat(self, omega: Any, states: States = ()) -> Any:
         """Heat in the rotor, W."""
@@ -479,7 +487,7 @@ class Induction(Motor):
 
     def split_heat(self, omega: Array, torque: Array, running: Motor) -> tuple[Array | None, Array | None]:
         """Heat (W) in the rotor's own winding, and in the resistors behind its slip rings."""
-        heat, added = torque * (self.synchronous_speed - omega), self.added_resistance
+        heat, added = torque * self.slip_speed(omega), self.added_resistance
         return heat / (1.0 + added), heat * added / (1.0 + added)
 
     def heats(self, shaft: Shaft) -> dict[str, Any]:
@@ -490,12 +498,12 @@ class Induction(Motor):
 
         def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
             speed = shaft.ratio * omega
-            slope = self.slope_at(speed) * (self.synchronous_speed - speed) - self.torque(speed)
+            slope = self.slope_at(speed) * self.slip_speed(speed) - self.torque(speed)
             return self.rotor_heat(speed), shaft.ratio * np.abs(slope)
 
         mean, error, _ = shaft.mean_over_time(heat)
         found, relative = figure_and_error(mean, error, float(self.rotor_heat(0.0)))
-        rated = float(self.rotor_heat(self.speed))
+        rated = self.rated_heat
         errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / self.rated_slip}
         figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
         if not self.line_current.complete:
@@ -518,8 +526,10 @@ class Induction(Motor):
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """T (omega_s - omega) ("rotor"), and with an efficiency the stator's copper and constant losses ("iron"), W."""
         stator, constant = self.stator_heat(omega), self.constant_losses
-        known = {} if stator is None or constant is None else {"stator": stator, "iron": np.full_like(omega, constant)}
-        return known | {"rotor": torque * (self.synchronous_speed - omega)}
+        known = {}
+        if stator is not None and constant is not None:
+            known = {"stator": stator, "iron": constant * self.constant_share(omega)}
+        return known | {"rotor": torque * self.slip_speed(omega)}
 
     def with_resistance(self, share: float) -> Induction:
         """The motor with resistors behind its slip rings."""
@@ -573,14 +583,16 @@ class Induction(Motor):
             yield Fact(words, "I_rms", energy.current_rms, "A", "I_rms = I_n*sqrt(u_s)", (rated, copper))
 
     def electric_power(self, omega: ArrayLike) -> Array | None:
-        """Power taken from the mains, W, at speeds omega (rad/s): T omega_s, stator heat and constant losses.
+        """Power taken from the mains, W, at speeds omega (rad/s): T (omega + u), stator heat and constant losses.
 
         None without an efficiency. At the rated point it is P/eta.
         """
         heat, constant = self.stator_heat(omega), self.constant_losses
         if heat is None or constant is None:
             return None
-        return np.asarray(self.torque(omega) * self.synchronous_speed + heat + constant)
+        speeds = np.asarray(omega, dtype=float)
+        air_gap = self.torque(speeds) * (speeds + self.slip_speed(speeds))
+        return np.asarray(air_gap + heat + constant * self.constant_share(speeds))
 
     def speed_at(self, torque: float) -> float | None:
         """Speed on the running branch at which the motor gives a torque: s = s_b q/(1 + sqrt(1 - q²)), q = T/T_b."""

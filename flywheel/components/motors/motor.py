@@ -278,6 +278,47 @@ class Start(NamedTuple):
     connections: tuple[Connection, ...]
 
 
+# -- what feeds it -------------------------------------------------------------------------------------------------------
+
+OVERCURRENT = 2.0
+"""Current at which an inverter trips unless the scene says otherwise, over the motor's rated one: usual are 1.8 to 2.2."""
+
+BRAKING = ("none", "resistor", "regenerative")
+
+
+class Inverter(NamedTuple):
+    """An inverter that feeds a motor with a voltage in proportion to its frequency.
+
+    Args:
+        frequency: f of the steady regime, Hz.
+        weakening: frequency from which its voltage stays constant, Hz.
+        torque_limit: over the motor's rated torque; None without one.
+        braking: what becomes of power that the motor returns: `none`, `resistor` or `regenerative`.
+        chopper_power: greatest power of the braking resistor, W.
+        overcurrent: current at which it trips, over the motor's rated one.
+
+    """
+
+    frequency: float
+    weakening: float
+    torque_limit: float | None = None
+    braking: str = "none"
+    chopper_power: float | None = None
+    overcurrent: float = OVERCURRENT
+
+    def faults(self) -> list[Fault]:
+        """The faults of its own numbers, by the scene's keys."""
+        named = {"frequency": self.frequency, "field_weakening_from": self.weakening, "overcurrent": self.overcurrent}
+        named |= {name: value for name in ("torque_limit", "chopper_power") if (value := getattr(self, name)) is not None}
+        found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
+        if self.braking not in BRAKING:
+            found.append(Fault("braking", f'"{self.braking}"', '"none", "resistor" or "regenerative"'))
+        elif (self.braking == "resistor") != (self.chopper_power is not None):
+            told = "a resistor without its power" if self.chopper_power is None else f'beside braking = "{self.braking}"'
+            found.append(Fault("chopper_power", told, 'a power with braking = "resistor", none otherwise'))
+        return found
+
+
 # -- the motor -----------------------------------------------------------------------------------------------------------
 
 
@@ -285,11 +326,13 @@ class Start(NamedTuple):
 class Motor(ABC):
     """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
 
-    `start` is how it is started; all else speaks of it as it runs, in its last connection.
+    `inverter` is what feeds it in place of the mains, `start` how it is started; all else speaks of it as it runs, in its
+    last connection.
     """
 
     inertia: float = 0.0
     start: Start | None = None
+    inverter: Inverter | None = None
     title: ClassVar[str]
     formula: ClassVar[str] = ""
     """Its torque in a sentence; none where its expression says it."""
@@ -416,10 +459,21 @@ class Motor(ABC):
         stator, heat = self.stator_heat(omega), self.heat(omega, states)
         return heat if stator is None else heat + stator
 
+    @property
+    def rated_heat(self) -> float:
+        """Heat (W) of rotor or armature at the rated point."""
+        assert self.rated is not None
+        return float(self.heat(np.array(self.rated.speed)))
+
+    @property
+    def rated_total_heat(self) -> float:
+        """Heat (W) of all windings that it tells at the rated point."""
+        assert self.rated is not None
+        return float(self.total_heat(np.array(self.rated.speed)))
+
     def heat_share(self, omega: Any, states: States = ()) -> Array:
         """The same over that at the rated point."""
-        assert self.rated is not None
-        return np.asarray(self.total_heat(omega, states) / self.total_heat(np.array(self.rated.speed)))
+        return np.asarray(self.total_heat(omega, states) / self.rated_total_heat)
 
     def heats(self, shaft: Shaft) -> dict[str, Any]:
         """Current and heat along a motion as figures of `Energy`, with their relative `errors`; none where it tells none."""
@@ -432,6 +486,10 @@ class Motor(ABC):
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """Powers that it takes beside its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
         return {}
+
+    def input_power(self, omega: Array, torque: Array) -> Array:
+        """Power (W) that it takes from an inverter at speeds (rad/s) and torques (N m), below 0 where it returns some."""
+        raise NotImplementedError
 
     def with_resistance(self, share: float) -> Motor:
         """The motor with a resistance added to rotor or armature, over the winding's own."""

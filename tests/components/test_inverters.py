@@ -1,0 +1,200 @@
+"""Motors on an inverter: torque, current, heat and power at any frequency, within a limit, with a weakened field."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import flywheel
+from flywheel import SceneError
+from flywheel.components.motors import Induction, Inverter, InverterInduction, Plate
+
+RPM = math.pi / 30
+PLATE = Plate(voltage=400.0, current=15.0, power_factor=0.83)
+OWN = {"power": 7500.0, "speed": 1450 * RPM, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5, "plate": PLATE}
+MAINS = Induction(**OWN)
+FIELD, REACH = MAINS.synchronous_speed, MAINS.breakdown_slip * MAINS.synchronous_speed
+
+
+def fed(frequency: float, limit: float | None = None, weakening: float = 50.0, **more: float) -> InverterInduction:
+    return InverterInduction(**OWN, inverter=Inverter(frequency, weakening, limit, **more))
+
+
+def rotor_circuit(frequency: float, omega: float, weakening: float = 50.0) -> tuple[float, float, float]:
+    """Torque, heat and power of the air gap by the circuit r/s + j x f/f_n behind a voltage U min(f, f_w)/f_n."""
+    volts = 400.0 * min(frequency, weakening) / 50.0
+    x = 400.0**2 / (2 * FIELD * MAINS.breakdown_torque)  # of the greatest torque U²/(2 omega_s x)
+    r = MAINS.breakdown_slip * x
+    field = FIELD * frequency / 50.0
+    s = (field - omega) / field
+    current = volts / complex(r / s, x * frequency / 50.0)
+    gap = abs(current) ** 2 * r / s
+    return gap / field, gap * s, gap
+
+
+@pytest.mark.parametrize(("frequency", "weakening"), [(5.0, 50.0), (30.0, 50.0), (50.0, 50.0), (80.0, 50.0), (80.0, 87.0)])
+def test_it_is_the_circuit_at_a_scaled_voltage_and_frequency(frequency, weakening):
+    motor = fed(frequency, weakening=weakening)
+    for omega in motor.field_speed + REACH * np.array([-0.9, -0.3, 0.2, 0.7]):
+        torque, heat, gap = rotor_circuit(frequency, omega, weakening)
+        assert float(motor.torque(omega)) == pytest.approx(torque, rel=1e-12)
+        assert float(motor.rotor_heat(omega)) == pytest.approx(heat, rel=1e-12)
+        stator, constant = float(motor.stator_heat(omega)), motor.constant_losses * float(motor.constant_share(omega))
+        assert float(motor.electric_power(omega)) == pytest.approx(gap + stator + constant, rel=1e-12)
+
+
+def test_on_the_frequency_of_its_mains_it_is_the_motor_of_the_mains():
+    motor, speeds = fed(50.0), np.linspace(-20.0, 250.0, 300)
+    for name in ("torque", "current_share", "rotor_heat", "stator_heat", "electric_power"):
+        np.testing.assert_allclose(getattr(motor, name)(speeds), getattr(MAINS, name)(speeds), rtol=1e-12)
+    assert (motor.rated, motor.stable) == (MAINS.rated, pytest.approx(MAINS.stable))
+
+
+def highest(motor: InverterInduction, omega: float) -> tuple[float, float]:
+    """Frequency's field and torque at a speed: the highest field up to the set one with the limit and breakdown kept."""
+
+    def torque(field: float) -> float:
+        flux = min(1.0, motor.weakening_speed / field)
+        return float(flux**2 * MAINS.torque(FIELD - (field - omega)))
+
+    ends = [motor.field_speed, omega + REACH]
+    if torque(min(ends)) > motor.torque_limit:
+        ends.append(brentq(lambda field: torque(field) - motor.torque_limit, omega + 1e-9, min(ends), xtol=1e-13))
+    return min(ends), torque(min(ends))
+
+
+@pytest.mark.parametrize(("frequency", "limit"), [(20.0, 1.5), (50.0, 0.8), (70.0, 1.2), (90.0, 1.8), (100.0, 2.4)])
+def test_a_limit_lowers_the_frequency_only_as_far_as_it_must(frequency, limit):
+    motor = fed(frequency, limit)
+    for omega in np.linspace(0.0, 0.999, 23) * motor.field_speed:
+        field, torque = highest(motor, omega)
+        assert float(motor.torque(omega)) == pytest.approx(torque, rel=1e-10)
+        assert float(motor.slip_speed(omega)) == pytest.approx(field - omega, rel=1e-9)
+        flux = min(1.0, motor.weakening_speed / field)
+        assert float(motor.current_share(omega)) == pytest.approx(
+            flux * MAINS.current_share(FIELD - field + omega), rel=1e-9
+        )
+    assert float(motor.torque(0.0)) == pytest.approx(limit * MAINS.rated.torque)
+
+
+def test_braking_mirrors_driving_about_the_field_where_no_flux_is_lost():
+    motor = fed(20.0, 1.5)
+    slips = np.linspace(0.0, 40.0, 50)
+    driving, braking = (motor.torque(motor.field_speed + way * slips) for way in (-1.0, 1.0))
+    np.testing.assert_allclose(braking, -driving, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(motor.slip_speed(motor.field_speed + slips), -motor.slip_speed(motor.field_speed - slips))
+
+
+def test_the_rated_point_with_a_weakened_field_has_the_rated_heat():
+    motor = fed(75.0)
+    assert float(motor.rotor_heat(motor.rated.speed)) == pytest.approx(float(MAINS.rotor_heat(MAINS.speed)), rel=1e-12)
+    assert motor.rated.torque == pytest.approx(MAINS.rated.torque / 1.5, rel=0.04)  # about the same power
+    assert float(motor.torque(motor.rated.speed)) == pytest.approx(motor.rated.torque, rel=1e-12)
+
+
+def test_a_limit_below_the_rated_torque_leaves_the_rated_heat_that_of_the_plate():
+    motor = fed(50.0, 0.6)
+    assert motor.rated_total_heat == MAINS.rated_total_heat
+    assert float(motor.heat_share(0.0)) < 0.6
+
+
+@pytest.mark.parametrize(
+    ("inverter", "path"),
+    [
+        (Inverter(0.0, 50.0), "inverter.frequency"),
+        (Inverter(50.0, 50.0, torque_limit=2.5), "inverter.torque_limit"),
+        (Inverter(180.0, 50.0), "inverter.frequency"),
+        (Inverter(50.0, 50.0, braking="resistor"), "inverter.chopper_power"),
+        (Inverter(50.0, 50.0, chopper_power=1e3), "inverter.chopper_power"),
+        (Inverter(50.0, 50.0, braking="chopper"), "inverter.braking"),
+    ],
+)
+def test_what_an_inverter_or_its_motor_cannot_do_is_refused(inverter, path):
+    with pytest.raises(SceneError) as caught:
+        InverterInduction(**OWN, inverter=inverter)
+    assert [fault.path for fault in caught.value.faults] == [path]
+
+
+SCENE = """
+[[load]]
+on = "crank"
+torque = "-60 N m"
+from = 0
+to = "120 deg"
+[drive.motor]
+type = "induction"
+power = "7.5 kW"
+speed = "1450 rpm"
+poles = 4
+frequency = "50 Hz"
+breakdown_ratio = 2.5
+voltage = "400 V"
+current = "15 A"
+power_factor = 0.83
+inverter = {frequency = "70 Hz", torque_limit = 0.6}
+[flywheel]
+inertia = 0.05
+"""
+
+
+def test_electric_power_is_shaft_and_losses_where_the_limit_acts():
+    sizing = flywheel.size(flywheel.load(SCENE))
+    motor, flow = sizing.scene.motor, sizing.power_flow
+    assert isinstance(motor, InverterInduction)
+    assert sizing.run.speed_min < motor.stable[0] < sizing.run.speed_max
+    mean = {stream.kind: stream.mean for stream in flow.streams if stream.source in ("mains", "drive")}
+    lost = sum(mean[kind] for kind in ("rotor", "stator", "iron"))
+    assert mean["input"] == pytest.approx(mean["drive"] + lost, rel=1e-9)
+    assert sizing.energy.rotor_heat == pytest.approx(mean["rotor"], rel=1e-9)
+    phi = np.linspace(0.0, 2 * math.pi, 200_001)
+    omega = flywheel.regime.turning_moment.speed_over_cycle(sizing.run.cycle, sizing.speed, sizing.run, phi[:-1])
+    power = motor.electric_power(omega)
+    assert np.sum(power / omega) / np.sum(1.0 / omega) == pytest.approx(mean["input"], rel=1e-4)
+
+
+def test_a_scene_has_its_inverter_and_each_fault_its_place():
+    motor = flywheel.load(SCENE).motor
+    assert isinstance(motor, InverterInduction)
+    assert motor.inverter == Inverter(70.0, 50.0, torque_limit=0.6)
+    for written, path in (
+        ('frequency = "70 Hz", overcurrent = 0', "drive.motor.inverter.overcurrent"),
+        ("torque_limit = 1.5", "drive.motor.inverter.frequency"),
+        ('frequency = "70 Hz", limit = 3', "drive.motor.inverter.limit"),
+    ):
+        with pytest.raises(SceneError) as caught:
+            flywheel.load(SCENE.replace('frequency = "70 Hz", torque_limit = 0.6', written))
+        assert [fault.path for fault in caught.value.faults] == [path]
+
+
+DRIVEN = SCENE.replace('"-60 N m"', '"40 N m"').replace("torque_limit = 0.6", "torque_limit = 1.5, {more}")
+
+
+@pytest.mark.parametrize(
+    ("more", "kind"),
+    [
+        ("overcurrent = 1.0", "overvoltage"),
+        ('braking = "resistor", chopper_power = "1 kW"', "chopper_power"),
+        ('braking = "resistor", chopper_power = "30 kW"', None),
+        ('braking = "regenerative"', None),
+    ],
+)
+def test_a_motor_that_is_driven_trips_an_inverter_that_takes_nothing_back(more, kind):
+    sizing = flywheel.size(flywheel.load(DRIVEN.replace("{more}", more)))
+    load, motor = sizing.inverter, sizing.scene.motor
+    omega = sizing.run.speed_max  # where it brakes hardest
+    returned = -float(motor.electric_power(omega))
+    assert -load.power_least == pytest.approx(returned, rel=1e-6)
+    assert [trip.kind for trip in load.trips if trip.kind != "overcurrent"] == ([] if kind is None else [kind])
+    assert any("THE INVERTER TRIPS" in line for line in sizing.messages) == bool(load.trips)
+    for trip in load.trips:
+        assert trip.angle == pytest.approx(2 * math.pi / 3, abs=0.1)  # after 120 deg of driving
+
+
+def test_overcurrent_tells_where():
+    sizing = flywheel.size(flywheel.load(SCENE.replace("torque_limit = 0.6", "overcurrent = 0.6, torque_limit = 1.2")))
+    (trip,) = sizing.inverter.trips
+    motor = sizing.scene.motor
+    slowest = float(motor.current_share(sizing.run.speed_min))
+    assert (trip.kind, trip.value) == ("overcurrent", pytest.approx(slowest, rel=1e-6))
+    assert "a torque_limit keeps the current down" in " ".join(sizing.messages)
