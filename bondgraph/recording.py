@@ -716,6 +716,37 @@ class Program(NamedTuple):
         values = tuple(self.places[n - len(self.inputs)] for n in places)
         return Program(self.inputs, values, operations, tuple(new[n] for n in wanted))
 
+    def split(self, late: int) -> tuple[Program, Program]:
+        """The program in two: of all inputs but the last few, and of what that gives and those last ones.
+
+        Where the last inputs change alone, the first part need be run but once.
+
+        >>> program = Program(("a", "b", "c"), (2.0,), (("sin", 0), ("multiply", 4, 3), ("add", 5, 2)), (6, 5))
+        >>> early, rest = program.split(1)
+        >>> early.operations, early.outputs, rest.operations, rest.outputs
+        ((('sin', 0), ('multiply', 3, 2)), (4,), (('add', 0, 1),), (2, 0))
+        """
+        own, base = len(self.inputs) - late, len(self.inputs) + len(self.places)
+        depends = [False] * own + [True] * late + [False] * len(self.places)
+        for _, *operands in self.operations:
+            depends.append(any(depends[n] for n in operands))
+        used = [n for k, (_, *operands) in enumerate(self.operations) if depends[base + k] for n in operands]
+        passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not own + late <= n < base})
+        parts = []
+        for later, given in ((False, range(own)), (True, [*passed, *range(own, own + late)])):
+            new = {n: k for k, n in enumerate(given)}
+            new |= {n: len(new) + k for k, n in enumerate(range(own + late, base))}
+            operations = []
+            for k, (name, *operands) in enumerate(self.operations):
+                if depends[base + k] == later:
+                    new[base + k] = len(new)
+                    operations.append((name, *(new[n] for n in operands)))
+            names = tuple(self.inputs[n] if n < own + late else f"early {n}" for n in given)
+            parts.append(
+                Program(names, self.places, tuple(operations), tuple(new[n] for n in (self.outputs if later else passed)))
+            )
+        return parts[0], parts[1]
+
     def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
         """The outputs at inputs by their names."""
         return self.function(kind)(*(values[name] for name in self.inputs))

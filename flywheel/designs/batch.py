@@ -88,7 +88,9 @@ class Cycles(NamedTuple):
     """The cycles of designs as series on cells, as `turning_moment.Cycle`; designs are the last axis, cells that before it.
 
     `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
-    cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs), `work` the error of W.
+    cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
+    are the errors of W and of I* - I*(0), `inertias` (cells, designs) that of I*, `tails` and `by_cell` (2, cells, designs)
+    what the series of the first two leave out, and its share in W and in I*; `mean` is that of I* with its error.
     """
 
     edges: Array
@@ -99,6 +101,17 @@ class Cycles(NamedTuple):
     start: Array
     noise: Array
     work: Array
+    variation: Array
+    inertias: Array
+    tails: Array
+    by_cell: Array
+    exchanged: Array
+    mean: Array
+
+    @property
+    def inertia_at_start(self) -> Array:
+        """I*(0) of every design, kg m²."""
+        return np.asarray((_AT_ENDS @ self.series[2, :, 0])[0])
 
     def at(self, cell: Index, design: Index, t: Array) -> tuple[Array, Array]:
         """W (J) and I* - I*(0) (kg m²) at local abscissas of cells of designs."""
@@ -123,14 +136,13 @@ def _times(matrix: Array, values: Array) -> Array:
 def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> Sums:
     """The cycles of a chunk of designs on cells between edges, with everything that figures and errors follow from."""
     half = 0.5 * (edges[1:] - edges[:-1])
-    middle = edges[:-1] + half
-    phi = middle + half * NODES[:, None, None]
+    phi = edges[:-1] + half + half * NODES[:, None, None]
     values = np.zeros((6, POINTS.size, *half.shape))  # M*, dI*/dphi, I*, sizes of the first two, dM*/du
     for piece, program in pieces:
         inertia, slope, moment, per_unknown, exchanged, steepness = program.function()(phi[:, piece], *columns)
         for row, value in enumerate((moment, slope, inertia, exchanged, steepness, per_unknown)):
             values[row, 1:_LAST, piece] = value
-    count, end = edges.shape[1], edges[-1]
+    count = edges.shape[1]
     balance, by_unknown, spread = np.zeros(count), np.zeros(count), np.ones(count)
     if givens.unknown:
         net, by_unknown = (_times(_WEIGHTS, values[::5])[:, 0] * half).sum(axis=1)
@@ -140,37 +152,64 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
         values[5] *= balance
         values[0] += values[5]
         values[3] += np.abs(values[5])
+    cycle = assembled(edges, values, spread)
+    square, eps = givens.speed**2, givens.irregularity
+    factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
+    return summed(cycle, factors, givens, balance=balance, by_unknown=by_unknown)
+
+
+def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
+    """The cycles of designs from their values at the nodes; see `turning_moment.assembled`.
+
+    Args:
+        edges: of the cells, (cells + 1, designs).
+        values: M* (balance included), dI*/dphi, I* and the sums of |contributions| to the first two at the nodes, with a
+            place for either end of a cell, (5 at least, points, cells, designs).
+        spread: factor by which what closes the cycle spreads errors of the moment.
+
+    """
+    half, end = 0.5 * (edges[1:] - edges[:-1]), edges[-1]
+    middle = edges[:-1] + half
+    phi = middle + half * NODES[:, None, None]
     accumulated = _times(_WEIGHTS, values[:5])[:, 0] * half
     start = np.zeros((2, *edges.shape))
     np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
     exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
     series = _times(_FIT, values[:3])
     tails = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
-    interpolation = TAIL_OF_INTEGRAL * (tails[:2] * half).sum(axis=1)
+    by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
+    by_cell[0] *= spread
+    interpolation = by_cell.sum(axis=1)
     angle = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_EVALUATION * sizes + 2 * ROUNDING * end * slopes
-    work = spread * (interpolation[0] + EVALUATION * exchanged + angle[0])
+    work = interpolation[0] + spread * (EVALUATION * exchanged + angle[0])
     variation = interpolation[1] + EVALUATION * slope_exchanged + angle[1]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
-    cycles = Cycles(edges, middle, half, values[:2], series, start, noise, work)
-    square, eps = givens.speed**2, givens.irregularity
-    factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
+    mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
+    return Cycles(
+        edges, middle, half, values[:2], series, start, noise, work, variation, inertias, tails[:2], by_cell, exchanged, mean
+    )
+
+
+def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Array, by_unknown: Array) -> Sums:
+    """Everything that figures and errors follow from, with the extremes of W + factor (I* - I*(0)) for three factors."""
+    count = cycle.edges.shape[1]
     return Sums(
-        start=(_AT_ENDS @ series[2, :, 0])[0],
+        start=cycle.inertia_at_start,
         balance=balance,
         by_unknown=by_unknown,
-        net=start[0, -1],
-        exchanged=exchanged,
-        work=work,
-        variation=variation,
-        inertia=inertias.max(axis=0),
-        first=inertias[0],
-        **extremes_of(cycles, factors, tails[:2], inertias, np.broadcast_to(givens.loose, count)),
-        mean=np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end,
-        largest=np.abs(series[2]).sum(axis=0).max(axis=0),
+        net=cycle.start[0, -1],
+        exchanged=cycle.exchanged,
+        work=cycle.work,
+        variation=cycle.variation,
+        inertia=cycle.inertias.max(axis=0),
+        first=cycle.inertias[0],
+        **extremes_of(cycle, factors, np.broadcast_to(givens.loose, count)),
+        mean=cycle.mean,
+        largest=np.abs(cycle.series[2]).sum(axis=0).max(axis=0),
     )
 
 
@@ -185,10 +224,10 @@ def _by_angles(values: Array, phi: Array) -> Array:
     return np.asarray(2 * ROUNDING * np.sqrt(squares) + SHIFT * swings)
 
 
-def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loose: Array) -> dict[str, Array]:
+def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array]:
     """Extremes of W + factor (I* - I*(0)) over every edge and every root of M* + factor dI*/dphi, and those of I* itself."""
     number, count = cycles.half.shape
-    which, cell, design, t = _roots(cycles, factors, tails)
+    which, cell, design, t = _roots(cycles, factors, cycles.tails)
     by_inertia = np.ones((5, count))
     by_inertia[WORK], by_inertia[FAST:INERTIA] = 0.0, factors
     work, variation = cycles.at(cell, design, t)
@@ -208,13 +247,13 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loo
         hit = np.flatnonzero((which == row) & (sign * at_roots >= enough[design]) & (cell < edge[design]))
         hit = hit[np.lexsort((-t[hit], -cell[hit]))]  # the first by angle is written last
         place[design[hit]], local[design[hit]] = cell[hit], t[hit]
-        angle, error = _places(cycles, -factors[row - FAST], loose, place, local)
+        angle, error = places(cycles, -factors[row - FAST], loose, place, local)
         angles.append(angle)
         moving.append(cycles.start[1, edge, np.arange(count)])
         moving[-1][design[hit]] = variation[hit]
         worst = np.maximum(worst, error)
     turning = np.flatnonzero(which == INERTIA)
-    extent = _extent(cycles.series[2], errors, cell[turning], design[turning], t[turning])
+    extent = _extent(cycles.series[2], cycles.inertias, cell[turning], design[turning], t[turning])
     return {
         "greatest": greatest,
         "least": least,
@@ -313,7 +352,7 @@ def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: I
     return np.asarray(np.where(which == INERTIA, 0.0, 1.0) * moment + factor * slope)
 
 
-def _places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
+def places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
     """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
     number, count = cycles.half.shape
     level = cycles.noise[0] + factor * cycles.noise[1] + cycles.work / cycles.edges[-1]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
+from flywheel.designs import motions
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import Structure, Structures
 from flywheel.numerics.cells import Index
@@ -185,7 +186,7 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
 
     """
     count, sums_of, size = columns.shape[1], cycles.sums, _CACHED_CELLS
-    engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
+    engine = engine if all(program.plain for _, program in structure.programs) and not structure.rates else "numpy"
     if engine == "numba":
         from flywheel.designs import kernels  # an extra
 
@@ -236,6 +237,9 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         finer = np.empty((2 * edges.shape[0] - 1, edges.shape[1]))
         finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
         edges = finer
+    if structure.rates:
+        values, errors, missed = motions.figures(structure, columns, edges, givens, halvings)
+        return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
         given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2

@@ -717,7 +717,7 @@ def slope_at(series: Any, row: int, cell: int, i: int, t: float) -> Any:
 
 @_compiled
 def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, doubt: Any, out: Any) -> None:
-    """The angles of the fastest and the slowest point, with the error of the worse; see `batch._places`."""
+    """The angles of the fastest and the slowest point, with the error of the worse; see `batch.places`."""
     number, of_half, of_noise = series.shape[0], _HALF // _L, _NOISE // _L
     for i in range(_L):
         end = cellwise[0, _END // _L, i]

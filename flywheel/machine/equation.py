@@ -18,7 +18,7 @@ wanted, with its slope: series and cells of the steady regime rest on it. `machi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -307,9 +307,9 @@ class Moments:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
 
     def _acting(self, part: _Part, omega: Array, unknown: float, states: States) -> Rate:
-        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
-        by_speed, by_unknown = np.zeros_like(omega) - part.resistance, np.zeros_like(omega) + part.per_unknown
-        exchanged = part.exchanged + np.abs(unknown * part.per_unknown) + part.resistance * omega
+        zero = np.zeros_like(omega)
+        terms = at_speeds(part, self._moving(part, Jet(omega, 1.0)), omega, unknown)
+        moment, by_speed, by_unknown, exchanged = (zero + term for term in terms)
         by_states: Array = np.zeros((len(states), *omega.shape))
         if self.circuit is not None and part.stage.drives and len(states):
             ratio, circuit = self.drive_ratio, self.circuit
@@ -318,13 +318,6 @@ class Moments:
                 by_states[k] = ratio * slope
             moment, exchanged = moment + driving, exchanged + np.abs(driving)
             by_speed = by_speed + ratio * ratio * slopes.torque_by_speed
-        for effort, factor in self._moving(part, Jet(omega, 1.0)):
-            value, slope = _with_slope(effort, omega)
-            factor_value, factor_slope = _with_slope(factor, omega)
-            moment = moment + value + unknown * factor_value
-            by_speed = by_speed + slope + unknown * factor_slope
-            by_unknown = by_unknown + factor_value
-            exchanged = exchanged + np.abs(value + unknown * factor_value)
         return Rate(moment, by_speed, by_unknown, np.zeros_like(moment), by_states, exchanged)
 
     def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
@@ -406,11 +399,31 @@ def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[
     )
 
 
-def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
+def at_speeds(still: Any, moving: Iterable[tuple[Any, Any]], omega: Any, unknown: Any) -> tuple[Any, Any, Any, Any]:
+    """M* of a part at crank speeds (rad/s), its slopes by the speed and by the unknown, and the sum of |contributions|.
+
+    Args:
+        still: what depends on position alone, with `moment`, `per_unknown`, `exchanged` and `resistance` of `Reduced`.
+        moving: moments that depend on speed with their factors of the unknown, as jets by the speed where they do.
+        omega: speeds: numbers, arrays, or recorded ones.
+        unknown: value of the scene's unknown.
+
+    """
+    of_unknown = unknown * still.per_unknown
+    moment, by_speed, by_unknown = still.moment + of_unknown - still.resistance * omega, -still.resistance, still.per_unknown
+    exchanged = still.exchanged + abs(of_unknown) + still.resistance * omega
+    for effort, factor in moving:
+        value, slope = _with_slope(effort)
+        factor_value, factor_slope = _with_slope(factor)
+        value = value + unknown * factor_value
+        moment, by_speed = moment + value, by_speed + slope + unknown * factor_slope
+        by_unknown, exchanged = by_unknown + factor_value, exchanged + abs(value)
+    return moment, by_speed, by_unknown, exchanged
+
+
+def _with_slope(value: Any) -> tuple[Any, Any]:
     """Value and slope of a jet, or of a number that does not depend on speed."""
-    if isinstance(value, Jet):
-        return value.value + np.zeros_like(omega), value.first + np.zeros_like(omega)
-    return value + np.zeros_like(omega), np.zeros_like(omega)
+    return (value.value, value.first) if isinstance(value, Jet) else (value, 0.0)
 
 
 def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:

@@ -54,7 +54,7 @@ DRIVE = "drive."  # how the names of the drive's elements begin
 FLYWHEEL = "the flywheel"  # whose part its inertia is
 FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
-_POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its place is, or which way it goes
+POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its place is, or which way it goes
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
@@ -288,6 +288,15 @@ class Machine:
             return (scene.motor.no_load_speed or 1.0) / scene.shafts[scene.drive.on]
         return scene.speed or self._speed_by_loads
 
+    @property
+    def motor_speeds(self) -> list[Any]:
+        """Speeds of the crank (rad/s) that the motor is known by: without load, at the ends of its running branch, rated."""
+        motor, drive = self.scene.motor, self.scene.drive
+        if motor is None or drive is None:
+            return []
+        known = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
+        return [w / self.scene.shafts[drive.on] for w in known if w is not None and 0.0 < w < np.inf]
+
     @cached_property
     def _speed_by_loads(self) -> float:
         """The speed that the greatest moment gives the greatest inertia over a cycle or stroke, sqrt(2 M* phi/I*).
@@ -362,7 +371,7 @@ class Machine:
         edges = self.breakpoints
         for effort in self.efforts:
             law, lo, hi = effort.load.law, edges[:-1], edges[1:]
-            if not isinstance(law, Expression) or not (_POSITION & law.names or self._infinite(effort)):
+            if not isinstance(law, Expression) or not (POSITION & law.names or self._infinite(effort)):
                 continue
             middle = 0.5 * (lo + hi)
             active = np.broadcast_to(effort.active(Here(effort.place.rate * middle, None, np)), lo.shape)
@@ -394,7 +403,7 @@ class Machine:
             law = effort.load.law
             if not isinstance(law, Expression):
                 parts.append(effort.load)
-            elif not _POSITION & law.names:
+            elif not POSITION & law.names:
                 parts += [effort.load._replace(law=None, model=""), self._infinite(effort)]
             else:
                 used = sorted((name, value) for name, value in effort.constants.items() if name in law.names)

@@ -35,8 +35,9 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
+from flywheel.machine.equation import at_speeds
 from flywheel.machine.loads import Effort
-from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Machine, circuit_of
+from flywheel.machine.machine import DRIVE, POSITION, WIDEST, Anchor, Machine, circuit_of
 from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
@@ -312,6 +313,7 @@ _LEAST_DESIGNS, _LEAST_SHARE = 12, 0.02  # designs, and their share of those lef
 _MOST_POOR = 4  # structures that are not
 _SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
 _BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
+_FASTEST, _TYPICAL = 6, 7  # rows of a structure's numbers
 _MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
 
 
@@ -339,6 +341,11 @@ class DesignValues(NamedTuple):
         return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
 
+RATE = ("moment", "by_speed", "by_unknown", "exchanged", "drive", "drive_by_speed", "moving", "resistance")
+"""Of a machine at crank speeds: M* with its slopes and the sum of |contributions|, the drive's share of it with its slope by
+the speed, what of M* depends on speed without resistances, and the resistance R*."""
+
+
 class Narrow(NamedTuple):
     """The law of a load, by its path, that may be narrow somewhere; its names as a program of (phi, *columns)."""
 
@@ -356,13 +363,15 @@ class StretchWalk(NamedTuple):
     """Common program of a stretch between landmarks: from (phi, *columns) to parts of `Reduced`, with its decisions.
 
     `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
-    `laws` are those that act there and may be narrow.
+    `laws` are those that act there and may be narrow. Where torques depend on speed, `rate` is the program from (phi,
+    *columns, omega, unknown) to those of `RATE`.
     """
 
     program: Program
     decided: Program | None
     signs: tuple[float, ...]
     laws: tuple[Narrow, ...]
+    rate: Program | None = None
 
 
 @dataclass(frozen=True)
@@ -372,11 +381,13 @@ class Structure:
     conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
-    crank's; NaN where there is none. zeros: an angle (rad) that Newton's method has followed, and the function whose zero it
-    is, with its slope, at phi.
+    crank's; NaN where there is none; then the typical speed and those of the crank that a motor is known by. zeros: an angle
+    (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
+    that it was recorded from.
     """
 
     paths: tuple[str, ...]
+    twin: Machine
     cycle: float
     unknown: bool
     conditions: Conditions
@@ -385,6 +396,10 @@ class Structure:
     numbers: Program
     counts: tuple[int, ...] = ()
     zeros: tuple[Program, ...] = ()
+
+    def speeds(self, columns: Array) -> Array:
+        """The typical speed of every design, then those of the crank that its motor is known by, rad/s."""
+        return _at(self.numbers, columns)[_TYPICAL:]
 
     def edges(self, columns: Array) -> Array:
         """Edges of the cells (cells + 1, designs), rad."""
@@ -397,18 +412,27 @@ class Structure:
     @cached_property
     def programs(self) -> list[tuple[slice, Program]]:
         """Consecutive cells with the program that they share."""
+        return self._shared([walk.program for walk in self.walks])
+
+    @cached_property
+    def rates(self) -> list[tuple[slice, Program]]:
+        """The same with the programs of what depends on speed; none where nothing does."""
+        programs = [walk.rate for walk in self.walks if walk.rate is not None]
+        return self._shared(programs) if programs else []
+
+    def _shared(self, programs: Sequence[Program]) -> list[tuple[slice, Program]]:
         stretches: list[tuple[slice, Program]] = []
         end = 0
-        for walk, number in zip(self.walks, self.counts, strict=True):
-            same = bool(stretches) and stretches[-1][1] == walk.program
+        for program, number in zip(programs, self.counts, strict=True):
+            same = bool(stretches) and stretches[-1][1] == program
             start = stretches.pop()[0].start if same else end
             end += number
-            stretches.append((slice(start, end), walk.program))
+            stretches.append((slice(start, end), program))
         return stretches
 
     def givens(self, columns: Array) -> DesignValues:
         """Speed, irregularity and drive of every design."""
-        speed, irregularity, ratio, drive, torque, inertia, _ = _at(self.numbers, columns)
+        speed, irregularity, ratio, drive, torque, inertia, *_ = _at(self.numbers, columns)
         driven, given, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
         return DesignValues(
             speed=speed,
@@ -449,7 +473,7 @@ class Structure:
     def _counts(self, columns: Array) -> Array:
         """Least number of cells in each stretch of each design."""
         widths = np.diff(_at(self.landmarks, columns), axis=0)
-        fastest = _at(self.numbers, columns)[-1]
+        fastest = _at(self.numbers, columns)[_FASTEST]
         counts = np.ceil(widths * fastest / WIDEST * (1.0 - _WIDTH_ROUNDING)).clip(1.0)
         return np.where(np.isfinite(counts), counts, 1e6).astype(int)
 
@@ -536,7 +560,9 @@ def recorded(
             machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in fixed}), twin)
             structure = _structure(machine, recorder, phi, tuple(paths))
             followed = machine.zeros if zeros else []
-            return replace(structure, zeros=tuple(recorder.program([angle, *function(phi)]) for angle, function in followed))
+            inputs = recorder.inputs[: 1 + len(paths)]
+            programs = (recorder.program([angle, *function(phi)], inputs) for angle, function in followed)
+            return replace(structure, zeros=tuple(programs))
     except UnrecordedError:
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
@@ -574,13 +600,17 @@ def _check(scene: Scene) -> None:
     for excluded, what in (
         (scene.areas is not None, "a diagram of areas has no machine"),
         (scene.stroke is not None, "a stroke is no cycle"),
-        (scene.depends_on_speed, "torques depend on speed"),
-        (scene.speed is None or not scene.has_flywheel, "no speed or no flywheel is given"),
+        (circuit_of(scene) is not None, "the motor has states of its own"),
+        (any(name != "irregularity" for name in scene.limits), "the motor has limits"),
+        (not scene.has_speed or not scene.has_flywheel, "no speed or no flywheel is given"),
         (scene.wheel is not None, "a wheel is to be chosen for each"),
         (bool(scene.duty), "a duty has several phases"),
         (scene.rubs, "friction in joints follows from the motion"),
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
-        (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
+        (
+            drive is not None and not scene.depends_on_speed and not isinstance(drive.law, float | int | None),
+            "the drive's torque is no plain number",
+        ),
     ):
         if excluded:
             raise UnrecordedError(what)
@@ -590,6 +620,8 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     scene, twin = machine.scene, machine.twin
     if machine.depends_on_time:
         raise UnrecordedError("loads depend on time")
+    if twin.switches_at_speeds:
+        raise UnrecordedError("laws switch at a speed")
     if isinstance(scene.cycle, Recorded):
         raise UnrecordableError("the cycle itself varies")
     pieces, landmarks, plain_marks = machine.breakpoints, machine.landmarks, twin.landmarks
@@ -603,18 +635,43 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
             walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
         stretches.append(walks[k])
     drive, nothing = scene.drive, float("nan")
-    given: list[Any] = [scene.speed, nothing if scene.irregularity is None else scene.irregularity, scene.flywheel_ratio]
-    given += [nothing, nothing] if drive is None else [scene.shafts[drive.on], nothing if drive.law is None else drive.law]
-    return Structure(
+    torque = nothing if drive is None or isinstance(drive.law, Expression | None) else drive.law
+    given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio, drive and scene.shafts[drive.on], torque]
+    given += [scene.inertia, machine.fastest, machine.typical_speed, *machine.motor_speeds]
+    structure = Structure(
         paths=paths,
+        twin=twin,
         cycle=scene.cycle,
         unknown=scene.unknown is not None,
         conditions=recorder.conditions(),
         landmarks=recorder.program(landmarks),
         walks=tuple(stretches),
-        numbers=recorder.program([*given, nothing if scene.inertia is None else scene.inertia, machine.fastest]),
+        numbers=recorder.program([nothing if number is None else number for number in given]),
         counts=(1,) * len(stretches),
     )
+    if not scene.depends_on_speed:
+        return structure
+    own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
+    rates = {id(walks[k]): _rate(machine, recorder, phi, *at, 0.5 * (pieces[k] + pieces[k + 1])) for k in walks}
+    moving = tuple(walk._replace(rate=rates[id(walk)]) for walk in stretches)
+    return replace(structure, walks=moving, conditions=recorder.conditions(own))
+
+
+def _rate(
+    machine: RecordedMachine, recorder: Recorder, phi: Recorded, omega: Recorded, unknown: Recorded, anchor: Any
+) -> Program:
+    """The program of `RATE` in the piece of an anchor."""
+    station = machine.reduction.at(phi, anchor, NAMESPACE)
+    contributions = station.contributions(Jet(omega, 1.0), 0.0, omega)
+    moving = [(effort, factor) for _, effort, factor in contributions]
+    driving = [(effort, factor) for element, effort, factor in contributions if element.name.startswith(DRIVE)]
+    balance: Any = unknown if machine.scene.unknown is not None else 0.0
+    nothing = Reduced(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    still, beside = (station.moments(number).get("drive", 0.0) for number in (0.0, 1.0))
+    drive = at_speeds(nothing._replace(moment=still, per_unknown=beside - still), driving, omega, balance)
+    resistance = station.reduced.resistance
+    rows = *at_speeds(station.reduced, moving, omega, balance), *drive[:2], at_speeds(nothing, moving, omega, balance)[0]
+    return recorder.program([*rows, resistance])
 
 
 def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:
@@ -625,7 +682,7 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
     for effort in machine.efforts:
         law = effort.load.law
         active = effort.active(Here(effort.place.rate * anchor, None, np))
-        if isinstance(law, Expression) and active and _may_be_narrow(law):
+        if isinstance(law, Expression) and active and POSITION & law.names and _may_be_narrow(law):
             names, at = machine.named(effort, phi, anchor), present(anchor)
             laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
             laws[-1].at(Interval(at, at), np.array([each.value for each in recorder.inputs[1:]]), INTERVALS)  # it is bounded

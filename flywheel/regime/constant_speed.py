@@ -7,7 +7,7 @@ keeps a machine from having a steady speed shows here first, and is named.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,11 +24,13 @@ from flywheel.scene.scene import Scene
 
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
+_NEAR_MARKS = np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])  # of a speed that a motor is known by
 _AT_ONCE = 200_000  # values on the mesh that are computed together
 _SPEED_STEP = 1e-3  # of a speed: between those whose net works are compared
 _WORK_ROUNDING = 1e-12  # of the net work: smaller differences are rounding
 _NEAR_HUMP = 1e-8  # in the logarithm of a speed: resolution of the search for a hump of the net work
 _FLAT = 1e-3  # of the net work: humps that fall less to the next speed cannot reach zero
+_ABOVE_SAMPLES = 10.0  # times the greater fall to the next speed: height of a hump above its highest sample, at most
 _BALANCES = 60
 _MOST_ROUNDS = 12
 _SLOPE_STEP = 1e-6  # of a speed: step for a slope
@@ -148,15 +150,14 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
 
 def _grid(machine: Machine, decades: int) -> Array:
     """Speeds to try: evenly in their logarithm, and around the characteristic speeds of a motor."""
-    typical = machine.typical_speed
-    even = typical * np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1)
-    motor, drive = machine.scene.motor, machine.scene.drive
-    if motor is None or drive is None:
-        return even
-    known = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
-    marks = np.array([w for w in known if w is not None and 0.0 < w < np.inf]) / machine.scene.shafts[drive.on]
-    near = (marks[:, None] * np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])).ravel()
-    return np.unique(np.concatenate((even, near)))
+    return np.unique(speeds_to_try(machine.typical_speed, np.array(machine.motor_speeds), decades))
+
+
+def speeds_to_try(typical: Any, marks: Array, decades: int = _DECADES) -> Array:
+    """The same (speeds, ...) by typical speeds and those that motors are known by (marks, ...), ascending."""
+    even = np.multiply.outer(np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1), typical)
+    near = np.multiply.outer(_NEAR_MARKS, marks).reshape(-1, *np.shape(typical))
+    return np.sort(np.concatenate((even, near)), axis=0)
 
 
 def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
@@ -164,14 +165,8 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
     One that is round rises above its highest sample by no more than it falls to the next, so that flat ones are left out.
     """
-    sign, size = -np.sign(works), np.abs(works[1:-1])
-    side, here = sign[1:-1], -size
-    alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
-    rise, fall = here - side * works[:-2], here - side * works[2:]
-    high = (np.minimum(rise, fall) > _WORK_ROUNDING * size) & (np.maximum(rise, fall) > _FLAT * size)
-    peaks = 1 + np.flatnonzero(alike & high)
-    found = []
-    for k in peaks:
+    sign, found = -np.sign(works), []
+    for k in 1 + np.flatnonzero(humped(works)[0]):
         log_speed, height = summit(
             lambda x: float(sign[k] * moments.net_work(float(np.exp(x)))),  # noqa: B023 - called at once
             float(np.log(grid[k - 1])),
@@ -181,6 +176,17 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
         )
         found.append((float(np.exp(log_speed)), float(sign[k]) * height))
     return found
+
+
+def humped(works: Array) -> tuple[Any, Any]:
+    """Tests at which speeds but the first and last (speeds, ...) net works have such a hump, and which may reach zero."""
+    sign, size = -np.sign(works), np.abs(works[1:-1])
+    side, here = sign[1:-1], -size
+    alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
+    rise, fall = here - side * works[:-2], here - side * works[2:]
+    steepest = np.maximum(rise, fall)
+    high = alike & (np.minimum(rise, fall) > _WORK_ROUNDING * size) & (steepest > _FLAT * size)
+    return high, high & (_ABOVE_SAMPLES * steepest > size)
 
 
 def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:

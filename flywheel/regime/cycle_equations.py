@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flywheel.machine.equation import Moments, NoMotionError, Rate, undefined
 from flywheel.numerics import cells, collocation
@@ -24,6 +25,8 @@ from flywheel.numerics.collocation import Changes
 from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
+_MOST_BATCH_STEPS = 16  # of many motions at once: what needs more is left to be sized alone
+_NEAR_STEP = 1e-3  # of the fluctuation: a step of a motion whose mean of extremes is known well enough to refer to it
 _PER_SEARCH = 1000  # nodes whose cost equals that of reducing the machine on its cells
 _PER_STEP = 50  # nodes whose cost equals the fixed cost of a Newton step
 _HALVINGS = 30  # of a Newton step
@@ -46,12 +49,13 @@ class Demand(NamedTuple):
     """Requirements of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
-    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays.
+    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays. What is not
+    required is None; of many motions at once the others are arrays.
     """
 
-    inertia: float | None
-    irregularity: float | None
-    speed: float | None
+    inertia: Any
+    irregularity: Any
+    speed: Any
 
 
 class State(NamedTuple):
@@ -118,6 +122,11 @@ class Periodic(NamedTuple):
     def speed(self) -> Any:
         """Mean of the greatest and least speed (rad/s)."""
         return self.reference * (1.0 + 0.5 * self.extremes.excess.sum(axis=-1))
+
+    @property
+    def lightest(self) -> Any:
+        """The least J + I* at the nodes (kg m²)."""
+        return self.state.inertia + self.moments.inertia.min(axis=(-2, -1))
 
     @property
     def irregularity(self) -> Any:
@@ -189,7 +198,35 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
     raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
 
 
-def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
+def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:
+    """The periodic motions of many machines at once, each nearest to its start, and which of them were found.
+
+    Arguments as those of `periodic`, with an axis of machines before all others.
+    """
+    equations = _Equations(moments, reference, demand)
+    state, last, final = start, np.inf, demand.speed is not None
+    settled = np.zeros(reference.shape, bool)
+    for _ in range(_MOST_BATCH_STEPS):
+        here = equations.speeds(state)
+        change = equations.linearisation(state, here)
+        state, size = equations.newton_step(state, here, change)
+        stays = final & (size <= _ROUNDING_STEP) & (size >= 0.3 * last)
+        settled |= size <= _LAST_STEP if final else False
+        if (stays & ~settled).any():
+            settled |= stays & (size <= np.maximum(_UNCONVERGED_STEP, equations.rounding_step(state, change)))
+        equations.lost |= ~np.isfinite(size)
+        if (settled | equations.lost).all():
+            break
+        last = size
+        if not final and (equations.lost | (size <= _NEAR_STEP)).all():
+            lost = equations.lost
+            equations, state = equations.about_own_mean(state)
+            equations.lost, final = lost | equations.lost, True
+    found = equations.result(state, change, _MOST_BATCH_STEPS)
+    return found, settled & ~equations.lost
+
+
+def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, own: Sequence[float] = ()) -> State:
     """The motion under torques at a constant speed, with that speed at phi = 0.
 
     The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
@@ -517,7 +554,7 @@ class _Equations:
         if self.sized:
             slopes[..., states] += -0.5 * w * at.s / scale
         slopes, offsets = slopes[..., :-1], slopes[..., -1]
-        mean = (self.w if self.demand.speed is None else self.demand.speed) / w
+        mean = np.asarray(self.w if self.demand.speed is None else self.demand.speed)[..., None] / w
         if not self.sized:
             return 0.5 * slopes.sum(axis=-2, keepdims=True), mean - 1.0 - 0.5 * (at.excess + offsets).sum(-1, keepdims=True)
         eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)[..., None]

@@ -9,9 +9,9 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,10 +41,13 @@ from flywheel.regime.cycle_equations import (
     unevenness,
     with_inertia,
 )
-from flywheel.regime.turning_moment import Cycle, Run, cycle_of
+from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of
 
 UNSTABLE = 1e-12
 """1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle, and not by rounding."""
+
+STIFF = 3e3
+"""Exponent of the decay of a change of speed in a cycle, above which torques are stiff."""
 
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
@@ -58,7 +61,7 @@ _MOST_ROUGH, _MANY = 16, 1000  # rounds for such a motion; cells above which it 
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
-_STIFF, _UNLIKE = 3e3, 8.0  # exponent of the decay in a cycle; greatest ratio of a slope to a difference
+_UNLIKE = 8.0  # greatest ratio of a slope to a difference
 _MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _DIRECT_SHARE = 0.5  # of the irregularity asked for: above it the flywheel is sought directly
@@ -147,7 +150,7 @@ def own_motion(
         return motion
     solved, inertia = motion.solved, motion.inertia
     fading = solved.rate.by_speed / ((inertia + solved.moments.inertia) * solved.omega)
-    if solved.sensitivity and float(np.abs(cells.integral(fading, solved.moments.mesh.half)).sum()) > _STIFF:
+    if solved.sensitivity and float(np.abs(cells.integral(fading, solved.moments.mesh.half)).sum()) > STIFF:
         heavier = search.given(1.5 * inertia).motion(1.5 * inertia, solved.state.unknown)
         expected = inertia / max(solved.sensitivity.by_square, 1e-300)  # 0.5 J of it; the slope of eps is twice that of s
         if not _UNLIKE * expected > abs(heavier.run.irregularity - solved.irregularity) > expected / _UNLIKE:
@@ -208,7 +211,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
     F is off by |dF/domega| omega u where the speed is extreme, and the energy by the integral of that from where the cell
     begins. No cells mend that: it comes to the errors when the search for cells is over.
     """
-    solved, run = motion.solved, motion.run
+    run = motion.run
     # what may as well have an irregularity of 2 may as well stop
     if not (run.speed_min > 0.0 and run.irregularity * (1.0 + run.error) < 2.0):
         raise NoRegimeError("rounding leaves open whether the motion stops within the cycle")
@@ -219,13 +222,8 @@ def _checked(motion: OwnMotion) -> OwnMotion:
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not run.irregularity > 0.0:
         return motion
-    stiff = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
-    work_error = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
-    least = float(solved.state.inertia + solved.moments.inertia.min())
-    off = 4.0 * work_error / (solved.speed**2 * least * run.irregularity)
-    slope = 0.0 if solved.sensitivity is None else solved.sensitivity.by_square
-    bound = motion.inertia_bound + 0.5 * slope * run.irregularity * off
-    return motion._replace(run=run._replace(error=run.error + off), inertia_bound=bound)
+    off, bound = errors_by_stiffness(motion.solved)
+    return motion._replace(run=run._replace(error=run.error + float(off)), inertia_bound=motion.inertia_bound + float(bound))
 
 
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
@@ -289,7 +287,7 @@ class _Search(NamedTuple):
         unstable: OwnMotion | None = None
         failure: NoRegimeError | BudgetError | None = None
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
-        if self.fading(inertia, unknown) > _STIFF:
+        if self.fading(inertia, unknown) > STIFF:
             ways[:2] = ways[1::-1]
         for way in ways[:2] if directly else ways:
             try:
@@ -597,28 +595,12 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
 
 
 def _described(solved: Periodic, demand: Demand) -> OwnMotion:
-    """A solved motion as a cycle with its moment along it, and as a run with its error.
-
-    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
-    a flywheel sought has the irregularity asked for, and hardly changes with the level there.
-    """
+    """A solved motion as a cycle with its moment along it, and as a run with its error."""
     moments, state, extremes, mesh = solved.moments, solved.state, solved.extremes, solved.moments.mesh
     unknown = state.unknown if moments.machine.scene.unknown is not None else None
     cycle = cycle_of(moments, solved.rate, unknown)
-    start, eps = state.inertia + cycle.inertia_at_start, solved.irregularity
-    kept = _kept_work(solved, cycle)
-    # energies are closed round the cycle, to their digits
-    closing = kept + 2 * ROUNDING * float(np.abs(state.edges[:, 0]).max())
-    free = unknown is None and moments.machine.sets_its_speed
-    level = closing / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300)) if free else 0.0
-    of_states: tuple[float, ...] = ()
-    if solved.reach is not None and solved.closing is not None:  # nothing fades by itself, and errors swing along
-        carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
-        kept, of_states = float(carried_on[0]), tuple(carried_on[1:].tolist())
-        level = kept / (solved.speed**2 * max(start, 1e-300))
-    least = float(state.inertia + moments.inertia.min())
-    off = 2 * (2 * kept + solved.speed**2 * cycle.errors.variation) / solved.speed**2 / least  # of the irregularity
-    off += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
+    start, eps = state.inertia + cycle.inertia_at_start, float(solved.irregularity)
+    errors = motion_errors(solved, demand, cycle.errors, start)
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
     angles = np.where(np.abs(extremes.t) < 1.0, inside, mesh.edges[extremes.cell + (extremes.t > 0.0)])
     run = Run(
@@ -629,30 +611,88 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
         angle_speed_max=float(angles[0]),
         angle_speed_min=float(angles[1]),
         offset=float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2),
-        error=off / eps if eps > 0.0 else 0.0,
-        speed=solved.speed,
+        error=float(errors.irregularity),
+        speed=float(solved.speed),
         drive=moments.drive(solved.omega, state.unknown, state.of_circuit),
         states=tuple(state.edges[0, 1:].tolist()),
         along=state.of_circuit if state.of_circuit.size else None,
-        states_error=of_states,
-        level=level,
+        states_error=tuple(errors.states),
+        level=float(errors.level),
     )
-    varying = 0.5 * eps * run.error  # what speeds may be off the level
+    cycle = cycle._replace(balance_error=cycle.balance_error * float(errors.balance))
+    return OwnMotion(solved, cycle, run._replace(cycle=cycle), float(errors.speed), float(errors.flywheel))
+
+
+class MotionErrors(NamedTuple):
+    """Errors of a steady motion, numbers, or arrays of many motions.
+
+    `irregularity` and `speed`, the mean of extremes, relative; `level` as that of a `Run`; `flywheel` that was sized, kg m²;
+    `balance` the factor by which speeds add to the balance's own; `states` of a motor.
+    """
+
+    irregularity: Any
+    speed: Any
+    level: Any
+    flywheel: Any
+    balance: Any
+    states: Sequence[float] = ()
+
+
+def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: Any) -> MotionErrors:
+    """The errors of a steady motion by those of the cycle along it.
+
+    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
+    a flywheel sought has the irregularity asked for, and hardly changes with the level there.
+
+    Args:
+        solved: the motion.
+        demand: what was asked of it.
+        errors: of the cycle.
+        start: J + I* at phi = 0, kg m².
+
+    """
+    moments, state, eps, square = solved.moments, solved.state, solved.irregularity, solved.speed**2
+    kept = kept_work(solved, errors.work, errors.by_cell[0])
+    # energies are closed round the cycle, to their digits
+    closing = kept + 2 * ROUNDING * np.abs(state.edges[..., 0]).max(axis=-1)
+    balanced = moments.machine.scene.unknown is not None
+    free = moments.machine.sets_its_speed and not balanced
+    energy, of_states = square * np.maximum(start, 1e-300), []
+    level = closing / (np.maximum(np.abs(solved.damping), 1e-300) * energy) if free else 0.0
+    if solved.reach is not None and solved.closing is not None:  # nothing fades by itself, and errors swing along
+        carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
+        kept, of_states = carried_on[0], carried_on[1:].tolist()
+        level = kept / energy
+    off = 2 * (2 * kept + square * errors.variation) / square / solved.lightest
+    off += 2 * eps * (errors.inertia / solved.lightest + 4 * ROUNDING)
+    relative = off / np.where(eps > 0.0, eps, np.inf)
+    varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:
-        run = run._replace(error=run.error + 4.0 * (level if demand.inertia is None else run.level_error))
-    if unknown is not None and cycle.balance_error:
-        pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, mesh.half).sum()
-        of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work
-        cycle = cycle._replace(balance_error=cycle.balance_error * of_speeds)
-    answer, missed = solved.sensitivity, abs(eps - (demand.irregularity or eps))
-    bound = 0.0 if answer is None else answer.by_square * (varying + missed) + answer.by_work * closing
-    return OwnMotion(solved, cycle, run._replace(cycle=cycle), run.level_error + varying if free else 0.0, bound)
+        high, low = np.moveaxis(1.0 + solved.extremes.excess, -1, 0) * (solved.reference / solved.speed)
+        of_level = level / np.maximum(high * low, ROUNDING)
+        relative, speed = relative + 4.0 * (level if demand.inertia is None else of_level), of_level + varying
+    if balanced:
+        pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum(axis=-1)
+        balance = 1.0 + varying * pulled / np.maximum(errors.work, 1e-300)
+    bound, answer = 0.0, solved.sensitivity
+    if answer is not None:
+        missed = np.abs(eps - (eps if demand.irregularity is None else demand.irregularity))
+        bound = answer.by_square * (varying + missed) + answer.by_work * closing
+    return MotionErrors(relative, speed, level, bound, balance, of_states)
+
+
+def errors_by_stiffness(solved: Periodic) -> tuple[Any, Any]:
+    """What the last digits of speeds do by stiff torques: to the irregularity, relative, and to a sized flywheel (kg m²)."""
+    stiff = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
+    work, eps = 4 * ROUNDING * np.take_along_axis(stiff, solved.extremes.cell, -1).max(axis=-1), solved.irregularity
+    off = 4.0 * work / (solved.speed**2 * solved.lightest * eps)
+    return off, 0.0 if solved.sensitivity is None else 0.5 * solved.sensitivity.by_square * eps * off
 
 
 def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     """A motion whose moment has an error of work (J), with that in its errors."""
     solved, run = motion.solved, motion.run
-    least = float(solved.state.inertia + solved.moments.inertia.min())
+    least = float(solved.lightest)
     level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0
     off = 4.0 * work / (solved.speed**2 * least) / max(run.irregularity, 1e-300)
     bound = 0.0 if solved.sensitivity is None else solved.sensitivity.by_work * work
@@ -663,24 +703,34 @@ def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     )
 
 
-def _kept_work(solved: Periodic, cycle: Cycle) -> float:
+def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
     """Largest error (J) of the kinetic energy by errors of the cycle's work, which decay where torques fall with the speed.
 
     As dE' = (dF/dE) dE + r is one-signed, errors r of one sign in all cells are the worst that can be.
+
+    Args:
+        solved: the motion, or many of them.
+        work: error of the cycle's work, J.
+        by_cell: the share of each cell's interpolation in it, (..., cells).
+
     """
-    moments, errors, half = solved.moments, cycle.errors, solved.moments.mesh.half
+    moments, half = solved.moments, solved.moments.mesh.half
     held = moments.machine.scene.unknown is not None  # then the balance's own error does not fade
-    if held or moments.circuit is not None or not errors.work > 0.0:
-        return errors.work
-    growth = cells.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
-    rounding = errors.work - float(errors.by_cell[0].sum())
-    made = errors.by_cell[0] + rounding * cells.integral(solved.rate.exchanged, half) / max(cycle.exchanged, 1e-300)
+    if held or moments.circuit is not None:
+        return work
+    total = np.asarray(solved.state.inertia)[..., None, None] + moments.inertia
+    growth = cells.integral(solved.rate.by_speed / (total * solved.omega), half)
+    exchanged = cells.integral(solved.rate.exchanged, half)
+    share = exchanged / np.maximum(exchanged.sum(axis=-1, keepdims=True), 1e-300)
+    made = by_cell + np.asarray(work - by_cell.sum(axis=-1))[..., None] * share
     fades = np.minimum(growth, -1e-9)
     made = made * np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # spread evenly over its cell
-    kept = most = 0.0
-    for left, added in [*zip(np.exp(np.minimum(growth, 1.0)).tolist(), made.tolist(), strict=True)] * 2:
-        kept = min(kept * left + added, errors.work)
-        most = max(most, kept)
+    left = np.exp(np.minimum(growth, 1.0))
+    kept: Any = 0.0 * work
+    most = kept
+    for k in [*range(half.shape[-2])] * 2:
+        kept = np.minimum(kept * left[..., k] + made[..., k], work)
+        most = np.maximum(most, kept)
     return most
 
 

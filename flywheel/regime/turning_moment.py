@@ -45,7 +45,7 @@ class CycleErrors(NamedTuple):
     I* itself in each cell.
 
     `residual` is the net work (J) that a cycle without a balance leaves over. It may belong anywhere in the cycle, and W is
-    off by as much from there on: so is every difference of two of its values.
+    off by as much from there on: so is every difference of two of its values. Of many cycles at once all are arrays.
     """
 
     work: float

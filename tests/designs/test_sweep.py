@@ -23,7 +23,7 @@ import flywheel
 from flywheel import SceneError
 from flywheel.designs import figures as designs
 from flywheel.designs import sweep as sweep_of_designs
-from flywheel.designs.figures import ALONE, MISSING, REFUSED
+from flywheel.designs.figures import ALONE, MISSING, REFINED, REFUSED, TRACED
 from flywheel.designs.sweep_results import FigureArrays, csv_lines, front
 from flywheel.reading.paths import numbers
 from tests.extras import extra
@@ -78,7 +78,58 @@ def test_designs_whose_loads_are_the_same_break_at_the_same_angles_and_others_at
         alone = flywheel.size(flywheel.load({**raw, "parameters": {**raw["parameters"], **there}}), accuracy="normal")
         assert found["exact"][k] == alone.flywheel.exact
         assert found["energy_fluctuation"][k] == alone.energy_fluctuation
-    assert found.messages == ("4 of 4 designs were sized one by one: torques depend on speed",)
+    assert found.messages == ("4 of 4 designs were sized one by one",)
+
+
+MOTOR = {"type": "induction", "power": "3 kW", "speed": "1440 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.8}
+
+
+def motor_driven(**changes):
+    """A press on a motor's belt, with oil in its guides."""
+    drive = {"on": "motor", "motor": MOTOR}
+    shafts, damper = {"motor": {"on": "crank", "ratio": 12}}, [{"on": "press.slider", "coefficient": 120}]
+    return flywheel.load(press(shafts=shafts, damper=damper, drive=drive, regime={}) | changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "values"),
+    [
+        ({"flywheel": {"irregularity": 0.1}}, EPS, np.linspace(0.02, 0.25, 12)),
+        ({"flywheel": {"inertia": 150}}, "flywheel.inertia", np.linspace(60.0, 400.0, 12)),
+        ({"drive": {"torque": "balance"}, "regime": {"speed": 12}}, SPEED, np.linspace(6.0, 20.0, 12)),
+        ({"drive": {"torque": "700 - 50*omega"}, "flywheel": {"irregularity": 1.2}}, EPS, np.linspace(0.9, 1.4, 12)),
+    ],
+    ids=["motor", "given flywheel", "balance", "no flywheel needed"],
+)
+def test_motions_found_at_once_are_those_that_size_finds(changes, path, values):
+    """Torques that depend on speed: every figure of the motion within both estimates, those without a flywheel as well."""
+    scene = motor_driven(**changes)
+    columns = {path: values, "mechanism.crank.length": np.linspace(0.08, 0.12, 12)[::-1], "load.0.from": np.full(12, 5.2)}
+    found = flywheel.sweep(scene, columns)
+    assert set(found.ways.tolist()) <= {TRACED, REFINED}
+    assert found.check.ratio <= 1.0
+    for k in (0, 11):
+        sizing = flywheel.size(found.design(k), 1e-12, accuracy="normal")
+        assert math.isclose(found.speed[k], sizing.speed, rel_tol=found.error.speed[k] + 1e-12)
+        assert math.isclose(found.power[k], sizing.power, rel_tol=found.error.power[k] + 1e-12)
+        assert math.isclose(found.angle_speed_min[k], sizing.angle_speed_min, abs_tol=found.error.angle_speed_min[k] + 1e-12)
+        if sizing.flywheel.needed is not None:
+            assert found.needed[k] == sizing.flywheel.needed
+            assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=found.error.exact[k] + 1e-12)
+        else:
+            irregularity = sizing.simulation.irregularity
+            assert math.isclose(found.irregularity[k], irregularity, rel_tol=found.error.irregularity[k] + 1e-12)
+
+
+def test_designs_whose_motor_stalls_are_refused_with_their_reason_among_those_that_run():
+    columns = {
+        "load.0.force": -np.array([5e3, 2e4, 1e6, 2e4, 4e4]),
+        "flywheel.inertia": np.array([90.0, 90.0, 90.0, 1e-3, 90.0]),
+    }
+    found = flywheel.sweep(motor_driven(flywheel={"inertia": 100}), columns)
+    assert found.ways.tolist() == [REFINED, REFINED, REFUSED, REFUSED, REFINED]
+    assert "a drive that cannot carry the mean load" in found.reasons[2]
+    assert "stalls at crank angle" in found.reasons[3]
 
 
 def test_every_design_is_the_one_that_size_gives():
