@@ -244,7 +244,14 @@ def equivalent_masses(
     _check_body(mass, inertia, dimensions)
     complete = _COMPLETE.get(len(free)) == dimensions
     reach = float(np.abs(points).max()) or 1.0
-    powers = _powers(points / reach, complete)
+    # the conditions, one a row, on unit masses at the points, one a column
+    x = (points / reach).T
+    rows = [np.ones(x.shape[1]), *x]
+    if complete and len(x) == 3:
+        rows += [*x**2, x[1] * x[2], x[0] * x[2], x[0] * x[1]]
+    elif complete:
+        rows.append((x**2).sum(axis=0))
+    powers = np.array(rows)
     sizes = np.linalg.svd(powers[:, free], compute_uv=False)
     if sizes[-1] <= _FLAT * sizes[0]:
         found = _SURFACES[len(free), dimensions] + (" to be found" if given else "")
@@ -321,17 +328,6 @@ def _ten_places(mass: float, tensor: Array) -> Array:
     yz, xz, xy = np.where(moments[3:] < 0.0, -1.0, 1.0)
     pairs = [sign * axis for axis in np.diag([a, b, c]) for sign in (1.0, -1.0)]
     return np.array([np.zeros(3), *pairs, [0.0, b, yz * c], [a, 0.0, xz * c], [a, xy * b, 0.0]])
-
-
-def _powers(points: Array, complete: bool) -> Array:
-    """The conditions, one a row, on unit masses at the points, one a column."""
-    x = points.T
-    rows = [np.ones(x.shape[1]), *x]
-    if complete and len(x) == 3:
-        rows += [*x**2, x[1] * x[2], x[0] * x[2], x[0] * x[1]]
-    elif complete:
-        rows.append((x**2).sum(axis=0))
-    return np.array(rows)
 
 
 def _second_moments(inertia: Array, dimensions: int) -> Array:

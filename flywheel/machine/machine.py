@@ -543,14 +543,10 @@ class Machine:
     def _environment(self, effort: Effort, speed: float | None = None) -> tuple[Enclosures, Values]:
         """Values of the names in a load's expression: jets of intervals over cells of phi, and plain values."""
         names = self._names(effort, speed)
-
-        def enclosures(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
-            return names(Interval(lo, hi), anchor, INTERVALS)
-
-        def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
-            return names(phi, anchor, np)
-
-        return enclosures, values
+        return (
+            lambda lo, hi, anchor: names(Interval(lo, hi), anchor, INTERVALS),
+            lambda phi, anchor: names(phi, anchor, np),
+        )
 
     def _names(self, effort: Effort, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
         """A function from crank angles, their anchors and a namespace to the values of the names in a load's expression.

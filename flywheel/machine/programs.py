@@ -757,7 +757,7 @@ class Structures:
             elif refusals < len(self._refused):
                 conditions, refusals = self._refused[refusals], refusals + 1
                 mine = _kept(conditions, columns[:, left])
-            elif self._exhausted:
+            elif self._poor >= _MOST_POOR or len(self._known) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS:
                 break
             else:
                 at = left.size // 2
@@ -766,10 +766,6 @@ class Structures:
                 mine = np.arange(left.size) == at
             left = left[~mine]
         return groups
-
-    @property
-    def _exhausted(self) -> bool:
-        return self._poor >= _MOST_POOR or len(self._known) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS
 
     def _record(self, columns: Array, values: Array) -> bool:
         """Record the structure of a design, proven at two others of those that share it, or why it is refused."""

@@ -118,24 +118,16 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
         f.point(rocker, "rocker.pin", arm, f.body(mechanism, "rocker_pin").mass, "rocker_pin"),
         f.sliding(mechanism, "ram", pi / 2, "rocker"),
     )
-    ends, rocks = _dead_centres(crank, frame), bool(crank < frame)
+    # dead centres of the ram: cos psi = -r/d, the rocker still, or with r > d cos psi = -d/r, the rocker across the stroke
+    less, more = min(crank, frame), max(crank, frame)
+    beyond = atan2(sqrt((more - less) * (more + less)), -less)
+    ends, rocks = f.within_turn((beyond, -beyond)), bool(crank < frame)
     ports = {
         "rocker": f.Port("rocker", attrgetter("rocker"), rocks, dead_centres=ends if rocks else ()),
         "ram": f.Port("ram", attrgetter("ram"), dead_centres=ends),
     }
-    return f.Family(*parts, ports, partial(ShaperPosition, *lengths), _breakpoints(crank, frame))
-
-
-def _dead_centres(r: float, d: float) -> tuple[float, ...]:
-    """The ram's: cos psi = -r/d, the rocker standing still, or with r > d cos psi = -d/r, the rocker across the stroke."""
-    less, more = min(r, d), max(r, d)
-    beyond = atan2(sqrt((more - less) * (more + less)), -less)
-    return f.within_turn((beyond, -beyond))
-
-
-def _breakpoints(r: float, d: float) -> tuple[float, ...]:
-    """Cells shorten where the pin passes close to the rocker's pivot: s = 0 at psi = pi ± i log(d/r)."""
-    return f.within_turn(f.graded(pi, abs(log(d / r))))
+    # cells shorten where the pin passes close to the rocker's pivot: s = 0 at psi = pi ± i log(d/r)
+    return f.Family(*parts, ports, partial(ShaperPosition, *lengths), f.within_turn(f.graded(pi, abs(log(frame / crank)))))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:

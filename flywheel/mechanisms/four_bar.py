@@ -178,7 +178,10 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
         "coupler": f.Port("coupler", attrgetter("coupler"), returns),
         "rocker": f.Port("rocker", attrgetter("rocker"), returns, dead_centres=ends),
     }
-    return f.Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
+    # cells shorten close to change points: K = 0 at D = |c - L|, above psi = 0, and at D = c + L, above psi = pi
+    near = f.above_one(_cosine(bars, bars.coupler - bars.rocker))
+    far = f.above_one(-_cosine(bars, bars.coupler + bars.rocker))
+    return f.Family(*parts, ports, partial(FourBarPosition, bars), f.within_turn(f.graded(0.0, near) + f.graded(pi, far)))
 
 
 def _cosine(bars: Bars, diagonal: float) -> float:
@@ -197,13 +200,6 @@ def _dead_centres(bars: Bars) -> tuple[float, ...]:
         return 2 * side * atan2(sqrt((L - d + m) * (L + d - m)), sqrt((d + m - L) * (d + m + L)))
 
     return f.within_turn((angle(c + r), pi + angle(c - r)))
-
-
-def _breakpoints(bars: Bars) -> tuple[float, ...]:
-    """Cells shorten close to change points: K = 0 at D = |c - L|, above psi = 0, and at D = c + L, above psi = pi."""
-    near = f.above_one(_cosine(bars, bars.coupler - bars.rocker))
-    far = f.above_one(-_cosine(bars, bars.coupler + bars.rocker))
-    return f.within_turn(f.graded(0.0, near) + f.graded(pi, far))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:

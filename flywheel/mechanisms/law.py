@@ -55,18 +55,14 @@ class FormulaCurve(NamedTuple):
         Jet(3.0, 4.0, 2.0)
         """
         values = {**self.parameters, "phi": Jet(phi, 1.0, 0.0)}
-        found = self.expression.evaluate(values, _jets_over(ns), {**self.parameters, "phi": anchor})
+        # the jets over a namespace, made once: the namespace is kept beside them, so that its id stays its own
+        if id(ns) not in _JETS:
+            _JETS[id(ns)] = ns, jet_namespace(ns)
+        found = self.expression.evaluate(values, _JETS[id(ns)][1], {**self.parameters, "phi": anchor})
         return found if isinstance(found, Jet) else Jet(found, 0.0, 0.0)
 
 
 _JETS: dict[int, tuple[Any, Any]] = {}
-
-
-def _jets_over(ns: Any) -> Any:
-    """The jets over a namespace, made once: the namespace is kept beside them, so that its id stays its own."""
-    if id(ns) not in _JETS:
-        _JETS[id(ns)] = ns, jet_namespace(ns)
-    return _JETS[id(ns)][1]
 
 
 @dataclass(frozen=True, eq=False)

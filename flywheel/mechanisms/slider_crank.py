@@ -103,33 +103,28 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
 
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     """Chain of a slider-crank: rod and slider each straight from the crank, the rod's mass at its centre."""
-    lengths = _lengths(mechanism)
+    r, rod, e = _lengths(mechanism)
     parts = f.joined(
         f.pivoted(f.CRANK, mechanism, "crank"),
-        f.point(f.CRANK, "crank.pin", lengths[0], 0.0, "crank"),
+        f.point(f.CRANK, "crank.pin", r, 0.0, "crank"),
         f.Parts((f.driven("rod", True),)),
-        f.floating(f.line("rod"), mechanism, "rod", lengths[0]),
+        f.floating(f.line("rod"), mechanism, "rod", r),
         f.sliding(mechanism, "slider", 0.0),
     )
-    turns = mechanism.stroke is None
+    ends: tuple[float, ...] = ()
+    across = (pi / 2, 3 * pi / 2)
+    if mechanism.stroke is None:  # crank and rod in one line: sin psi = e/(l + r) stretched, -e/(l - r) folded, cos psi < 0
+        stretched = atan2(e, sqrt((rod + r - e) * (rod + r + e)))
+        folded = atan2(e, sqrt((rod - r - e) * (rod - r + e)))
+        ends = f.within_turn((stretched, pi + folded))
     ports = {
-        "slider": f.Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths) if turns else ()),
-        "rod": f.Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2) if turns else ()),
+        "slider": f.Port("slider", attrgetter("slider"), dead_centres=ends),
+        "rod": f.Port("rod", attrgetter("rod"), dead_centres=across if mechanism.stroke is None else ()),
     }
-    return f.Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
-
-
-def _dead_centres(r: float, rod: float, e: float) -> tuple[float, ...]:
-    """The slider's, with crank and rod in one line: sin psi = e/(l + r) stretched, and -e/(l - r) folded, cos psi < 0."""
-    stretched = atan2(e, sqrt((rod + r - e) * (rod + r + e)))
-    folded = atan2(e, sqrt((rod - r - e) * (rod - r + e)))
-    return f.within_turn((stretched, pi + folded))
-
-
-def _breakpoints(r: float, rod: float, e: float) -> tuple[float, ...]:
-    """Cells shorten where the rod nearly stands across: q = 0 at sin psi = (e ± l)/r, above ±90 deg."""
+    # cells shorten where the rod nearly stands across: q = 0 at sin psi = (e ± l)/r, above ±90 deg
     up, down = f.above_one((rod + e) / r), f.above_one((rod - e) / r)
-    return f.within_turn(f.graded(pi / 2, up) + f.graded(-pi / 2, down))
+    breakpoints = f.within_turn(f.graded(pi / 2, up) + f.graded(-pi / 2, down))
+    return f.Family(*parts, ports, partial(SliderPosition, r, rod, e), breakpoints)
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:

@@ -558,14 +558,7 @@ def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
     Traceback (most recent call last):
     flywheel.numerics.expressions.ExpressionError: found a text ...
     """
-    _check_text(text, names)
-    body = text.strip(" \t")
-    indent = len(text) - len(text.lstrip(" \t"))
-    return Expression(text, _ExpressionReader(body, names, indent).read(_python_tree(body, indent, names).body, 1))
-
-
-def _check_text(text: str, names: frozenset[str]) -> None:
-    """Refuses what Python's parser should not even see."""
+    # what Python's parser should not even see
     if not text.strip(" \t"):
         raise ExpressionError("an empty text")
     if len(text) > LENGTH_CAP:
@@ -578,6 +571,9 @@ def _check_text(text: str, names: frozenset[str]) -> None:
         depth += (character == "(") - (character == ")")
         if depth > DEPTH_CAP:
             raise ExpressionError(f"brackets nested deeper than {DEPTH_CAP} at column {column}", "less nesting")
+    body = text.strip(" \t")
+    indent = len(text) - len(text.lstrip(" \t"))
+    return Expression(text, _ExpressionReader(body, names, indent).read(_python_tree(body, indent, names).body, 1))
 
 
 def _python_tree(body: str, indent: int, names: frozenset[str]) -> ast.Expression:

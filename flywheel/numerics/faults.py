@@ -121,7 +121,15 @@ def show(value: object) -> str:
         return "a table"
     if isinstance(value, (list, tuple)):
         return "a list"
-    return _other(value)
+    # a number as it is, anything else by its type: dates and times, arrays, objects of a library user
+    name = type(value).__name__
+    if name in ("datetime", "date", "time"):
+        return f"a {name}"
+    if isinstance(value, int):
+        return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
+    if getattr(value, "is_recorded", False):
+        return f"{value}"
+    return repr(float(value)) if isinstance(value, Real) else f"a value of type {name}"
 
 
 def quote(text: str) -> str:
@@ -131,18 +139,6 @@ def quote(text: str) -> str:
         return f'"{"".join(pieces)}"'
     lengths = accumulate(map(len, pieces))
     return f'"{"".join(c for c, length in zip(pieces, lengths, strict=True) if length < LONGEST_SHOWN)}…"'
-
-
-def _other(value: object) -> str:
-    """A number as it is, anything else by its type: dates and times, arrays, objects of a library user."""
-    name = type(value).__name__
-    if name in ("datetime", "date", "time"):
-        return f"a {name}"
-    if isinstance(value, int):
-        return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
-    if getattr(value, "is_recorded", False):
-        return f"{value}"
-    return repr(float(value)) if isinstance(value, Real) else f"a value of type {name}"
 
 
 def told(value: float, sliding: bool) -> str:

@@ -338,29 +338,28 @@ def split_quantity(text: str) -> tuple[str, str] | None:
 
 def _parse_text(text: str, dimension: str | None) -> float:
     """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone must need none."""
-    expected = _expected(dimension)
     parts = split_quantity(text) if len(text) <= _TEXT_LENGTH else None
     if parts is None:
-        raise QuantityError(quote(text), expected)
+        raise QuantityError(quote(text), _expected(dimension))
     number, rest = parts
     if comma := re.match(r",\s*([0-9]+)", rest):
         whole = number.replace(".", "")
         advice = f"write {whole}.{comma[1]}, not {whole},{comma[1]}"
         if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", number):
             advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
-        raise QuantityError(quote(text), expected, advice)
+        raise QuantityError(quote(text), _expected(dimension), advice)
     unit = Unit()
     if rest:
         try:
             unit = _unit(rest, dimension)
         except QuantityError as error:
-            raise QuantityError(quote(text), expected, error.advice) from None
+            raise QuantityError(quote(text), _expected(dimension), error.advice) from None
         if (mismatch := _mismatch(unit, rest, dimension)) is not None:
-            raise QuantityError(quote(text), expected, mismatch)
+            raise QuantityError(quote(text), _expected(dimension), mismatch)
     elif dimension not in (None, "number"):
         si = DIMENSIONS[dimension].si
         missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
-        raise QuantityError(quote(text), expected, missing)
+        raise QuantityError(quote(text), _expected(dimension), missing)
     match = _NUMBER.fullmatch(number)
     assert match is not None  # split_quantity cut it by the same pattern
     return _scaled(match, unit)

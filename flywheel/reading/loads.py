@@ -528,10 +528,13 @@ def _listed(raw: object, section: Section, places: Places, setting: Setting) -> 
                 yield read_item(table, section, path, faults, None if place is None else place.rotating), place
 
 
-def read_inertias(raw: object, places: Places, setting: Setting) -> tuple[Inertia, ...]:
-    """Masses and inertias fixed on places, given as such or as GD²."""
-    found = []
-    for item, place in _listed(raw, SECTIONS["inertia"], places, setting):
+def read_elements(raw: Mapping[str, Any], places: Places, drags: Mapping[str, float], setting: Setting) -> dict[str, Any]:
+    """Inertias, springs, dampers and loads, each a tuple of those that could be read.
+
+    drags: constant torques (N m) against the rotation of shafts, by their names; they are loads too.
+    """
+    inertias, springs, dampers, loads = list[Inertia](), list[Spring](), list[Damper](), list[Load]()
+    for item, place in _listed(raw.get("inertia"), SECTIONS["inertia"], places, setting):
         given = item.given("value", "gd2")
         if not given:
             item.add("value", "nothing", "a mass or an inertia, or gd2")
@@ -541,49 +544,31 @@ def read_inertias(raw: object, places: Places, setting: Setting) -> tuple[Inerti
             item.add("gd2", f'a GD² on "{place.name}", which translates', "a mass, in value")
         value = item.fields["gd2" if "gd2" in given else "value"]
         if place is not None and value is not None:
-            found.append(Inertia(place.name, value, item.path))
-    return tuple(found)
-
-
-def read_springs(raw: object, places: Places, setting: Setting) -> tuple[Spring, ...]:
-    """Springs to the frame; they hang only on places that come back."""
-    found = []
-    for item, place in _listed(raw, SECTIONS["spring"], places, setting):
-        stiffness, rest = item.fields["stiffness"], item.fields["rest"]
-        if place is not None and not place.returns:
-            item.add("on", show(item.raw["on"]), "a place that comes back to where it was each cycle")
-        elif place is not None and stiffness is not None and rest is not None:
-            found.append(Spring(place.name, stiffness, rest, item.path))
-    return tuple(found)
-
-
-def read_dampers(raw: object, places: Places, setting: Setting) -> tuple[Damper, ...]:
-    """Dampers to the frame."""
-    found = []
-    for item, place in _listed(raw, SECTIONS["damper"], places, setting):
-        if place is not None and item.fields["coefficient"] is not None:
-            found.append(Damper(place.name, item.fields["coefficient"], item.path))
-    return tuple(found)
-
-
-def read_loads(raw: object, places: Places, setting: Setting) -> tuple[Load, ...]:
-    """Every load that could be read."""
+            inertias.append(Inertia(place.name, value, item.path))
     section = SECTIONS["load"]
     if setting.sliding:  # windows are stretches of the slide's way
         keys = tuple(key._replace(kind="length") if key.kind == "angle" else key for key in section.keys)
         section = section._replace(keys=keys)
-    found = (_load(item, place, places, setting) for item, place in _listed(raw, section, places, setting))
-    return tuple(load for load in found if load is not None)
-
-
-def read_shaft_drag(drags: Mapping[str, float], setting: Setting) -> tuple[Load, ...]:
-    """The constant torques (N m) against the rotation of shafts, by their names."""
-    if setting.cycle is None:
-        return ()
-    once, every = setting.stroke is not None, setting.cycle
-    return tuple(
-        Load(name, -drag, every, path=f"{child('shafts', name)}.drag", once=once, drag=True) for name, drag in drags.items()
-    )
+    for item, place in _listed(raw.get("load"), section, places, setting):
+        load = _load(item, place, places, setting)
+        if load is not None:
+            loads.append(load)
+    if setting.cycle is not None:
+        every, once = setting.cycle, setting.stroke is not None
+        loads += [
+            Load(name, -drag, every, path=f"{child('shafts', name)}.drag", once=once, drag=True)
+            for name, drag in drags.items()
+        ]
+    for item, place in _listed(raw.get("spring"), SECTIONS["spring"], places, setting):
+        stiffness, rest = item.fields["stiffness"], item.fields["rest"]
+        if place is not None and not place.returns:
+            item.add("on", show(item.raw["on"]), "a place that comes back to where it was each cycle")
+        elif place is not None and stiffness is not None and rest is not None:
+            springs.append(Spring(place.name, stiffness, rest, item.path))
+    for item, place in _listed(raw.get("damper"), SECTIONS["damper"], places, setting):
+        if place is not None and item.fields["coefficient"] is not None:
+            dampers.append(Damper(place.name, item.fields["coefficient"], item.path))
+    return {"inertias": tuple(inertias), "loads": tuple(loads), "springs": tuple(springs), "dampers": tuple(dampers)}
 
 
 def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting) -> SingleStroke | None:
@@ -702,8 +687,6 @@ def _law(
     """The law of a load; where it comes from a model, what it is in words, and the area of its piston."""
     raw, path, key = item.raw, item.path, item.one("force", "torque", "table", "model")
     if key == "model":
-        from flywheel.reading.loads import Site, read_model  # only scenes with a model pay for it
-
         site = None if place is None else Site(place, places, *acting, setting)
         return read_model(raw["model"], f"{path}.model", site, item.faults) or (None, "", None)
     if key == "table":

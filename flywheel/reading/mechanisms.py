@@ -198,7 +198,11 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         faults.add(f"{path}.driver", found, "the name of one, of one degree of freedom", advice)
         return None
     parts = tuple(Key(part.name_in(raw), "part", part.about) for part in kind.parts)
-    raw = _without_twins(raw, kind, path, faults)
+    twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
+    for part in twins:
+        found = f"{part.alias} beside {part.name}, which is the same"
+        faults.add(f"{path}.{part.alias}", found, "one of the two", f"leave {part.alias} out")
+    raw = {key: value for key, value in raw.items() if key not in {part.alias for part in twins}}
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
     name = fields["name"] or kind.name
     if not alone and "name" not in raw:
@@ -245,15 +249,6 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         own["period"] = stroke.span if stroke.sliding else TURN
     mechanism = Mechanism(type=kind.name, name=name, geometry=geometry, bodies=bodies, path=path, **at, **own)
     return Found(name, rotating, travel, mechanism, complete)
-
-
-def _without_twins(raw: Mapping[str, Any], kind: Kind, path: str, faults: Faults) -> Mapping[str, Any]:
-    """The table without a part's alias beside the part's own name, after noting it."""
-    twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
-    for part in twins:
-        found = f"{part.alias} beside {part.name}, which is the same"
-        faults.add(f"{path}.{part.alias}", found, "one of the two", f"leave {part.alias} out")
-    return {name: value for name, value in raw.items() if name not in {part.alias for part in twins}}
 
 
 def _as_written(fault: Fault, kind: Kind, raw: Mapping[str, Any]) -> Fault:

@@ -49,13 +49,9 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.loads import (
     Drive,
-    read_dampers,
     read_drive,
-    read_inertias,
-    read_loads,
-    read_shaft_drag,
+    read_elements,
     read_single_stroke,
-    read_springs,
 )
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.motors import phases, read_duty
@@ -198,7 +194,9 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
     >>> scene.inertia, scene.given_as
     (2.0, 'a TOML text')
     """
-    given = _given_as(source)
+    given = "a dict" if isinstance(source, Mapping) else "a TOML text" if is_toml(source) else f"the file {source}"
+    if not isinstance(source, (Mapping, str, PathLike)):
+        given = f"a value of type {type(source).__name__}"
     try:
         if isinstance(source, Mapping):
             scene = build_scene(source)
@@ -218,15 +216,6 @@ def is_toml(source: object) -> bool:
     if not isinstance(source, str):
         return False
     return "\n" in source.strip() or ("=" in source and not source.rstrip().endswith(".toml"))
-
-
-def _given_as(source: object) -> str:
-    """Description of a source: a text, a path or a table."""
-    if isinstance(source, Mapping):
-        return "a dict"
-    if not isinstance(source, (str, PathLike)):
-        return f"a value of type {type(source).__name__}"
-    return "a TOML text" if is_toml(source) else f"the file {source}"
 
 
 def _path(source: object) -> Path:
@@ -497,20 +486,10 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
     mechanisms, places = read_mechanisms(raw.get("mechanism"), setting)
     drive = read_drive(raw.get("drive"), places, setting)
-    inertias = read_inertias(raw.get("inertia"), places, setting)
+    machine = read_elements(raw, places, train.shaft_drag, setting)
     if drive.load is not None and drive.motor is not None and drive.motor.inertia:
-        inertias += (Inertia(drive.load.on, drive.motor.inertia, "drive.motor.inertia"),)
-    machine: dict[str, Any] = {
-        "mechanisms": mechanisms,
-        "inertias": inertias,
-        "loads": (*read_loads(raw.get("load"), places, setting), *read_shaft_drag(train.shaft_drag, setting)),
-        "springs": read_springs(raw.get("spring"), places, setting),
-        "dampers": read_dampers(raw.get("damper"), places, setting),
-        "single_stroke": read_single_stroke(raw, places, setting),
-        "drive": drive.load,
-        "motor": drive.motor,
-        "unknown": "drive" if drive.balance else unknowns[0] if unknowns else None,
-    }
+        machine["inertias"] += (Inertia(drive.load.on, drive.motor.inertia, "drive.motor.inertia"),)
+    single_stroke = read_single_stroke(raw, places, setting)
     if unknowns:
         _check_balances(unknowns, drive.balance, raw, faults)
     if stroke is not None and (unknowns or drive.balance):
@@ -543,6 +522,11 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         units=units,
         gravity=gravity,
         areas=areas,
+        mechanisms=mechanisms,
+        drive=drive.load,
+        motor=drive.motor,
+        unknown="drive" if drive.balance else unknowns[0] if unknowns else None,
+        single_stroke=single_stroke,
         **machine,
         **asked,
         rtol=accuracy["rtol"],

@@ -123,7 +123,10 @@ def _columns(found: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Arra
 def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str]:
     """A curve's block: its table, its extremes, its dead centres."""
     curve = found.curves[name]
-    lines = [_title(found, name)]
+    # title of a curve, with the name of the body that a slide guides
+    body = _label(found, name)
+    kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[found.curves[name].kind]
+    lines = [f"{name}: {kind}{f' of {body}' if body != name else ''}"]
     if tables:
         count = found.q.size
         every = (
@@ -135,14 +138,7 @@ def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str
         cells = [*_axis(found), *_columns(found, curve)]
         table = [[figure(value[k], error[k], _DIGITS) for _, value, error in cells] for k in every]
         lines += columns(table, heads)
-    return [*lines, *_extremes(found, name), *_dead_centres(found, name)]
-
-
-def _title(found: Kinematics, name: str) -> str:
-    """Title of a curve, with the name of the body that a slide guides."""
-    body = _label(found, name)
-    kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[found.curves[name].kind]
-    return f"{name}: {kind}{f' of {body}' if body != name else ''}"
+    return [*lines, *(columns(_least_and_greatest(found, name), ("", "least", "greatest"))), *_dead_centres(found, name)]
 
 
 def _axis(found: Kinematics) -> Iterator[tuple[str, Array, Array]]:
@@ -167,11 +163,6 @@ def _place(found: Kinematics, at: float, error: float = 0.0, digits: int = _DIGI
     if found.sliding:
         return f"{figure(at, error, digits)} m"
     return f"{figure(at * DEGREES, error * DEGREES, digits)} deg"
-
-
-def _extremes(found: Kinematics, name: str) -> list[str]:
-    """Lines of the least and greatest figures of a curve, with where they are."""
-    return columns(_least_and_greatest(found, name), ("", "least", "greatest"))
 
 
 def _least_and_greatest(found: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
@@ -354,7 +345,21 @@ def velocities_text(found: InstantCentres) -> str:
     for k in range(found.q.size):
         for name, centres in found.mechanisms.items():
             title = f"{name}: instant centres at {_position(found, k)}"
-            blocks.append([title, *_listed(centres, k)])
+            # a line for every two bodies: where their centre is, or along which direction, or that they do not move apart
+            rows = []
+            for centre in centres.centres.values():
+                names = f"{centre.first} - {centre.second}"
+                error = float(centre.error[k])
+                kind, lasting = centre.kind[k], "always" if centre.permanent else ""
+                if kind == FINITE:
+                    x, y = (figure(float(value), error, _DIGITS) for value in centre.place[:, k])
+                    rows.append((names, x, y, "m", f"± {short(error)} m", lasting))
+                elif kind == INFINITE:
+                    along = figure(DEGREES * float(centre.direction[k]), DEGREES * error, _DIGITS)
+                    rows.append((names, "at infinity", f"along {along}", "deg", f"± {short(DEGREES * error)} deg", lasting))
+                else:
+                    rows.append((names, str(kind), "", "", "", lasting))
+            blocks.append([title, *columns(rows, ("bodies", "x", "y", "", "error", ""))])
             blocks.append(
                 [f"velocities by them, and by influence coefficients, {_unit(found)}", *_velocities(found, centres, k)]
             )
@@ -371,24 +376,6 @@ def _unit(found: InstantCentres) -> str:
     if found.speed is not None:
         return "m/s"
     return "per unit of the driver, 1" if found.scene.sliding else "m/rad"
-
-
-def _listed(centres: Centres, k: int) -> list[str]:
-    """A line for every two bodies: where their centre is, or along which direction, or that they do not move apart."""
-    rows = []
-    for centre in centres.centres.values():
-        names = f"{centre.first} - {centre.second}"
-        error = float(centre.error[k])
-        kind, lasting = centre.kind[k], "always" if centre.permanent else ""
-        if kind == FINITE:
-            x, y = (figure(float(value), error, _DIGITS) for value in centre.place[:, k])
-            rows.append((names, x, y, "m", f"± {short(error)} m", lasting))
-        elif kind == INFINITE:
-            along = figure(DEGREES * float(centre.direction[k]), DEGREES * error, _DIGITS)
-            rows.append((names, "at infinity", f"along {along}", "deg", f"± {short(DEGREES * error)} deg", lasting))
-        else:
-            rows.append((names, str(kind), "", "", "", lasting))
-    return columns(rows, ("bodies", "x", "y", "", "error", ""))
 
 
 def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:

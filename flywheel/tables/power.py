@@ -515,7 +515,15 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
         known = next((model_of(load.model) for load in scene.loads if load.path == stream.name), None)
         return _("{what} on {place}", what=_("load") if known is None else message(known.words), place=on)
     if stream.kind == "stored":
-        return _stored(stream, on)
+        stores = {
+            "flywheel": _("flywheel"),
+            "gravity": _("weights on {place}", place=on),
+            "inductance": _("inductance of the motor"),
+            "field": _("field of the motor"),
+            "inertia": _("inertia on {shaft}", shaft=on),
+            "masses": _("masses on {shaft}", shaft=on),
+        }
+        return stores.get(stream.name.rsplit(".", 1)[-1], _("spring on {place}", place=on))
     words = {
         "copper": _("windings of the motor"),
         "stator": _("stator of the motor"),
@@ -528,19 +536,6 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
         "resistance": _("losses on {place}", place=on),
     }
     return words.get(stream.kind, stream.kind)
-
-
-def _stored(stream: Stream, on: str) -> str:
-    """Name of a store of power."""
-    known = {
-        "flywheel": _("flywheel"),
-        "gravity": _("weights on {place}", place=on),
-        "inductance": _("inductance of the motor"),
-        "field": _("field of the motor"),
-        "inertia": _("inertia on {shaft}", shaft=on),
-        "masses": _("masses on {shaft}", shaft=on),
-    }
-    return known.get(stream.name.rsplit(".", 1)[-1], _("spring on {place}", place=on))
 
 
 def given(flow: PowerFlow, found: Sequence[Entry]) -> float:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import gd2
-from flywheel.components.wheels import ROUNDING, Wheel
+from flywheel.components.wheels import ROUNDING
 from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.numerics.cells import TIE
@@ -315,7 +315,14 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
     mass = units.shown(wheel.mass, "mass")
     rows = [Row(_("wheel"), f"{shape}, {material_name(wheel.material.name)}, {size}, {mass}")]
     if wheel.stresses:
-        rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), _against_allowable(wheel, units)))
+        allowable, words = wheel.material.allowable, [stress_place(wheel.place)]
+        if allowable is not None:
+            limit = {"allowable": units.read(allowable, "stress", 4).value}
+            fits = wheel.greatest_stress <= allowable * (1 + ROUNDING)
+            words.append(_("allowable {allowable}", **limit) if fits else _("TOO HIGH, allowable {allowable}", **limit))
+        if wheel.safety is not None:
+            words.append(_("safety {n}", n=few_digits(wheel.safety, 2)))
+        rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), ", ".join(words)))
     note = ""
     if built.irregularity is not None:
         eps = five_digits(built.irregularity, built.error * built.irregularity)
@@ -323,18 +330,6 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
         note = _("as built {inertia}, irregularity {eps}", inertia=inertia, eps=eps)
     rows.append(Row(_("rim speed"), *units.shown(wheel.rim_speed, "velocity"), note))
     return Block("wheel", rows=tuple(rows))
-
-
-def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
-    """Place of a wheel's greatest stress, and the allowable stress."""
-    allowable, words = wheel.material.allowable, [stress_place(wheel.place)]
-    if allowable is not None:
-        limit = {"allowable": units.read(allowable, "stress", 4).value}
-        fits = wheel.greatest_stress <= allowable * (1 + ROUNDING)
-        words.append(_("allowable {allowable}", **limit) if fits else _("TOO HIGH, allowable {allowable}", **limit))
-    if wheel.safety is not None:
-        words.append(_("safety {n}", n=few_digits(wheel.safety, 2)))
-    return ", ".join(words)
 
 
 def material_name(name: str) -> str:
@@ -749,15 +744,12 @@ def _machine_lines(block: Block, most: int) -> list[str]:
     count = len(block.rows) - 1
     while count:
         told = [line for lines in shown[:count] for line in lines]
-        rest = _wrapped(_left(block.rows[count:-1]), "  ", "  ")
+        # rows that found no place, by their labels
+        rows = block.rows[count:-1]
+        labels = Counter(row.label for row in rows)
+        names = ", ".join(label if n == 1 else f"{n} × {label}" for label, n in labels.items())
+        rest = _wrapped(_("and {names}: see --full", names=names), "  ", "  ")
         if len(told) + len(rest) + len(shown[-1]) <= most:
             break
         count -= 1
     return [*told, *rest, *shown[-1]]
-
-
-def _left(rows: Sequence[Row]) -> str:
-    """Rows that found no place, by their labels."""
-    labels = Counter(row.label for row in rows)
-    names = ", ".join(label if n == 1 else f"{n} × {label}" for label, n in labels.items())
-    return _("and {names}: see --full", names=names)

@@ -537,17 +537,13 @@ def assembled(equations: Equations) -> Array:
     if faults := _position_faults(equations, chosen):
         raise SceneError(faults)
     if guesses and len(fitting) < len(isolated):
-        _check_guesses(loops, isolated, chosen, guesses)
+        # refuses guesses that fit an assembly which the sides rule out, and not the one that the sides choose
+        contrary = _contrary(loops, isolated, chosen, guesses)
+        if contrary.any():
+            names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
+            what = f"guesses that contradict the sides, as {names} fits another assembly than they choose,"
+            raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
     return chosen
-
-
-def _check_guesses(loops: Loops, isolated: Array, chosen: Array, guesses: dict[int, float]) -> None:
-    """Refuses guesses that fit an assembly which the sides rule out, and not the one that the sides choose."""
-    contrary = _contrary(loops, isolated, chosen, guesses)
-    if contrary.any():
-        names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-        what = f"guesses that contradict the sides, as {names} fits another assembly than they choose,"
-        raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
 
 
 def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) -> NDArray[np.bool_]:

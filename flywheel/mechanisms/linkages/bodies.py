@@ -184,7 +184,8 @@ class Model:
         if v is None:
             v, bend = np.zeros_like(x), np.zeros_like(value)
         else:
-            bend = -_rows(lengths, v[..., 2::3] ** 2)
+            squares = v[..., 2::3] ** 2  # one state, or many with a matrix each
+            bend = -np.asarray(lengths @ squares if squares.ndim == 1 else (lengths @ squares[..., None])[..., 0])
         if self.guides.size:
             self._turning(x, v, turns, value, gradient, bend)
         if self.rigid.size:
@@ -364,11 +365,6 @@ class Model:
         found = f"assemblies that meet at or just past {self.where(q)}"
         advice = "change a length, or end before"
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
-
-
-def _rows(matrix: Array, a: Array) -> Array:
-    """Product of a matrix, or of many, with a vector each."""
-    return np.asarray(matrix @ a if a.ndim == 1 else (matrix @ a[..., None])[..., 0])
 
 
 def _dot(a: Array, b: Array) -> Any:

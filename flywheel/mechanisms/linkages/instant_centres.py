@@ -105,7 +105,9 @@ def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, st
 
 def _centre(poses: Poses, others: Sequence[Poses], first: str, second: str) -> InstantCentre:
     field, fields = _field(poses, first, second), [_field(other, first, second) for other in others]
-    joint = _joint(poses, first, second)
+    # the joint that makes the centre of two bodies a permanent one: a pin, a guide or a weld between them
+    between = [joint for joint in poses.linkage.joints if {joint.first, joint.second} == {first, second}]
+    joint = next((joint for kind in (FIXED, SLIDE, PIN) for joint in between if joint.kind == kind), None)
     rate_error = _apart(field.rate, [other.rate for other in fields]) + field.rate_rounding
     velocity_error = _apart(field.velocity, [other.velocity for other in fields]).max(axis=0) + field.velocity_rounding
     speed = np.hypot(*field.velocity)
@@ -146,12 +148,6 @@ def _field(poses: Poses, first: str, second: str) -> _Field:
     moving = np.hypot(*own.rate) + np.hypot(*base.rate) + turning * reach
     rounding = _ROUNDINGS * ROUNDING
     return _Field(rate - turn, own.rate - base.rate - swept, own.value, rounding * turning, rounding * moving)
-
-
-def _joint(poses: Poses, first: str, second: str) -> Joint | None:
-    """The joint that makes the centre of two bodies a permanent one: a pin, a guide or a weld between them."""
-    between = [joint for joint in poses.linkage.joints if {joint.first, joint.second} == {first, second}]
-    return next((joint for kind in (FIXED, SLIDE, PIN) for joint in between if joint.kind == kind), None)
 
 
 def _place(poses: Poses, field: _Field, joint: Joint | None) -> Array:
