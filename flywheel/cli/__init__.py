@@ -97,7 +97,7 @@ def main() -> None:
 
 
 def _known(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-    """One of the names that a command knows, looked up only when it runs; else a usage error with the nearest."""
+    """Returns a name that a command knows, looked up only when it runs; else a usage error with the nearest."""
     names = _names(str(parameter.name))
     if value is None or value in names:
         return value

@@ -255,7 +255,7 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
 
 
 def spare(scene: Path, *outputs: Path | None) -> None:
-    """Before anything is computed: a usage error where an output is a file that is read; a line where it cannot be written.
+    """Checks outputs before the calculation: a usage error for an input file, a line for one that cannot be written.
 
     A picture is told by its ending; a text is compared with what is there when it is written.
     """

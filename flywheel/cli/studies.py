@@ -223,7 +223,7 @@ def _value(text: str) -> str | float:
 
 
 def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
-    """Of each path the two ends, or for `tolerance` the one standard deviation after a sign ±."""
+    """Returns for each path the two ends, or for `tolerance` the one standard deviation after a sign ±."""
     alone, intervals = parameter.name == "vary", dict[str, Any]()
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))

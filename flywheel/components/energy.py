@@ -77,7 +77,7 @@ class Energy(NamedTuple):
         return kilocalories(self.mean_power, HOUR)
 
     def as_dict(self) -> dict[str, float | None]:
-        """Everything for JSON: SI, and the hour's energy in kWh and kcal beside it."""
+        """All figures for JSON: SI, with the hour's energy also in kWh and kcal."""
         more = ("peak_to_mean", "peak_to_mean_alone", "kilowatt_hours", "kilocalories")
         figures = {name: value for name, value in self._asdict().items() if name != "errors"}
         return {**figures, "energy_per_hour": self.per_hour, **{name: getattr(self, name) for name in more}}

@@ -285,7 +285,7 @@ class OnShaft(NamedTuple):
         return self.inertia * self.speed**2 / 2
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI, with the kinetic energy."""
+        """All figures for JSON, SI, with the kinetic energy."""
         return {**self._asdict(), "energy": self.energy}
 
 

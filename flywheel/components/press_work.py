@@ -34,7 +34,7 @@ class Speeds(NamedTuple):
 
     @property
     def irregularity(self) -> float:
-        """Their difference over their mean: the coefficient of fluctuation of speed."""
+        """The coefficient of fluctuation of speed: the difference of the two speeds over their mean."""
         return (self.high - self.low) / self.mean
 
 

@@ -465,7 +465,7 @@ class WheelAsked(NamedTuple):
         return (HUB_RATIO * bore if self.hub_diameter is None else self.hub_diameter) / 2
 
     def given(self, names: tuple[str, ...]) -> list[str]:
-        """Those of `names` that have a value."""
+        """The members of `names` that have a value."""
         return [name for name in names if getattr(self, name) is not None]
 
     def at_key(self, name: str) -> str:

@@ -63,7 +63,7 @@ _WORDS = {DISC: "a disc", RIM: "a rim without arms", ARMS: "a rim with arms", LI
 
 
 def asked_faults(asked: WheelAsked) -> list[Fault]:
-    """Everything that is wrong with what is asked: names, numbers, too few dimensions or too many."""
+    """All faults of a request: names, numbers, too few dimensions or too many."""
     if faults := _value_faults(asked):
         return faults
     shape, used = asked.shape, (*_USED[asked.shape], *_STEPS)
@@ -365,7 +365,7 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
     room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
 
     def body(unknown: float) -> Body:
-        """Of thickness and width one is the unknown: the thickness, unless that is known."""
+        """The body of a rim whose thickness is unknown, or whose width is where the thickness is known."""
         if asked.shape == DISC:
             thickness, width = room, unknown
         elif asked.thickness is not None:
@@ -461,7 +461,7 @@ class Wheel:
         return None if self.material.allowable is None else self.greatest_stress / self.material.allowable
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI throughout; what a shape does not have is null."""
+        """All figures for JSON, SI throughout; what a shape does not have is null."""
         body, hub, arms = self.body, self.body.hub, self.body.arms
         return {
             "shape": self.shape,

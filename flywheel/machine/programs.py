@@ -336,7 +336,7 @@ class DesignValues(NamedTuple):
     loose: Array | float = 0.0
 
     def of(self, which: Index) -> DesignValues:
-        """Those of some designs."""
+        """The values of some designs."""
         fields: dict[str, Any] = self._asdict()
         return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
@@ -570,7 +570,7 @@ def recorded(
 
 
 def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
-    """Those of some paths whose numbers cannot be recorded even alone."""
+    """The paths whose numbers cannot be recorded even alone."""
     base, unrecorded = with_numbers(scene, dict(zip(paths, values, strict=True))), []
     for path, value in zip(paths, values, strict=True):
         try:
@@ -713,7 +713,7 @@ def _varies(recorder: Recorder, value: Any) -> bool:
 
 
 def differs(structure: Structure, scene: Scene, values: Array) -> str:
-    """In what a structure and the plain machine of a design differ, in words; nothing where they agree."""
+    """The difference between a structure and the plain machine of a design, in words; empty where they agree."""
     machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
     column = values[:, None]
     edges = structure.edges(column)[:, 0]

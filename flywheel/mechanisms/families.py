@@ -116,11 +116,11 @@ class Part(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its name, then its alias."""
+        """The name of the part, then its alias."""
         return (self.name, self.alias) if self.alias else (self.name,)
 
     def name_in(self, table: Container[str]) -> str:
-        """Its name in a mechanism's table: the alias where that stands there alone.
+        """The name of the part in a mechanism's table: the alias where the table has the alias alone.
 
         >>> Part("ground", "the frame", alias="frame").name_in({"type", "frame"})
         'frame'

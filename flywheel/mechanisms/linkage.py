@@ -323,7 +323,7 @@ class Angle(NamedTuple):
         return total
 
     def rate(self, p: LinkagePosition) -> Any:
-        """Its rate by psi."""
+        """The rate by psi."""
         total: Any = 0.0
         for number, weight in self.terms:
             total = total + weight * p.variable(number).rate

@@ -45,7 +45,7 @@ class Place(NamedTuple):
 def places(
     scene: Scene, mechanisms: Sequence[Mechanism], own: Array, anchor: Array
 ) -> tuple[dict[str, Place], dict[str, str]]:
-    """Everything that moves at own coordinates (rad or m, from where the machine's begin), by name; and other names of it.
+    """All moving places at own coordinates (rad or m, from the start of the machine's), by name; and other names of them.
 
     anchor: inside the smooth piece that every coordinate belongs to, where a law decides its branches.
     """
@@ -249,7 +249,7 @@ class Moving:
         return q, turns + middles(self.edges, q - turns)
 
     def places(self, q: Array) -> tuple[dict[str, Place], dict[str, str]]:
-        """Everything that moves, by name, and other names of it."""
+        """All moving places, by name, and other names of them."""
         return places(self.scene, self.scene.mechanisms, *self._own(q))
 
     def errors(self, q: Array, found: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:

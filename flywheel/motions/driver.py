@@ -160,7 +160,7 @@ def steady(machine: Machine, over: str) -> Course:
     share = speed_error_over_cycle(sizing) + 0.1 * sizing.rtol + UNSURE
 
     def along(q: Array, t: Array, late: Array) -> Driver:
-        """At angles q, which are passed at times t, give or take `late`."""
+        """Returns the motion at angles q, which the driver passes at times t, with an error `late` of these."""
         turned = q - np.floor(q / cycle) * cycle
         found, (off, slower) = steady_motion(machine, sizing, turned)
         error, speeding = late * np.abs(found.omega), 0.0 * q

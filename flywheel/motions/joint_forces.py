@@ -74,7 +74,7 @@ class JointForces(NamedTuple):
     inertia: bool = True
 
     def __repr__(self) -> str:
-        """Of how many joints and positions they are, instead of every array."""
+        """The number of joints and positions, instead of every array."""
         joints = sum(len(found.components) for found in self.mechanisms.values())
         of = f"{joints} joints of {', '.join(self.mechanisms)}"
         return f"JointForces({of} at {self.motion.phi.size} positions, {self.condition!r})"
@@ -660,7 +660,7 @@ def figures_of(found: Reactions) -> dict[str, Any]:
 
 
 def spread(scene: Scene, count: int) -> Array:
-    """So many positions evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
+    """Positions spaced evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
     if scene.stroke is not None:
         return np.linspace(scene.stroke.start, scene.stroke.end, count)
     return scene.cycle * np.arange(count) / count

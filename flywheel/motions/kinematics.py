@@ -132,7 +132,7 @@ class Kinematics:
 
     @property
     def dead_centres(self) -> Mapping[str, Array]:
-        """By curve, where on the axis its velocity passes zero, within the whole motion."""
+        """The places on the axis at which the velocity of a curve passes zero, by curve, within the whole motion."""
         return self._survey.dead_centres
 
     @property
@@ -142,7 +142,7 @@ class Kinematics:
 
     @property
     def extremes(self) -> Mapping[str, tuple[Extreme, ...]]:
-        """By curve, the least and greatest position, velocity and acceleration within the whole motion."""
+        """The least and greatest position, velocity and acceleration within the whole motion, by curve."""
         return self._survey.extremes
 
     @property

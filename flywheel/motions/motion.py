@@ -94,7 +94,7 @@ class Motion(NamedTuple):
         return np.clip(phi + stroke.start, stroke.start, stroke.end), omega
 
     def __repr__(self) -> str:
-        """Its extent, instead of every point."""
+        """The extent of the motion, instead of every point."""
         last = f"t = {self.t[-1]:.6g} s, phi = {self.phi[-1]:.6g}, omega = {self.omega[-1]:.6g}"
         return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
 
@@ -235,7 +235,7 @@ _EDGE_TIE = 1e-9  # of a cycle: tolerance of the end of a step at an edge of the
 
 
 def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indices]:
-    """So many times from start to end, and their stretches; with `breaks` also where laws switch, once for each side."""
+    """Times spaced evenly from start to end, and their stretches; with `breaks` also both sides of every switch of a law."""
     times = np.linspace(0.0, float(trail.t[-1]), points)
     owners = trail.owners(times)
     if not breaks:
@@ -429,7 +429,7 @@ class Transient:
         return self.motion.error
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI throughout."""
+        """All figures for JSON, SI throughout."""
         return {
             "title": self.scene.title,
             "reduction": self.scene.reduction_element,

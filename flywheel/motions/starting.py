@@ -279,7 +279,7 @@ class _Map:
         self.spacing = float(speeds[1])
 
     def followed(self, place: float, energy: float, level: float, lasting: float) -> _Steps:
-        """From a place and an energy on, until a speed (rad/s) or a time (s) is reached, or nothing drives it on."""
+        """Follows the motion from a place and an energy to a speed (rad/s), a time (s), or a standstill."""
         rows, weights, inertias = self.moments.tolist(), self.weights.tolist(), self.inertias.tolist()
         count, spacing, node = len(rows), self.spacing, int(np.searchsorted(self.phi, place % self.cycle)) % self.phi.size
         times, speeds, clock, way = list[float](), list[tuple[float, float]](), 0.0, 0.0
@@ -368,7 +368,7 @@ class StartHeat(NamedTuple):
         return None if self.share_cold is None else math.floor(1.0 / self.share_cold + _WHOLE_START)
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI throughout."""
+        """All figures for JSON, SI throughout."""
         told = ("share", "share_cold", "starts", "starts_cold")
         return {**self._asdict(), "times": list(self.times), **{name: getattr(self, name) for name in told}}
 

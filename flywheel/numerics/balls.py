@@ -278,7 +278,7 @@ def _term(u: Any, k: int) -> Any:
 
 
 def _left_open(model: Model, order: int) -> list[float]:
-    """What the last coefficient of each polynomial leaves open at the ends of a cell."""
+    """The width that the last coefficient of each polynomial adds at the ends of a cell."""
     reach = float(model.span.abs_upper())
     return [float(polynomial[order].rad()) * reach**order for polynomial in model.polynomials]
 

@@ -30,7 +30,7 @@ class Cost(NamedTuple):
     stages: dict[str, Cost] = {}  # noqa: RUF012
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: the whole, and each stage under its own name."""
+        """Times for JSON: the whole, and each stage under its own name."""
         parts = {name: stage.as_dict() for name, stage in self.stages.items()}
         return {"evaluations": self.evaluations, "seconds": self.seconds, **parts}
 

@@ -36,7 +36,7 @@ GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # wher
 
 
 def _matrices() -> tuple[Array, Array, Array]:
-    """Of values at the nodes to coefficients; of those to the integral's from the cell's left end, and to the slope's."""
+    """Matrices from values at nodes to coefficients, and from these to those of the integral and of the slope."""
     degrees, places = np.arange(ORDER)[:, None], np.arange(2 * ORDER - 1, 0, -2)
     quarters = (degrees * places) % (4 * ORDER)  # cos(k theta), with angles reduced before they are rounded
     fitting = 2.0 / ORDER * np.sin(0.5 * np.pi / ORDER * (ORDER - np.minimum(quarters, 4 * ORDER - quarters)))
@@ -305,7 +305,7 @@ class Crossings(NamedTuple):
     slope: Array
 
     def only(self, chosen: Any) -> Crossings:
-        """Some of them."""
+        """A selection of the cells."""
         return Crossings(self.function[chosen], self.cell[chosen], self.t[chosen], self.slope[chosen])
 
     def angles(self, mesh: Cells) -> Array:

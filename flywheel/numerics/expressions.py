@@ -138,7 +138,7 @@ def grows(node: Node) -> bool:
 
 
 def _exponential(exponent: Node, at: At) -> Any:
-    """In a namespace that keeps exponents apart, by the exponent's terms: exp(a), exp(-a) and exp(2*a) share one."""
+    """Evaluates exp by its exponent's terms where exponents are kept apart: exp(a), exp(-a), exp(2*a) share one."""
     if not hasattr(at.ns, "exponential"):
         return at.ns.exp(value(exponent, at))
     return at.ns.exponential([(part, c, value(part, at)) for c, part in terms(exponent)], lambda: value(exponent, at))

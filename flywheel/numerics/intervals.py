@@ -349,7 +349,7 @@ class Scaled:
         return Scaled(other, {}, self.ns) / self
 
     def __add__(self, other: Any) -> Any:
-        """Of either term, the one with the greater exponent is factored out; one that is zero never."""
+        """Adds two terms: the greater exponent of the two is factored out, never that of a term that is zero."""
         if isinstance(other, Jet):
             return NotImplemented
         factor, powers = _parts(other)
@@ -393,7 +393,7 @@ def _merged(one: Powers, two: Powers, sign: float) -> Powers:
 
 
 def _chosen(first: Any, one: Powers, two: Powers) -> Powers:
-    """Of two lots of exponents the first where that is chosen, element by element."""
+    """Chooses between two sets of exponents, element by element: the first where the mask is true."""
     entries = {}
     for key in {**one, **two}:
         a = (one.get(key) or two[key])[0]

@@ -225,7 +225,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         return Jet(value, slope, ns.divide(x0 * y2 - y0 * x2 - slope * growth, square_radius))
 
     def exponential(parts: Any, exponent: Callable[[], Any]) -> Any:
-        """As `exp`, over numbers that keep exponents apart (`flywheel.numerics.intervals.Scaled`)."""
+        """The exponential over numbers that keep exponents apart (`flywheel.numerics.intervals.Scaled`)."""
         value = ns.exponential([(key, c, _value(a)) for key, c, a in parts], exponent)
         u = exponent()
         return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value

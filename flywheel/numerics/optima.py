@@ -76,7 +76,7 @@ class _Terrain(NamedTuple):
     scales: Array
 
     def values(self, shares: Array) -> Array:
-        """At points (variables, points), each within the bounds."""
+        """The values at points (variables, points), each within the bounds."""
         low, high = self.low[:, None], self.high[:, None]
         return self.rows(np.clip(low + np.clip(shares, 0.0, 1.0) * (high - low), low, high))
 
@@ -361,7 +361,7 @@ def _along_ridges(terrain: _Terrain, point: Point, size: float) -> Point:
 
 
 def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]:
-    """Of every tangent that differs from the others the piece that it belongs to, where that is greater than the others."""
+    """The pieces of all distinct tangents, each where it is greater than the others."""
     from scipy.optimize import linprog
 
     distinct: list[Array] = []
@@ -392,7 +392,7 @@ def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tu
     units = np.array([size, *[1.0] * many])
 
     def rows(x: Array) -> tuple[Array, Array]:
-        """Of every piece the rows over their units, and their slopes."""
+        """The rows of every piece over their units, and their slopes."""
         each = [piece.at(point.x + x) for piece in pieces]
         return np.array([row / units for row, _ in each]), np.array([slope / units[:, None] for _, slope in each])
 

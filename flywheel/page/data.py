@@ -138,7 +138,7 @@ def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
 
 
 def _driver(scene: Scene, period: float | None) -> dict[str, Any]:
-    """What diagrams are over: a cycle or a stroke of the driver, in rad or m; stroke by stroke a period, in s."""
+    """The horizontal axis of diagrams: a cycle or a stroke of the driver, in rad or m; stroke by stroke a period, in s."""
     if period is not None:
         return {"kind": "time", "stroke": False, "from": 0.0, "to": period, "backwards": False}
     return {

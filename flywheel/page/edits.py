@@ -42,7 +42,7 @@ class Draft:
         return self._form
 
     def change(self, found: Outline) -> None:
-        """Another text."""
+        """A change to another text."""
         if found.text != self.outline.text:
             self.outline, self._form = found, None
 

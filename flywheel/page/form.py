@@ -122,7 +122,7 @@ class Field(NamedTuple):
     choices: tuple[str, ...] = ()
 
     def as_dict(self, line: int | None, span: tuple[int, int] | None, fault: str | None) -> dict[str, Any]:
-        """For JSON; the span is that of the value in the text, in characters."""
+        """The field for JSON; the span is that of the value in the text, in characters."""
         return {
             "path": self.path,
             "label": self.label,

@@ -519,7 +519,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answered(self._get)
 
     def do_HEAD(self) -> None:
-        """As GET, without the body."""
+        """Answers as to GET, without the body."""
         self._answered(self._get)
 
     def do_POST(self) -> None:
@@ -586,7 +586,7 @@ class _Handler(BaseHTTPRequestHandler):
         return True
 
     def log_message(self, format: str, *args: Any) -> None:
-        """No log: addresses hold the secret."""
+        """Writes no log, because addresses hold the secret."""
 
     # -- who may ask
 

@@ -65,7 +65,7 @@ class Timing(NamedTuple):
 
 
 def timing(scene: Scene, view: View) -> Timing:
-    """That of the steady cycle with the flywheel given or sized; without one or a speed, of an even motion of the driver.
+    """The timing of the steady cycle with its flywheel; that of an even motion of the driver without flywheel or speed.
 
     Raises:
         SceneError: where the machine does not run as the scene says, or stands still.

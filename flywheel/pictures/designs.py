@@ -71,7 +71,7 @@ def plot_optimum(result: Optimum, path: str | Path) -> None:
 
 
 def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figure:
-    """By how many per cent figures change for one per cent of a number, or a degree of an angle, the longest bars first.
+    """Draws the change of figures in per cent for one per cent of a number or one degree of an angle, longest bars first.
 
     Where the slopes of both sides differ the bar has two parts, of the change as the number grows and as it falls.
     """
@@ -140,7 +140,7 @@ def _sides(result: Sensitivities, name: str, path: str) -> tuple[float, float]:
 
 
 def draw_tolerance(result: Tolerance, names: Sequence[str] = ()) -> Figure:
-    """Of each figure the histogram of its samples, with what is said of it, and beside it who causes its variance."""
+    """Draws the histogram of each figure's samples with its statistics, and beside it the causes of its variance."""
     kept = [name for name in shown(result.spreads, names) if result.spreads[name].deviation > 0.0][:_MOST_PANELS]
     kept = kept or shown(result.spreads, names)[:1]
     many = "intervals" if result.intervals else "standard deviations"
@@ -319,7 +319,7 @@ def _curves(result: Sweep, path: str) -> Figure:
 
 
 def _deviation(panel: Axes, result: Sweep, x: Array, exact: Array, approximate: Array, light: NDArray[np.bool_]) -> None:
-    """By how many per cent the approximate flywheel differs from the exact one, and where they part most."""
+    """Draws the difference between approximate and exact flywheel, in per cent, and marks the greatest."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 100.0 * (approximate / np.where(exact > 0.0, exact, np.nan) - 1.0)
     name_axes(panel, "", "", "approximate\nless exact, %")

@@ -513,12 +513,12 @@ class _Sheet:
 
     @property
     def left(self) -> float:
-        """Its left end."""
+        """The left end of the band."""
         return self.extent[0]
 
     @property
     def right(self) -> float:
-        """Its right end."""
+        """The right end of the band."""
         return self.extent[2]
 
     def figure(self, title: str) -> Picture:

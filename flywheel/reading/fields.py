@@ -201,7 +201,7 @@ class Item(NamedTuple):
         self.faults.add(child(self.path, key), found, expected, advice)
 
     def given(self, *names: str) -> list[str]:
-        """Those of some keys that are there."""
+        """The keys of `names` that are present."""
         return [name for name in names if name in self.raw]
 
     def one(self, *names: str) -> str:

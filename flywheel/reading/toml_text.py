@@ -500,7 +500,7 @@ def _braced(inner: str) -> str:
 
 
 def troubles(text: str, name: str, message: str) -> list[Fault]:
-    r"""Why a text that `tomllib` refuses is no TOML: `message` is its own, `name` that of the file.
+    r"""Faults of a text that `tomllib` refuses with its own `message`; `name` is that of the file.
 
     >>> fault = troubles("[regime]\nspeed = 60 rpm", "press.toml", "")[0]
     >>> fault.place, fault.found, fault.advice
@@ -683,7 +683,7 @@ def _item_trouble(at: int, rest: str) -> _Trouble:
 
 
 def _inline_trouble(at: int, rest: str) -> _Trouble:
-    """Something in an inline table that is no key with its value."""
+    """The fault of an entry in an inline table that is no key with its value."""
     match = re.match(rf"({_KEY.pattern})[ \t]*:", rest)
     if match:
         return _Trouble(at, f"{match[1]}: with a colon", "= between key and value", f"write {match[1]} = ...")

@@ -312,7 +312,7 @@ def about(solved: Periodic, reference: float) -> State:
 
 
 def balanced_guess(moments: Moments, reference: float, inertia: float, unknown: float) -> State | None:
-    """At each angle the speed at which the torques change it no further, F = ½ omega² dI*/dphi; None where there is none.
+    """Speeds at which the torques do not change the speed, at each angle, F = ½ omega² dI*/dphi; None where there is none.
 
     Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 but for dead centres.
     """

@@ -682,7 +682,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
 
 
 def errors_by_stiffness(solved: Periodic) -> tuple[Any, Any]:
-    """What the last digits of speeds do by stiff torques: to the irregularity, relative, and to a sized flywheel (kg m²)."""
+    """Errors by rounding of speeds under stiff torques: of the irregularity, relative, and of a sized flywheel (kg m²)."""
     stiff = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
     work, eps = 4 * ROUNDING * np.take_along_axis(stiff, solved.extremes.cell, -1).max(axis=-1), solved.irregularity
     off = 4.0 * work / (solved.speed**2 * solved.lightest * eps)

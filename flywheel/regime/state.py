@@ -52,7 +52,7 @@ class MachineState(NamedTuple):
     moment_parts: Mapping[str, Array]
 
     def __repr__(self) -> str:
-        """Of how many angles it is, instead of every array."""
+        """The number of angles, instead of every array."""
         inertia = np.atleast_1d(self.inertia)
         ends = f"{inertia.min():.6g} to {inertia.max():.6g}" if inertia.size else "none"
         return f"MachineState({inertia.size} positions, I* {ends}, {len(self.gains)} influence coefficients)"

@@ -313,7 +313,7 @@ class Roots(NamedTuple):
     inertia: Array
 
     def of(self, function: int) -> Roots:
-        """Those of one function."""
+        """The roots of one function."""
         own = slice(*self.crossings.function.searchsorted((function, function + 1)).tolist())
         return Roots(self.crossings.only(own), self.angles[own], self.work[own], self.variation[own], self.inertia[own])
 

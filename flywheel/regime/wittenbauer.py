@@ -60,7 +60,7 @@ class Broken(NamedTuple):
     end_error: float = 0.0
 
     def as_dict(self) -> dict[str, float | None]:
-        """For JSON; the errors stand with those of the other figures."""
+        """The ends for JSON; the errors stand with those of the other figures."""
         return {"from": self.start, "to": self.end}
 
 

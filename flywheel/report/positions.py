@@ -166,7 +166,7 @@ class Sheet:
             self.find(self.slopes[velocity], f"{length}*{slope}", "m")
 
     def _own_arm(self, name: str, line: str, rate: str, slope: str) -> Arm:
-        """From a body's first pin to its centre of mass."""
+        """The vector from a body's first pin to its centre of mass."""
         part = body(self.mechanism, name)
         s, alpha = f"s_{index(name)}", f"alpha_{index(name)}"
         self.give(s, part.com, "m")
@@ -287,7 +287,7 @@ class Swing(NamedTuple):
         return [self.sign + self._times(self.slide, f"{function}({self.angle})")]
 
     def first(self, function: str, across: str, turned: str) -> list[str]:
-        """Its derivative; `across` is what the function becomes, with the sign `turned`."""
+        """The first derivative; `across` is the derivative's function, with the sign `turned`."""
         found = []
         if self.rate != "0":
             rate = "" if self.rate == "1" else self.rate
@@ -297,7 +297,7 @@ class Swing(NamedTuple):
         return found
 
     def second(self, function: str, across: str, turned: str) -> list[str]:
-        """Its second derivative."""
+        """The second derivative."""
         found = []
         if self.rate != "0":
             rate = "" if self.rate == "1" else f"{self.rate}**2"

@@ -470,7 +470,7 @@ def symbol_of(at: Steps) -> str:
 
 
 def _conditions(at: Steps) -> Iterator[Part]:
-    """At what speed and time loads are taken, and what is left out here."""
+    """Notes on the speed and time at which loads are taken, and on what is left out."""
     if at.machine.depends_on_speed and at.speed is not None:
         unit = "m/s" if at.sliding else "rad/s"
         what = _("What depends on speed is taken here at a constant speed; the exact figures follow the motion itself")

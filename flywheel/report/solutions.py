@@ -119,7 +119,7 @@ def _told(value: Any) -> str:
 
 
 def ours(sizing: Sizing, row: Row) -> float | None:
-    """Our figure of a row, or None where there is none."""
+    """The figure of a row as computed here, or None where there is none."""
     if row.at is None:
         tables: Any = sizing.as_dict()
     else:

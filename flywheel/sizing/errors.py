@@ -68,7 +68,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
 
 @np.errstate(all="ignore")
 def figure_errors(sizing: Sizing) -> dict[str, float | None]:
-    """Those of `estimates` that need no more than the sizing has found; for many sizings."""
+    """The errors of `estimates` that follow from the sizing alone; for many sizings."""
     return _figure_errors(sizing, _drive_errors(sizing))
 
 
@@ -224,7 +224,7 @@ def _wheel_error(sizing: Sizing, of_shafts: float) -> float:
 
 
 def _bounds_errors(sizing: Sizing, cycle: Cycle | None) -> dict[str, float | None]:
-    """Of the bounds of the exact figure, relative to the larger of the total by the areas and themselves."""
+    """Errors of the proven bounds, relative to the larger of the total by the areas and the bounds themselves."""
     wheel, error, eps = sizing.flywheel, sizing.error, sizing.scene.irregularity
     if wheel.proven_bounds is None or wheel.proven_bounds_torque is None or cycle is None or eps is None:
         return {"proven_bounds": None, "proven_bounds_torque": None}

@@ -62,7 +62,7 @@ class _Flows(NamedTuple):
 
     @property
     def moments(self) -> Array:
-        """Of all of them, (parts, cells, nodes)."""
+        """The moments of all parts, (parts, cells, nodes)."""
         return np.array([part.moment for part in self.parts]).reshape(len(self.parts), *self.omega.shape)
 
 

@@ -66,7 +66,7 @@ def proven(scene: Scene) -> Proof:
 
 
 def _refusal(scene: Scene) -> str:
-    """Why a scene's figures cannot be proven, by what it holds; an empty text where they may be."""
+    """The reason why a scene's figures cannot be proven, by its contents; an empty text where they may be."""
     if find_spec("flint") is None:
         return MISSING
     if scene.document is None:
@@ -82,7 +82,7 @@ def _refusal(scene: Scene) -> str:
 
 
 def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int) -> str:
-    """What is proven, and what is not, in a line."""
+    """A line on what is proven and what is not."""
     if not figures:
         return "nothing is proven"
     taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""

@@ -103,7 +103,7 @@ class Limit(NamedTuple):
     alone_error: float = 0.0
 
     def as_dict(self) -> dict[str, float | None]:
-        """For JSON; the errors stand with those of the other figures."""
+        """The figures for JSON; the errors stand with those of the other figures."""
         return {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
 
 
@@ -208,7 +208,7 @@ class SelectedWheel(NamedTuple):
     torque: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: the wheel's own figures, and those of the machine with it."""
+        """The figures for JSON: those of the wheel, and those of the machine with it."""
         found = {"torque": self.torque, "irregularity": self.irregularity, "irregularity_error": self.error}
         return {**self.wheel.as_dict(), **found}
 
@@ -348,7 +348,7 @@ class PowerFlow:
         return np.asarray((self.series[:, cell] * cells.basis(t, cells.ORDER)).sum(axis=-1))
 
     def as_dict(self, at: float | None = None) -> dict[str, Any]:
-        """For JSON, SI; with a crank angle (rad) also the `power` of every stream there."""
+        """The flow for JSON, SI; with a crank angle (rad) also the `power` of every stream there."""
         powers = (None,) * len(self.streams) if at is None else self.at(at)
         found: dict[str, Any] = {
             "period": self.period,
@@ -471,7 +471,7 @@ class InverterLoad(NamedTuple):
     errors: dict[str, float]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI throughout."""
+        """All figures for JSON, SI throughout."""
         return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
 
 
@@ -507,7 +507,7 @@ class ElectricalTransients(NamedTuple):
         return any(abs(one.difference) > MATTERS for one in self)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """The record for JSON."""
         return {name: {**one._asdict(), "difference": one.difference} for name, one in self._asdict().items()}
 
 
@@ -569,7 +569,7 @@ class Duty(NamedTuple):
     errors: Mapping[str, float]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI; errors stand with those of the other figures."""
+        """All figures for JSON, SI; errors stand with those of the other figures."""
         found = {name: value for name, value in self._asdict().items() if name != "errors"}
         phases = [{name: value for name, value in row._asdict().items() if name != "errors"} for row in self.phases]
         return found | {"phases": phases}

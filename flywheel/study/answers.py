@@ -87,7 +87,7 @@ class Question(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Its unit."""
+        """The unit of the figure."""
         return "kg m²" if self.sized else ""
 
     @property
@@ -322,7 +322,7 @@ def verified(machine: Machine) -> tuple[Question, Reference]:
 
 
 def _extended(question: Question, closed: float, promised: float) -> Reference:
-    """By Gauss' rule, verified by the closed form, of which the error that it promises is known."""
+    """Integrates by Gauss' rule, verified by the closed form, whose error is known."""
     if question.sized:
         value, doubt = (part / question.crank for part in flywheel_inertia(question.machine))
         if value + doubt < 0.0:  # the machine's own inertia suffices for certain
@@ -359,7 +359,7 @@ def _in_time(question: Question, value: float, promised: float) -> Reference:
 
 
 def _slope(sizing: Sizing, inertia: float) -> float:
-    """By how much the irregularity changes with the flywheel (kg m² on the crank), both relative."""
+    """The change of the irregularity with the flywheel (kg m² on the crank), both relative."""
     machine, constant = sizing.machine, sizing.constant or sizing.cycle
     assert machine is not None
     assert constant is not None
@@ -692,7 +692,7 @@ def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Re
 
 
 def _near(steps: list[Step], sign: float) -> list[Step]:
-    """Of many steps those beside ends that stand out as fastest (sign 1) or slowest (-1)."""
+    """The steps beside ends that are the fastest (sign 1) or the slowest (-1)."""
     if len(steps) < _MANY:
         return steps
     ends = np.array([steps[0].dense(steps[0].start)[1], *(step.dense(step.end)[1] for step in steps)])

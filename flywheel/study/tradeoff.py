@@ -125,7 +125,7 @@ class Tradeoff:
         return f"{row.name} ({duration(row.seconds or 0.0)}, error {error})"
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """The record for JSON."""
         return {
             **{item.name: getattr(self, item.name) for item in fields(self)},
             "level": list(self.level),
@@ -276,7 +276,7 @@ def methods(question: Question) -> list[Method]:
 
 
 def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
-    """From the fluctuation of W, or of W - ½w²I*: over eps w² it is the flywheel with the least I*."""
+    """The flywheel from the fluctuation of W, or of W - ½w²I*: over eps w² it includes the least I*."""
     if sizing.sets_its_speed:
         speed, *_ = constant_speed.reference_point(sizing)
         figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
@@ -541,7 +541,7 @@ def _promises(run: Run, rtol: float) -> bool:
 
 
 def _chosen(level: list[Run], rtol: float) -> str | None:
-    """Of runs that take as long, one that promises rtol, and no more than that; else the fastest."""
+    """Chooses the run that estimates an error of rtol, and no less, among those that take as long; else the fastest."""
     promises = [run for run in level if _promises(run, rtol)]
     best = max(promises, key=lambda run: run.method.promised or 0.0, default=level[0] if level else None)
     return best and best.method.name

@@ -200,7 +200,7 @@ def _dead_centres(found: Kinematics, name: str) -> list[str]:
 
 
 def _at(found: Kinematics, k: int, names: list[str]) -> list[str]:
-    """Everything at one position: a line for an angle and a slide, two for a point."""
+    """All figures at one position: a line for an angle and a slide, two for a point."""
     where = ", ".join(
         f"{head.split(' ')[0]} = {figure(value[k], error[k], 10)} {head.split('[')[1][:-1]}"
         for head, value, error in _axis(found)
@@ -340,7 +340,7 @@ _PLACES = 12
 
 
 def velocities_text(found: InstantCentres) -> str:
-    """For every position the centres, with their errors, and the velocities of all points by them and by coefficients."""
+    """The centres at every position with their errors, and the velocities of all points by centres and by coefficients."""
     blocks: list[list[str]] = []
     for k in range(found.q.size):
         for name, centres in found.mechanisms.items():
@@ -622,7 +622,7 @@ def transient_csv(transient: Transient, points: int, breaks: bool = False) -> st
 
 
 def transient_json(transient: Transient, points: int, breaks: bool = False) -> str:
-    """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
+    """All figures of a motion as JSON, SI throughout, with the motion at `points` times (see `evenly`)."""
     errors = {**estimates(transient), "samples": of_samples(transient, points)}
     samples = evenly(transient, points, breaks)
     stores, errors["stores"] = _stored(transient, samples)

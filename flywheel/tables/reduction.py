@@ -321,7 +321,7 @@ def _by_position(scene: Scene, forces: JointForces, found: Reactions) -> Reactio
 
 
 def forces_messages(scene: Scene, forces: JointForces) -> tuple[str, ...]:
-    """What is to be said of forces: of their motion, then where a cam lifts off and where friction locks."""
+    """Messages on forces: on their motion, then on positions at which a cam lifts off or friction locks."""
     every = forces.mechanisms.values()
     return (*forces.messages, *(line for found in every for line in _by_position(scene, forces, found).findings()))
 

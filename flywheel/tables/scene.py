@@ -244,7 +244,7 @@ def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
 
 
 def _strokes(plan: SingleStroke, units: TradeUnits) -> Iterator[str]:
-    """How strokes follow one another."""
+    """Texts on the sequence of strokes."""
     if plan.rate is not None:
         yield _("{rate} strokes a minute", rate=number(figure(60.0 * plan.rate, most=_DIGITS)))
     if plan.idle is not None:

@@ -238,7 +238,7 @@ def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
 
 
 def _verdicts(sizing: Sizing) -> Iterator[str]:
-    """In words, what the figures above mean."""
+    """Sentences that interpret the figures above."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
         yield "A diagram of areas does not contain the machine's own inertia: the figure is the total inertia needed."
@@ -304,7 +304,7 @@ def wheel(sizing: Sizing) -> list[str]:
 
 
 def wheel_rows(wheel: Wheel) -> list[Row]:
-    """Everything about a wheel: dimensions in mm, stresses in MPa.
+    """All figures of a wheel: dimensions in mm, stresses in MPa.
 
     >>> from flywheel.wheel import WheelAsked, choose
     >>> from flywheel.components.wheel_stresses import material

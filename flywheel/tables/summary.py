@@ -61,7 +61,7 @@ class Block(NamedTuple):
     sentences: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: rows as mappings, everything as text in the language in use."""
+        """The block for JSON: rows as mappings, all as text in the language in use."""
         return {
             **self._asdict(),
             "rows": [row._asdict() for row in self.rows],

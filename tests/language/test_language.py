@@ -1,5 +1,8 @@
 """Every text in both languages."""
 
+import ast
+import re
+
 import pytest
 
 import flywheel
@@ -14,6 +17,25 @@ from tests.page.browsers import EXAMPLES
 @pytest.mark.parametrize("language", texts.languages())
 def test_no_text_of_report_or_page_lacks_its_translation(language):
     found = texts.findings(texts.marked(), language)
+    assert found == []
+
+
+FIRST_WORDS = re.compile(
+    r"(What|Where|How|Whether|Which|When|Why|Who|By|Of|For|From|At|As|In|Those|That|So|Everything|Nothing|Something|Its|Their"
+    r"|Our|Before|Without|More|Some|Another|Other|No|If)\b"
+)
+"""With which no docstring of a function begins: it begins with a verb in the third person or a noun of what it returns."""
+
+
+def test_a_function_says_what_it_does_or_returns():
+    found = []
+    for path in texts.PACKAGE.rglob("*.py"):
+        if "designs" in path.parts or path.name == "single_stroke.py":
+            continue
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            text = (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
+            if FIRST_WORDS.match(text):
+                found.append(f"{path.relative_to(texts.ROOT)}:{node.lineno}: {text.splitlines()[0]}")
     assert found == []
 
 

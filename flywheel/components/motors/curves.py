@@ -210,7 +210,7 @@ class Curve(Motor):
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """Its rows."""
+        """The rows of the table."""
         return tuple(map(Point, self.speeds, self.torques))
 
     def __post_init__(self) -> None:
@@ -398,7 +398,7 @@ class Engine(Motor):
         yield Fact(_("speed without load"), "", self.no_load_speed, "rad/s", table=table)
 
     def heat_facts(self, energy: Energy) -> Iterator[Fact]:
-        """Nothing: it has no windings."""
+        """An empty iterator, as an engine has no windings."""
         return iter(())
 
     @property
@@ -408,12 +408,12 @@ class Engine(Motor):
 
     @property
     def covers(self) -> Span:
-        """From idle speed, or the first row of the full-load curve, upwards, rad/s."""
+        """The range of speeds from idle, or the first row of the full-load curve, upwards, rad/s."""
         return max(self.idle, -math.inf if self._rows is None else self._rows.covers[0]), math.inf
 
     @property
     def stable(self) -> Span:
-        """From where full load begins to fall (rated speed, if it does not) to where the engine brakes in full, rad/s."""
+        """The range from the speed where full load begins to fall (else rated speed) to full engine braking, rad/s."""
         begin = self.speed if self._rows is None else self._rows.fall_before(self.speed)
         return begin, self.no_load_speed + self.braking_torque / self._steepness
 
@@ -518,7 +518,7 @@ class Hydraulic(Motor):
 
     @property
     def stable(self) -> Span:
-        """From where the relief valve opens (any speed, where its pressure rises) to where that of the other side does."""
+        """The range of speeds between the openings of both relief valves; unlimited on the side of rising pressure."""
         reach = (1.0 - self.volumetric_efficiency) * self.no_load_speed
         return -math.inf if self.override else self.rated.speed, self.no_load_speed + reach
 

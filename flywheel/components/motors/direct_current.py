@@ -209,7 +209,7 @@ class DC(Motor):
             raise SceneError([Fault("type", found, "a motor without inductance beside a start by steps", advice)])
 
     def facts(self) -> Iterator[Fact]:
-        """Its constants, and the straight line that follows from them."""
+        """The motor's constants, and the straight line that follows from them."""
         yield from super().facts()
         table, line = _("Constants of the motor"), self.quasi_static
         voltage = Fact(_("voltage at the armature"), "U", self.voltage, "V", table=table)

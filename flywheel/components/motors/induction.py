@@ -327,7 +327,7 @@ class Induction(Motor):
 
     @property
     def stable(self) -> Span:
-        """From breakdown as a motor to breakdown as a generator, rad/s."""
+        """The range of speeds from breakdown as a motor to breakdown as a generator, rad/s."""
         reach = self.breakdown_slip * self.synchronous_speed
         return self.synchronous_speed - reach, self.synchronous_speed + reach
 

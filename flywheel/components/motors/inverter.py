@@ -153,7 +153,7 @@ class InverterInduction(Induction):
 
     @property
     def stable(self) -> Span:
-        """From where the limit acts, or the motor breaks down, to the same as a generator, rad/s."""
+        """The range of speeds from the torque limit, or breakdown, as a motor to the same as a generator, rad/s."""
         return self.field_speed - self.corner, self.field_speed + self.corner
 
     @property
@@ -234,7 +234,7 @@ class InverterInduction(Induction):
         raise SceneError([Fault("type", f"an {self.title}", "a motor on its mains")])
 
     def facts(self) -> Iterator[Fact]:
-        """Those of the motor on its mains, and its inverter."""
+        """The facts of the motor on its mains, and of its inverter."""
         yield from self.mains.facts()
         own, table = self.inverter, _("Inverter")
         yield Fact(_("frequency that it is set to"), "f_i", own.frequency, "Hz", table=table)

@@ -59,7 +59,7 @@ class Shaft(Protocol):
         """Speed of the crank at the nodes, rad/s."""
 
     def speed_error(self, omega: Array) -> Array:
-        """Its error."""
+        """The error of the speed."""
 
     def torque(self, mesh: Cells, omega: Array) -> Array:
         """Torque of the motor on its shaft, N m."""

@@ -208,7 +208,7 @@ class Started(Motor):
 
     @property
     def no_load_speed(self) -> float | None:
-        """No-load speed of the motor as it runs, rad/s."""
+        """The no-load speed of the running motor, rad/s."""
         return self.own.no_load_speed
 
     @property

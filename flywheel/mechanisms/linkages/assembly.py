@@ -303,7 +303,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
         forms = [loops.angles[loops.linkage.names.index(body)] for body in bodies]
 
         def called(way: Array) -> str:
-            """By whether opposite bars turn alike along a motion of the variables."""
+            """Names the four-bar: a parallelogram if opposite bars turn alike along a motion of the variables."""
             a, b, c, d = (float(form.weights @ way) for form in forms)
             alike = max(abs(a - c), abs(b - d)) < _SMALL * max(map(abs, (a, b, c, d)))
             return _PARALLELOGRAM if alike else f"an anti{_PARALLELOGRAM.removeprefix('a ')}"

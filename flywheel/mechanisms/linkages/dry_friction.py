@@ -191,7 +191,7 @@ class Resistances:
         return np.asarray(found[0])
 
     def locked(self, q: float, pull: Array) -> UnreachableError:
-        """No reactions that grow out of those without friction: at a position, by the joint that feeds most on itself."""
+        """The error of a position where friction locks the reactions; it names the joint with the greatest feedback."""
         worst = self.names[int(np.abs(pull).sum(axis=(1, 2)).argmax())]
         found = f"{_AGAINST} at {self.model.where(q)}"
         return UnreachableError(
@@ -279,7 +279,7 @@ class RoughByDriver:
         return self.interpolant.states(y[:, 0], y[:, 1])
 
     def wrenches(self, state: State) -> Array:
-        """Of unit reactions."""
+        """The wrenches of unit reactions."""
         return self.model.reaction_wrenches(state)
 
 
@@ -357,7 +357,7 @@ class RoughInAllCoordinates:
         return self.model.state(y[:, : self.n], y[:, self.n : 2 * self.n])
 
     def wrenches(self, state: State) -> Array:
-        """Of unit reactions."""
+        """The wrenches of unit reactions."""
         return np.swapaxes(state.jacobian, -1, -2)
 
 

@@ -317,7 +317,7 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
         return 0 if joint.name == driving else names.index(f"slide of {joint.name}")
 
     def step(joint: Joint) -> Chain:
-        """From the origin of the joint's first body to that of its second."""
+        """The vector from the origin of the joint's first body to that of its second."""
         out, back = joint.first_at, joint.second_at
         arms = [(joint.first, -1, complex(out.x / unit, out.y / unit))]
         if joint.kind in (SLIDE, SLOT):

@@ -433,5 +433,5 @@ def row_table(name: str, values: ArrayLike, q: Array) -> Array:
 
 
 def shaped_as(values: Array, q: ArrayLike) -> Array:
-    """Without the axis of positions where only one was asked for."""
+    """Drops the axis of positions for a single position."""
     return values if np.ndim(q) > 1 else values[..., 0]

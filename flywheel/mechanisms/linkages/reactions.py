@@ -233,7 +233,7 @@ class Reactions(NamedTuple):
         return "\n\n".join((*blocks, *self.findings())) + "\n"
 
     def findings(self) -> Iterator[str]:
-        """Where a cam lifts off, and where friction locks, in words."""
+        """Sentences on the positions at which a cam lifts off, and at which friction locks."""
         unit = self.coordinate[1]
         for name, at in self.pulling().items():
             where = f"{at.size} of {self.poses.q.size} positions, from {at[0]:.6g} {unit}"
@@ -306,7 +306,7 @@ def reactions_at(
     inertia: bool = True,
     friction: bool = True,
 ) -> Reactions:
-    """As `reactions`, for poses that are known.
+    """Reactions as `reactions` gives them, for known poses.
 
     drivers: names of the driven joints, where they are not the linkage's one driver.
     """
@@ -565,7 +565,7 @@ def chain_reactions(
     inertia: bool = True,
     friction: bool = True,
 ) -> Reactions:
-    """As many driving actions as degrees of freedom: an open chain in which every joint is driven, and moves as prescribed.
+    """Reactions of an open chain in which every joint is driven: as many driving actions as degrees of freedom.
 
     Args:
         linkage: bodies and joints without loops; its own `driver` may be any of the joints.
