@@ -22,7 +22,7 @@ from math import cos, pi, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
@@ -324,39 +324,6 @@ def annulus_inertia(outer: float, inner: float, width: float, density: float) ->
     return annulus_mass(outer, inner, width, density) * (outer * outer + inner * inner) / 2
 
 
-def disc_stresses(
-    radius: ArrayLike, outer: float, inner: float, density: float, omega: float, nu: float
-) -> tuple[Array, Array]:
-    """Radial and hoop stress (Pa) in a rotating disc, with a hole of radius r = inner or without one.
-
-    sigma_r = (3 + nu)/8 rho w² (R² + r² - R² r²/x² - x²),
-    sigma_t = rho w²/8 ((3 + nu) (R² + r² + R² r²/x²) - (1 + 3 nu) x²).
-
-    Args:
-        radius: x, m, any shape, from r to R.
-        outer: R, m.
-        inner: r, m; 0 for a solid disc.
-        density: rho, kg/m³.
-        omega: w, rad/s.
-        nu: Poisson's ratio.
-
-    Valid for a disc of constant width that is thin along its axis (plane stress), elastic, and free at its edges.
-    Source: S. Timoshenko, Strength of Materials, part II, rotating disc of uniform thickness.
-
-    >>> radial, hoop = disc_stresses([0.0, 0.3], 0.3, 0.0, 7800.0, 100.0, 0.3)
-    >>> radial.tolist(), hoop.round(0).tolist()
-    ([2895750.0, 0.0], [2895750.0, 1228500.0])
-
-    """
-    x = np.asarray(radius, dtype=float)
-    hole = (inner * outer / x) ** 2 if inner > 0.0 else np.zeros_like(x)
-    both = outer * outer + inner * inner
-    pull = density * omega * omega / 8
-    radial = pull * (3 + nu) * (both - hole - x * x)
-    hoop = pull * ((3 + nu) * (both + hole) - (1 + 3 * nu) * x * x)
-    return radial, hoop
-
-
 def greatest_disc_stress(outer: float, inner: float, density: float, omega: float, nu: float) -> float:
     """The greatest stress (Pa) in a rotating disc: the hoop stress in its centre, or at the edge of its hole.
 
@@ -369,7 +336,8 @@ def greatest_disc_stress(outer: float, inner: float, density: float, omega: floa
         omega: w, rad/s.
         nu: Poisson's ratio.
 
-    Validity and source as `disc_stresses`.
+    Valid for a disc of constant width that is thin along its axis (plane stress), elastic, and free at its edges.
+    Source: S. Timoshenko, Strength of Materials, part II, rotating disc of uniform thickness.
 
     >>> round(greatest_disc_stress(0.3639023457535473, 0.0, 7800.0, 250 * pi / 30, 0.3), 6)  # Jindal, example 19-5
     292028.689197

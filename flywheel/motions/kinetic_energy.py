@@ -25,7 +25,6 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.machine.machine import FLYWHEEL, Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
-from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.motions.kinematics import motion
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
@@ -134,40 +133,6 @@ def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float
     return CycleShares(bodies, error)
 
 
-def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLike, *, flywheel: float = 0.0) -> Array:
-    """Speed (rad/s, or m/s where the driver slides) at which the machine holds a kinetic energy: omega = sqrt(2 E/I*).
-
-    The same for every body that moves: sqrt(2 e_j E/I_j*), with its share e_j and its own part I_j* of I*.
-
-    Args:
-        machine: a `Machine`, or a `Scene`, of which one is then built.
-        phi: crank angles, rad, any shape; on a stroke the driver's coordinates, rad or m.
-        energy: E, J, 0 or above: energy at a known position plus the work done since; same shape or a number.
-        flywheel: inertia of a flywheel at its own shaft, kg m².
-
-    Raises:
-        SceneError: where I* = 0, or the energy is negative: the machine does not get there.
-
-    >>> import flywheel
-    >>> rotor = {"inertia": [{"on": "crank", "value": 4}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
-    >>> float(speed_from_energy(flywheel.load(rotor), 1.0, 50.0))
-    5.0
-
-    """
-    machine = _machine(machine)
-    positions, total, _ = _moving(machine, phi, flywheel)
-    held = array("energy", energy)
-    if held.shape not in ((), total.shape):
-        raise SceneError([Fault("energy", f"an array of shape {held.shape}", f"a number or shape {total.shape}")])
-    held = np.broadcast_to(held, total.shape)
-    short = ~(held >= 0.0)
-    if short.any():
-        where = told(float(positions[short].flat[0]), machine.scene.sliding)
-        found = f"{float(held[short].flat[0]):g} J at {where}"
-        raise SceneError([Fault("energy", found, "0 or above", "the machine stops before it gets there")])
-    return np.asarray(np.sqrt(2.0 * held / total))
-
-
 class StoredEnergy(NamedTuple):
     """Energy of every store of a machine at n positions (J), by name: the energy forms E(p) and E(q).
 
@@ -258,30 +223,6 @@ def _kinetic(machine: Machine, own: Array, speed: Array) -> tuple[dict[str, Arra
     return found, spread(found, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
 
 
-def linkage_shares(poses: Poses) -> dict[str, Array]:
-    """Share of every link of a linkage in its kinetic energy, e_j = (m |g_G|² + J g²)/I*, at the poses given.
-
-    Args:
-        poses: of a linkage, at n positions; every share has shape (n,).
-
-    Raises:
-        SceneError: at a position where nothing that has mass moves, with the driver's coordinate there.
-
-    """
-    require("poses", poses, Poses, "Poses")
-    linkage = poses.linkage
-    parts = {
-        link.name: link.mass * (poses.centre(link.name).rate ** 2).sum(axis=0)
-        + link.inertia * poses.angle(link.name).rate ** 2
-        for link in linkage.links
-    }
-    total = np.sum(list(parts.values()), axis=0)
-    size = max((np.hypot(p.x, p.y) for link in (linkage.ground, *linkage.links) for p in link.points), default=0.0) or 1.0
-    scale = sum(link.mass * size**2 + link.inertia for link in linkage.links) / (size**2 if linkage.sliding else 1.0)
-    _refuse_still(linkage.path, poses.q, total, float(scale), linkage.sliding)
-    return {name: part / total for name, part in parts.items()}
-
-
 def _machine(given: Machine | Scene) -> Machine:
     require("machine", given, (Machine, Scene), "a Machine, or a Scene")
     return machine_of(given)
@@ -294,7 +235,12 @@ def _moving(
     phi, total, parts = _inertia(machine, phi, flywheel)
     scene = machine.scene
     path = scene.mechanisms[0].path if scene.mechanisms else "inertia"
-    _refuse_still(path, phi, total, _scale(machine, flywheel) if scale is None else scale, scene.sliding)
+    still = ~(total > _STILL**2 * (_scale(machine, flywheel) if scale is None else scale))
+    if still.any():
+        symbol = "m* = 0" if scene.sliding else "I* = 0"
+        found = f"no body with mass that moves at {told(float(phi[still].flat[0]), scene.sliding)} ({symbol})"
+        advice = "give the driver inertia, or leave that position out"
+        raise SceneError([Fault(path, found, "kinetic energy to share", advice)])
     return phi, total, parts
 
 
@@ -310,13 +256,3 @@ def _scale(machine: Machine, flywheel: float) -> float:
     """The greatest I* of positions over the cycle."""
     probes = machine.scene.origin + machine.mesh[-1] * (np.arange(_PROBES) + 0.5) / _PROBES
     return float(_inertia(machine, probes, flywheel)[1].max())
-
-
-def _refuse_still(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) -> None:
-    """Refuses positions where nothing that has mass moves."""
-    still = ~(inertia > _STILL**2 * scale)
-    if still.any():
-        symbol = "m* = 0" if sliding else "I* = 0"
-        found = f"no body with mass that moves at {told(float(phi[still].flat[0]), sliding)} ({symbol})"
-        advice = "give the driver inertia, or leave that position out"
-        raise SceneError([Fault(path, found, "kinetic energy to share", advice)])
