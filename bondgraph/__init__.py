@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
     from bondgraph.motion.simulation import Run, simulate
+    from bondgraph.motion.switching import Event, mode
     from bondgraph.reduction import Reduced, Reduction, reduce
     from bondgraph.rules import (
         Action,
@@ -76,6 +77,7 @@ _NAMES = {
     "linear": "Linear Mode equilibrium linearize",
     "motion.audit": "Audit",
     "motion.simulation": "Run simulate",
+    "motion.switching": "Event mode",
     "motion.dynamics": "Dynamics",
     "storage": "as_data from_data load save",
     "drawing": "draw svg",
@@ -84,12 +86,12 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names.spl
 
 __all__ = [
     "DOMAINS", "GY", "RS", "TF", "Action", "Audit", "Bond", "BondGraph", "Builder", "C", "Causality", "Displacement",
-    "Domain", "Dynamics", "Element", "Function", "GraphError", "I", "Law", "Linear", "Mode", "Modulus", "Motion",
+    "Domain", "Dynamics", "Element", "Event", "Function", "GraphError", "I", "Law", "Linear", "Mode", "Modulus", "Motion",
     "MotionEquation", "One", "Part", "Procedure", "R", "Reduced", "Reduction", "Run", "Se", "Sf", "Simplified",
     "StateEquations", "Table", "Zero", "absorb_junctions", "as_data", "causality", "draw", "drop_dangling",
     "drop_two_bond_junctions", "drop_zero_sources", "drop_zero_velocity", "equilibrium", "from_data", "function",
     "generic", "generic_equation", "linearize", "load", "merge_double_differences", "merge_equal_junctions",
-    "motion_equation", "procedure", "reduce", "save", "simplify", "simulate", "state_equations", "svg", "table",
+    "mode", "motion_equation", "procedure", "reduce", "save", "simplify", "simulate", "state_equations", "svg", "table",
 ]  # fmt: skip
 
 

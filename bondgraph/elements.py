@@ -148,14 +148,45 @@ class Element(NamedTuple):
         return f"M{self.kind}" if modulated else self.kind
 
 
-def One(name: str, domain: str = "") -> Element:
-    """A 1-junction: one flow, efforts sum to zero."""
-    return Element("1", name, None, domain)
+def One(name: str, domain: str = "", when: Any = None) -> Element:
+    """A 1-junction: one flow, efforts sum to zero. With `when`, switched: while that does not hold, its flow is 0."""
+    return Element("1", name, None if when is None else _margin(f"1:{name}", when), domain)
 
 
-def Zero(name: str, domain: str = "") -> Element:
-    """A 0-junction: one effort, flows sum to zero."""
-    return Element("0", name, None, domain)
+def Zero(name: str, domain: str = "", when: Any = None) -> Element:
+    """A 0-junction: one effort, flows sum to zero. With `when`, switched: while that does not hold, its effort is 0.
+
+    >>> Zero("clutch", when=lambda t, f_motor: (t > 1.0) & (f_motor < 5.0)).law.symbolic()
+    Min(5 - f_motor, t - 1)
+    """
+    return Element("0", name, None if when is None else _margin(f"0:{name}", when), domain)
+
+
+def _margin(where: str, when: Any) -> Function:
+    """A condition as a number that is above 0 where it holds: of a > b, a - b; of several, the least or the greatest."""
+    import sympy  # type: ignore[import-untyped]
+    from sympy.core.relational import Relational  # type: ignore[import-untyped]
+
+    def number(given: Any) -> Any:
+        if isinstance(given, sympy.Or | sympy.And | sympy.Not):
+            parts = [number(part) for part in given.args]
+            return (
+                -parts[0]
+                if isinstance(given, sympy.Not)
+                else (sympy.Max if isinstance(given, sympy.Or) else sympy.Min)(*parts)
+            )
+        if isinstance(given, Relational) and given.rel_op in ("<", "<=", ">", ">="):
+            return given.gts - given.lts
+        if isinstance(given, sympy.Expr) and given.free_symbols:
+            return given
+        raise GraphError(f"{where}: found when = {given}, expected a condition of named quantities, such as t > 1")
+
+    try:
+        law = function(when)
+        return function(number(law.symbolic()))
+    except GraphError as error:
+        why = str(error)
+        raise GraphError(why if why.startswith(where) else f"{where}: its condition {why}") from error
 
 
 def Se(name: str, effort: Any, domain: str = "", part: str = "") -> Element:
@@ -256,7 +287,7 @@ def ports_of(element: Element, ports: Sequence[str], parameters: Iterable[str]) 
         GraphError: where the matrix or the energy is none of a field with these ports.
 
     """
-    import sympy  # type: ignore[import-untyped]
+    import sympy
 
     where, field = f"{element.kind}:{element.name}", element.law
     if not isinstance(field, Field):

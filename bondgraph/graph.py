@@ -102,7 +102,7 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _wrong_counts(elements, bonds)
     if not elements:
         yield "the graph is empty"
-    elif len(seen := reached_from(next(iter(elements)), _near(graph))) < len(elements):
+    elif not graph.parts and len(seen := reached_from(next(iter(elements)), _near(graph))) < len(elements):
         yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
@@ -181,6 +181,9 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
         where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
         law = element.law
         if element.kind in JUNCTIONS:
+            names = law.of if isinstance(law, Function) else ()
+            for missing in [n for n in names if n not in known | {f"e_{name}", f"f_{name}"} and graph.reading(n) is None]:
+                yield f"{where}: its condition depends on {missing!r}, which is nothing that a law may read"
             continue
         if law is None:
             yield f"{where}: has no value; give it a number or a function"
@@ -291,6 +294,7 @@ class BondGraph:
         displacements: declared integrals of the flows of 1-junctions, by name.
         signals: names of functions of time that laws may use and a simulation is given.
         parameters: named constants that laws may use; None where the value is still open.
+        parts: whether it may fall into several.
 
     >>> from bondgraph import Builder, I, Se
     >>> b = Builder().parameter(M=None).one("shaft", "rotation").on("shaft", I("J", 2.0), Se("drive", lambda M: 3.0 * M))
@@ -309,6 +313,7 @@ class BondGraph:
     displacements: Mapping[str, Displacement] = field(default_factory=dict)
     signals: tuple[str, ...] = ()
     parameters: Mapping[str, float | None] = field(default_factory=dict)
+    parts: bool = False
 
     def __post_init__(self) -> None:
         refuse(structural_faults(self))
@@ -408,6 +413,11 @@ class BondGraph:
         """Kind, name and, where it is a number, value: `I:J = 2`."""
         law = self.elements[name].law
         return self.title(name) + (f" = {law:g}" if isinstance(law, (float, Real)) else "")
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """The junctions that a condition switches."""
+        return tuple(e.name for e in self.of_kind(*JUNCTIONS) if isinstance(e.law, Function))
 
     @property
     def motions(self) -> tuple[str, ...]:
@@ -696,14 +706,24 @@ class Builder:
         self._elements[element.name] = element
         return element.name
 
-    def one(self, name: str, domain: str = "", *, displacement: str | None = None, initial: float = 0.0) -> Builder:
-        """Add a 1-junction, and declare the integral of its flow under the name `displacement` if one is given."""
-        self.add(One(name, domain))
+    def one(
+        self, name: str, domain: str = "", *, displacement: str | None = None, initial: float = 0.0, when: Any = None
+    ) -> Builder:
+        """Add a 1-junction, and declare the integral of its flow under the name `displacement` if one is given.
+
+        With `when`, a function such as `lambda t: t > 1`, it is switched: while that does not hold, its flow is 0. Beside
+        what laws read, the condition of a switched junction may read its own `f_NAME` and `e_NAME`, one of which is what its
+        bonds add up to: an ideal diode is `one("diode", when=lambda e_diode, f_diode: e_diode + f_diode > 0)`.
+        """
+        self.add(One(name, domain, when))
         return self if displacement is None else self.displacement(displacement, name, initial)
 
-    def zero(self, name: str, domain: str = "") -> Builder:
-        """Add a 0-junction."""
-        self.add(Zero(name, domain))
+    def zero(self, name: str, domain: str = "", *, when: Any = None) -> Builder:
+        """Add a 0-junction; with `when`, a switched one: while that does not hold, its effort is 0.
+
+        A clutch: `b.zero("clutch", when=lambda t: t > 1).bond("motor", "clutch").bond("clutch", "load")`.
+        """
+        self.add(Zero(name, domain, when))
         return self
 
     def displacement(self, name: str, of: str, initial: float = 0.0) -> Builder:

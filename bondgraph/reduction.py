@@ -31,7 +31,7 @@ from bondgraph.graph import (
     flow_variables,
     plan,
 )
-from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError
+from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError, refuse
 from bondgraph.numerics import count as count  # walks of graphs are counted by it
 
 Positions = Mapping[str, Callable[[Any], Any]]
@@ -97,6 +97,9 @@ class Reduction:
         only: Container[str] | None = None,
     ) -> None:
         self.graph = graph = as_graph(graph)
+        refuse(
+            f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
+        )
         self.coordinate = coordinate
         self.positions = positions or {}
         self._flow = flow_variables(graph)

@@ -182,7 +182,7 @@ def _run(rules: Iterable[_Rule], graph: BondGraph, keep: Iterable[str]) -> Simpl
 def _checked(graph: BondGraph, keep: Iterable[str]) -> frozenset[str]:
     graph, kept = as_graph(graph), (keep,) if isinstance(keep, str) else tuple(keep)
     refuse(f"keep {name!r}: no element of the graph has this name" for name in kept if name not in graph.elements)
-    return frozenset(kept)
+    return frozenset((*kept, *graph.switched))
 
 
 def _with_domains(graph: BondGraph) -> BondGraph:
@@ -247,7 +247,8 @@ def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
         kind = graph.elements[stays].kind
         between = [b for b in graph.at(stays) if b.other(stays) == goes]
         alone = len(between) == len(graph.at(stays)) == len(graph.at(goes))
-        if kind not in JUNCTIONS or graph.elements[goes].kind != kind or goes in kept or alone:
+        switched = stays in graph.switched
+        if kind not in JUNCTIONS or graph.elements[goes].kind != kind or goes in kept or alone or switched:
             continue
         what = f"{kind}:{goes} becomes part of {kind}:{stays}"
         what += "".join(f", displacement {d.name!r} moves there" for d in graph.displacements.values() if d.of == goes)

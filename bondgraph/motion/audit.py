@@ -156,8 +156,13 @@ def _by_rows(law: Callable[..., Any], arguments: Sequence[Array]) -> Any:
         return np.array([law(*row) for row in zip(*(a.tolist() for a in arguments), strict=True)])
 
 
-def audit(stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Sight]) -> Audit:
-    """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there."""
+def audit(
+    stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Sight], impacts: Sequence[int] = ()
+) -> Audit:
+    """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there.
+
+    What linear stores lose where one of the stretches `impacts` begins counts as dissipated.
+    """
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
@@ -177,8 +182,8 @@ def audit(stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
     ends = Auditor(looked_at(edges, owners))
     kept = [name for name in of("I", "C") if graph.is_linear(name)]
-    stored = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
-    stored = stored + since_start([name for name in of("I", "C") if name not in kept])
+    linear = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
+    stored = linear + since_start([name for name in of("I", "C") if name not in kept])
     imbalances = {name: float(np.abs(value).max()) for name, value in inside.wrong_power().items()}
     where = max(imbalances, key=lambda name: imbalances[name])
     flows, efforts = inside.flows, inside.efforts
@@ -188,6 +193,13 @@ def audit(stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_
     nothing = greatest <= max(_NO_POWER, 1e-13 * usual)  # flows but the rounding of the usual power
     worst = 0.0 if nothing else imbalances[where] / greatest
     dissipated, supplied = since_start(of("R")), -since_start(of("Se", "Sf"))
+    if impacts:
+        at = np.array(impacts)
+        before = Auditor(looked_at(edges[at], at - 1))
+        for k, lost in zip(
+            impacts, sum((_energy(before, name) for name in kept), start=np.zeros(at.size)) - linear[at], strict=True
+        ):
+            dissipated[k:] += lost
     residual = np.abs(stored - stored[0] + dissipated - supplied).max()
     passed = [stored, dissipated, supplied, since_start(of("I")), since_start(of("C"))]
     scale = max(float(np.abs(energy).max()) for energy in passed)

@@ -89,6 +89,9 @@ class Formulation:
     """
 
     def __init__(self, graph: BondGraph, strokes: Causality | None = None) -> None:
+        refuse(
+            f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
+        )
         self.given = graph
         self.massless: tuple[str, ...] = ()
         self._written(*without_shared_followers(graph, strokes or causality(graph)))

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import ONE_PORTS
-from bondgraph.graph import BondGraph, entry
+from bondgraph.graph import BondGraph, as_graph, entry
 from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
@@ -28,6 +28,7 @@ from bondgraph.motion.audit import Audit, Sight, audit
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.formulation import Port
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
+from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
@@ -77,6 +78,7 @@ class Run:
         messages: what the user should know of how the motion was found.
         audit: the power audit.
         evaluations: how often the rates were evaluated, all runs together.
+        events: where switched junctions and dry resistors changed: time, name, state after it (1, 0; -1 slides back).
 
     """
 
@@ -88,14 +90,28 @@ class Run:
     evaluations: int
     method: str = ""
     messages: tuple[str, ...] = ()
+    trip: Trip | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Run, tuple(getattr(self, one.name) for one in fields(self))
 
     def __repr__(self) -> str:
         """Its extent and error, instead of every step."""
-        names, error = ", ".join(self.dynamics.state.names) or "no state", f"error={self.error:.2g}"
+        names, error = ", ".join(self._names) or "no state", f"error={self.error:.2g}"
         return f"Run({len(self.stretches)} steps to t = {self.stretches[-1].end:g} s, {names}, {self.method}, {error})"
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The changes of mode of a graph with switches, in turn."""
+        return () if self.trip is None else self.trip.events
+
+    @property
+    def _graph(self) -> BondGraph:
+        return self.dynamics.graph if self.trip is None else self.trip.switched.graph
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.dynamics.state.names if self.trip is None else self.trip.names
 
     @property
     def t(self) -> Array:
@@ -105,6 +121,8 @@ class Run:
     @property
     def ends(self) -> Array:
         """The states after every step, a row each."""
+        if self.trip is not None:
+            return self._dense(self.t[1:], np.arange(len(self.stretches))).T
         return np.array([s.after for s in self.stretches])
 
     @property
@@ -115,7 +133,8 @@ class Run:
     @cached_property
     def audit(self) -> Audit:
         """The power audit of the run."""
-        return audit(self.stretches, self._sight)
+        changed = [k for k in range(1, len(self.stretches)) if self.trip and self.trip.modes[k] != self.trip.modes[k - 1]]
+        return audit(self.stretches, self._sight, changed)
 
     @cached_property
     def _plain(self) -> bool:
@@ -126,20 +145,20 @@ class Run:
     def states(self, t: Any = None) -> dict[str, Array]:
         """Every state by name at times t (those of the steps if None)."""
         times = self._times(t)
-        return dict(zip(self.dynamics.state.names, self._dense(times, self._owners(times)), strict=True))
+        return dict(zip(self._names, self._dense(times, self._owners(times)), strict=True))
 
     def flow(self, name: str, t: Any = None) -> Array:
         """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
         self._check_name(name)
         times = self._times(t)
         flows = self._instants(times, self._owners(times)).flows
-        return self._shaped(flows[entry(self.dynamics.graph, name).number], times)
+        return self._shaped(flows[entry(self._graph, name).number], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
         """A declared displacement, or a spring's own, which a spring has too that follows others."""
         states = self.states(t)
         found = states.get(name, states.get(f"q_{name}"))
-        for k, port in enumerate(self.dynamics.form.followers if found is None else ()):
+        for k, port in enumerate(self.dynamics.form.followers if found is None and self.trip is None else ()):
             if port.element.kind == "C" and name in (port.element.name, f"q_{port.element.name}"):
                 times = self._times(t)
                 _, state, anchors = self._looked_at(times, self._owners(times))
@@ -159,16 +178,16 @@ class Run:
     def power(self, name: str, t: Any = None) -> Array:
         """The power into a one-port (out of a source: negative)."""
         self._check_name(name)
-        if self.dynamics.graph.elements[name].kind not in ONE_PORTS:
-            raise GraphError(f"{self.dynamics.graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
-        bond = self.dynamics.graph.bond_of(name)
+        if self._graph.elements[name].kind not in ONE_PORTS:
+            raise GraphError(f"{self._graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
+        bond = self._graph.bond_of(name)
         times = self._times(t)
         here = self._instants(times, self._owners(times))
         return self._shaped(bond.sign(name) * here.efforts[bond.number] * here.flows[bond.number], times)
 
     def _check_name(self, name: str) -> None:
-        if name not in self.dynamics.graph.elements:
-            raise GraphError(f"no element {name!r}: the graph has {', '.join(self.dynamics.graph.elements)}")
+        if name not in self._graph.elements:
+            raise GraphError(f"no element {name!r}: the graph has {', '.join(self._graph.elements)}")
 
     def _times(self, t: Any) -> Array:
         times = self.t if t is None else np.atleast_1d(np.asarray(t, dtype=float))
@@ -182,6 +201,8 @@ class Run:
         return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
+        if self.trip is not None:
+            return self.trip.told(times, owners)[0]
         steps = [stretch.dense for stretch in self.stretches]
         if self._plain:
             return runge_kutta.at(steps, owners, times)
@@ -199,6 +220,9 @@ class Run:
 
     def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
         """The graph at times, its states there, and the middles of the smooth pieces that they lie in."""
+        if self.trip is not None:
+            states, flows, efforts = self.trip.told(times, owners)
+            return Instant(flows, efforts, [], {}), states, {}
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         return self.dynamics.at(times, list(state), anchors), state, anchors
@@ -206,9 +230,9 @@ class Run:
     def _sight(self, times: Array, owners: NDArray[np.int_]) -> Sight:
         at, state, anchors = self._looked_at(times, owners)
         dynamics = self.dynamics
-        states = dict(zip(dynamics.state.names, state, strict=True))
+        states = dict(zip(self._names, state, strict=True))
         named = dynamics.tables.displacement_of
-        return Sight(dynamics.graph, dynamics.signals, named, times, states, anchors, at.flows, at.efforts)
+        return Sight(self._graph, dynamics.signals, named, times, states, anchors, at.flows, at.efforts)
 
     def _shaped(self, value: Any, times: Array) -> Array:
         return np.array(np.broadcast_to(np.asarray(value, dtype=float), times.shape))
@@ -263,11 +287,14 @@ def simulate(
     """
     _check_arguments(until, rtol, method or "DOP853", step, evaluations)
     method = method or ("RK45" if rtol >= _LOOSE else "DOP853")
-    dynamics = Dynamics(graph, signals)
-    start = _start(dynamics, initial or {})
-    stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
-    run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
-    run = replace(run, messages=(*run.messages, *_lost_heat(dynamics.graph)))
+    if as_graph(graph).switched or (step is None and not breaks and dry_resistors(graph)):
+        run = _through_modes(graph, signals or {}, initial or {}, until, rtol, method, step, breaks, int(evaluations))
+    else:
+        dynamics = Dynamics(graph, signals)
+        start = _start(dynamics, initial or {})
+        stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
+        run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
+    run = replace(run, messages=(*run.messages, *_lost_heat(graph)))
     if tolerance is None and step is None:
         tolerance = max(_AUDITED, _AUDITED_ROUGHLY * rtol)
     if tolerance is not None:
@@ -278,6 +305,27 @@ def simulate(
         if not run.audit.energy <= tolerance:
             raise GraphError(f"energy audit: {run.audit.energy:.3g} of the energy is missing, {tolerance:g} allowed")
     return run
+
+
+def _through_modes(
+    graph: BondGraph,
+    signals: Mapping[str, Any],
+    initial: Mapping[str, float],
+    until: float,
+    rtol: float,
+    method: str,
+    step: float | None,
+    breaks: Mapping[str, Any] | None,
+    evaluations: int,
+) -> Run:
+    """The motion of a graph with switches."""
+    for name, given in (("step", step), ("breaks", breaks)):
+        if given:
+            raise GraphError(f"{name}: found {given!r} beside switched junctions, whose events end the steps; leave it out")
+    switched = Switched(graph, signals, evaluations)
+    trip, error = switched.follow(switched.begin(lambda dynamics: _start(dynamics, initial)), until, rtol, method)
+    first = switched.dynamics(trip.modes[0])
+    return Run(first, trip.stretches, ({},), error, rtol, switched.evaluations, method, (), trip)
 
 
 def _lost_heat(graph: BondGraph) -> Iterator[str]:

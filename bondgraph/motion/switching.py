@@ -1,0 +1,484 @@
+"""Motion of a graph whose junctions are switched, or whose resistors hold at rest: modes, the events between, one run.
+
+A mode says of every switched junction whether it is on, and of every resistor whose effort jumps where its flow changes its
+sign (dry friction) whether it slides forwards, backwards or sticks. In a mode the graph is an ordinary one with strokes and
+states of its own (`mode`): a 1-junction that is off is as many flows of 0 as it has bonds, a 0-junction efforts of 0, a
+resistor that sticks a flow of 0.
+
+A mode lasts until a condition changes, to the last digit of the dense output. What passes an event is every store's momentum
+or displacement. Stores that share a flow (an effort) from then on exchange impulses that do no work on what is free: of
+every state the sum with the followers' shares is kept,
+
+    y_k + sum g_dk y_d = the same before,   y_d = W_d w_d after,
+
+so that momentum is conserved where inertias join, charge where capacitors do. The energy that is lost counts as dissipated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Element
+from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.laws import OWN_FLOW, TIME, Function, GraphError, refuse
+from bondgraph.motion.dynamics import Dynamics, Walk
+from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing
+
+Array = NDArray[np.float64]
+Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
+
+_TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
+_TRIED = (0.37, -0.71, 1.0)  # values of what a law depends on, at which a jump is looked for
+_JUMP = 1e-9  # of the law at 1: less is none
+_NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
+_AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
+_MOST_EVENTS = 20_000
+_STEPS = 4  # Newton's, of the states after an event
+_TIGHTEST, _FIRST, _PILOT = 1e-13, 0.002, 1e-4
+_MOST_RUNS = 10
+_LEAST_STEPS = 400  # of a run whose laws vary with time or displacements
+_WITHIN = np.array([0.27, 0.61, 1.0])
+
+
+class Event(NamedTuple):
+    """A change of mode: its time (s), the switched junction or dry resistor, and its state after it (1, 0; -1 backwards)."""
+
+    time: float
+    name: str
+    on: int
+
+
+def mode(graph: BondGraph, **states: Any) -> BondGraph:
+    """A graph with some of its switched junctions on or off, and dry resistors sliding (1, -1) or at rest (0).
+
+    Raises:
+        GraphError: for a name that is neither.
+
+    >>> from bondgraph import Builder, I, causality
+    >>> b = Builder().one("a").one("b").zero("clutch", when=lambda t: t > 1).bond("a", "clutch").bond("clutch", "b")
+    >>> graph = b.on("a", I("J1", 2.0)).on("b", I("J2", 3.0)).build()
+    >>> causality(mode(graph, clutch=False)).integral, causality(mode(graph, clutch=True)).integral
+    (('J1', 'J2'), ('J1',))
+
+    """
+    graph = as_graph(graph)
+    dry = dry_resistors(graph)
+    known = ", ".join((*graph.switched, *dry)) or "none"
+    refuse(f"mode {n!r}: nothing that is switched; found {known}" for n in states if n not in (*graph.switched, *dry))
+    elements, bonds = dict(graph.elements), list(graph.bonds)
+
+    def hang(junction: str, name: str, kind: str) -> None:
+        elements[name] = Element(kind, name, 0.0)
+        bonds.append(Bond(1 + max(b.number for b in bonds), name, junction))
+
+    for name, state in states.items():
+        kind, law = graph.elements[name].kind, graph.elements[name].law
+        elements[name] = elements[name]._replace(law=None)
+        if kind == "R" and state:
+            elements[name] = elements[name]._replace(law=_sliding(graph, name, state))
+        elif kind == "R":  # it takes whatever holds it
+            elements[name] = Element("Sf", name, 0.0, graph.elements[name].domain)
+        elif not state:
+            assert isinstance(law, Function)
+            source = "Sf" if kind == "1" else "Se"
+            hang(name, f"{name}.off", source)
+            for k, bond in enumerate(graph.at(name)[1:], 2):
+                other, place = f"{name}.{k}", bonds.index(next(b for b in bonds if b.number == bond.number))
+                elements[other] = Element(kind, other, None, graph.elements[name].domain)
+                bonds[place] = bond._replace(tail=other) if bond.tail == name else bond._replace(head=other)
+                hang(other, f"{other}.off", source)
+    return replace(graph, elements=elements, bonds=tuple(bonds), parts=True)
+
+
+def dry_resistors(graph: BondGraph) -> tuple[str, ...]:
+    """The resistors whose effort jumps where their flow changes its sign.
+
+    >>> import numpy as np
+    >>> from bondgraph import Builder, I, R
+    >>> b = Builder().one("a").on("a", I("m", 1.0), R("rub", lambda f: 2.0 * np.sign(f)), R("oil", lambda f: f * abs(f)))
+    >>> dry_resistors(b.build())
+    ('rub',)
+    """
+    found = []
+    for element in graph.of_kind("R"):
+        law = element.law
+        if graph.own(element.name) != OWN_FLOW or not isinstance(law, Function):
+            continue
+        for other in _TRIED:
+            values = [graph.parameters.get(n, other) or other for n in law.of]
+            own = law.of.index(OWN_FLOW)
+            try:
+                low, high, one = (float(law(*values[:own], f, *values[own + 1 :])) for f in (-_TINY, _TINY, 1.0))
+            except (ValueError, ArithmeticError, TypeError, GraphError):
+                continue
+            if high - low > _JUMP * max(abs(one), abs(high)):
+                found.append(element.name)
+                break
+    return tuple(found)
+
+
+def _sliding(graph: BondGraph, name: str, way: int) -> Function:
+    """A dry resistor's law on one side of its jump, continued past it."""
+    law = graph.elements[name].law
+    assert isinstance(law, Function)
+    own = law.of.index(OWN_FLOW)
+
+    def beside(*values: Any) -> Any:
+        flow = np.maximum(values[own], _TINY) if way > 0 else np.minimum(values[own], -_TINY)
+        return law(*values[:own], flow, *values[own + 1 :])
+
+    return Function(beside, law.arguments, law.of)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trip:
+    """A graph's motion through its modes: stretches, each with its mode, and the events between."""
+
+    switched: Switched
+    stretches: tuple[Step, ...]
+    modes: tuple[Mode, ...]
+    events: tuple[Event, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Those of the states of all modes."""
+        return tuple(self.switched.names)
+
+    def told(self, times: Array, owners: NDArray[np.int_]) -> tuple[Array, dict[int, Array], dict[int, Array]]:
+        """States (by `names`), flows and efforts (by bond) at times within stretches."""
+        states = np.full((len(self.names), times.size), np.nan)
+        bonds = [b.number for b in self.switched.graph.bonds]
+        flows, efforts = ({number: np.zeros(times.size) for number in bonds} for _ in "fe")
+        for at in dict.fromkeys(self.modes[k] for k in np.unique(owners)):
+            mine = np.array([self.modes[k] == at for k in owners])
+            dynamics = self.switched.dynamics(at)
+            values = np.empty((len(dynamics.state.names), int(mine.sum())))
+            for owner in np.unique(owners[mine]):
+                here = owners[mine] == owner
+                values[:, here] = self.stretches[owner].dense(times[mine][here])
+            walk = Walk(dynamics.tables, times[mine], list(values), {})
+            instant = walk.instant()
+            for number in bonds:
+                flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
+            known = dict(zip(dynamics.state.names, values, strict=True))
+            known |= {dynamics.form.state_name(p): walk.followed(k) for k, p in enumerate(dynamics.form.followers)}
+            for row, name in enumerate(self.names):
+                flow = (
+                    dynamics.form.variable(name[2:])
+                    if name not in known and name[2:] in self.switched.graph.elements
+                    else None
+                )
+                states[row, mine] = known[name] if flow is None else walk.whole(flow) if name[0] == "f" else 0.0
+        return states, flows, efforts
+
+    def difference(self, other: Trip, scales: Mapping[str, float], until: float) -> float:
+        """The greatest difference to another trip, of states by their scales and of events' times; infinite of others."""
+        if [e[1:] for e in self.events] != [e[1:] for e in other.events]:
+            return math.inf
+        starts = np.array([s.start for s in self.stretches])
+        widths = np.array([s.end for s in self.stretches]) - starts
+        times = np.unique(np.minimum((starts[:, None] + widths[:, None] * _WITHIN).ravel(), until))
+        worst = 0.0
+        for mine, theirs in zip(self.events, other.events, strict=True):
+            low, high = sorted((mine.time, theirs.time))
+            worst = max(worst, (high - low) / until)
+            times = times[(times < low) | (times > high)]
+        found = [trip.told(times, trip.owners(times))[0] for trip in (self, other)]
+        size = np.array([scales[name] for name in self.names])
+        return max(worst, float(np.nanmax(np.abs(found[0] - found[1]) / size[:, None], initial=0.0)))
+
+    def owners(self, times: Array) -> NDArray[np.int_]:
+        """The stretches that times lie in."""
+        ends = np.array([s.end for s in self.stretches])
+        return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
+
+    def greatest(self) -> dict[str, float]:
+        """The greatest absolute value of every state at the ends of stretches."""
+        ends = np.array([s.end for s in self.stretches])
+        states = self.told(ends, np.arange(ends.size))[0]
+        return {n: float(np.nanmax(np.abs(row), initial=0.0)) for n, row in zip(self.names, states, strict=True)}
+
+
+class Switched:
+    """A graph with switches, its modes worked out as they are met.
+
+    `names` are those of all states of all modes met so far; what follows in a mode is there as it follows.
+    """
+
+    def __init__(self, graph: BondGraph, signals: Mapping[str, Any], evaluations: int) -> None:
+        self.graph, self.signals = graph, signals
+        self.dry, self.switches = dry_resistors(graph), (*graph.switched, *dry_resistors(graph))
+        self.known: dict[Mode, Dynamics] = {}
+        self.names: dict[str, None] = {}
+        self.evaluations, self.budget = 0, evaluations
+        self.scale: dict[tuple[int, int], float] = {}  # of every condition its greatest value so far
+
+    def dynamics(self, at: Mode) -> Dynamics:
+        """The equations of a mode."""
+        if at not in self.known:
+            states = dict(zip(self.switches, at, strict=True))
+            try:
+                found = Dynamics(mode(self.graph, **states), self.signals)
+            except GraphError as error:
+                said = ", ".join(f"{n} {self._said(n, s)}" for n, s in states.items())
+                raise GraphError(f"with {said}: {error}") from error
+            if any(p.element.name != n for p in found.form.followers for n in self.graph.coupled(p.element.name)):
+                raise GraphError("a field's ports follow in one mode and not in another: put an R, or a C, between")
+            self.known[at] = found
+            self.names |= dict.fromkeys(found.state.names)
+        return self.known[at]
+
+    def _said(self, name: str, state: int) -> str:
+        if name in self.dry:
+            return {1: "sliding", -1: "sliding back", 0: "at rest"}[state]
+        return "on" if state else "off"
+
+    def margins(self, at: Mode, times: Array, states: Array) -> tuple[Array, list[tuple[int, int]]]:
+        """What a mode lasts by, each above 0 within it, at times (n,); of each the switch and its state beyond."""
+        dynamics, rows = self.dynamics(at), []
+        places = self._places(dynamics, times, states)
+        beyond: list[tuple[int, int]] = []
+        for k, (name, on) in enumerate(zip(self.switches, at, strict=True)):
+            if name not in self.dry:
+                value = self._law(name, places)
+                rows.append(value if on else -value)
+                beyond.append((k, 1 - on))
+            elif on:
+                rows.append(on * places[f"f_{name}"])
+                beyond.append((k, 0))
+            else:
+                effort = places[f"e_{name}"]
+                rows += [self._law(name, places, _TINY) - effort, effort - self._law(name, places, -_TINY)]
+                beyond += [(k, 1), (k, -1)]
+        shape = np.shape(times)
+        return np.array([np.broadcast_to(np.asarray(row, dtype=float), shape) for row in rows]), beyond
+
+    def _law(self, name: str, places: Mapping[str, Any], own: Any = None) -> Any:
+        law = self.graph.elements[name].law
+        assert isinstance(law, Function)
+        of = [self.graph.parameter(n, name) if n in self.graph.parameters else places.get(n) for n in law.of]
+        return law(*(own if n == OWN_FLOW and own is not None else v for n, v in zip(law.of, of, strict=True)))
+
+    def _places(self, dynamics: Dynamics, times: Array, states: Array) -> dict[str, Any]:
+        """Everything that conditions may read."""
+        with np.errstate(all="ignore"):
+            here = dynamics.at(times, list(states))
+        found = {TIME: times} | {n: f(*[times] * len(f.of)) for n, f in dynamics.signals.items()}
+        found |= dict(zip(dynamics.state.names, states, strict=True))
+        for name in self.graph.elements:
+            bond, kind = self.graph.at(name)[0], self.graph.elements[name].kind
+            sign = bond.sign(name) if name in self.dry else 1.0
+            found[f"f_{name}"], found[f"e_{name}"] = sign * here.flows[bond.number], here.efforts[bond.number]
+            if name in self.graph.switched:
+                summed = here.efforts if kind == "1" else here.flows
+                net = sum(b.sign(name) * summed[b.number] for b in self.graph.at(name))
+                found[f"e_{name}" if kind == "1" else f"f_{name}"] = net
+        return found
+
+    def held(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
+        """The momentum or displacement of every store, and every further state, by name."""
+        dynamics = self.dynamics(at)
+        walk = Walk(dynamics.tables, t, list(state), {})
+        found = dict(zip(dynamics.state.names, map(float, state), strict=True))
+        for k, port in enumerate(dynamics.form.followers):
+            found[dynamics.form.state_name(port)] = float(walk.followed(k))
+        return found
+
+    def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
+        """The state of a mode that begins with what stores hold; those that follow in it share it with what they follow."""
+        dynamics = self.dynamics(at)
+        form = dynamics.form
+        state = np.array([stored.get(name, 0.0) for name in dynamics.state.names])
+        if not form.followers and not form.massless:
+            return state
+        sign = [p.sign if p.element.kind == "I" else 1.0 for p in (*form.stores, *form.followers)]
+        size = len(form.stores)
+        own = np.array([0.0 if p.element.name in form.massless else sign[k] for k, p in enumerate(form.stores)])
+        before, given = [stored.get(form.state_name(p), 0.0) for p in form.followers], state.copy()
+
+        def left(values: Array) -> Array:
+            walk = Walk(dynamics.tables, t, values.tolist(), {})
+            found = own * (values[:size] - given[:size])
+            for k, port in enumerate(form.followers):
+                more = sign[size + k] * (float(walk.followed(k)) - before[k])
+                for column, gain in walk.gain[port.input].items():
+                    if column < size:
+                        found[column] += float(gain) * more
+            return np.asarray(found)
+
+        for _ in range(_STEPS):
+            missing = left(state)
+            steps = np.maximum(np.abs(state[:size]), 1.0)
+            slopes = []
+            for k in range(size):
+                moved = state.copy()
+                moved[k] += steps[k]
+                slopes.append((left(moved) - missing) / steps[k])
+            change = np.linalg.lstsq(np.array(slopes).T, -missing, rcond=None)[0] if size else np.zeros(0)
+            state[:size] += change
+            if not np.any(np.abs(change) > 1e-15 * np.abs(state[:size])):
+                break
+        return state
+
+    def settled(self, at: Mode, t: float, stored: Mapping[str, float]) -> tuple[Mode, Array]:
+        """The mode that goes on from what stores hold: that given, or another where its conditions contradict it."""
+        seen = [at]
+        while True:
+            state = self.carried(stored, at, t)
+            values, beyond = self.margins(at, np.array([t]), state[:, None])
+            change = self._change(at, values[:, 0], beyond)
+            if change is None:
+                return at, state
+            at = change
+            if at in seen:
+                self._chatters(t, seen)
+            seen.append(at)
+
+    def _change(self, at: Mode, values: Array, beyond: Sequence[tuple[int, int]]) -> Mode | None:
+        for k, value in enumerate(values):
+            if value < -_NOTHING * self.scale.get(beyond[k], 0.0):
+                place, state = beyond[k]
+                return (*at[:place], state, *at[place + 1 :])
+        return None
+
+    def _chatters(self, t: float, seen: Sequence[Mode]) -> None:
+        last = {k for one in seen for two in seen for k, (a, b) in enumerate(zip(one, two, strict=True)) if a != b}
+        names = ", ".join(self.graph.where(self.switches[k]) for k in sorted(last))
+        raise GraphError(
+            f"the condition of {names} chatters at t = {t:.9g} s: each state of it asks for the other at once; let it read "
+            "what its own change leaves as it is"
+        )
+
+    def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:
+        """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
+        longest = until / _LEAST_STEPS if self._varies() else math.inf
+        found = self.trip(start, until, method, (max(_PILOT, rtol), {}), longest)
+        tolerance, error = max(_FIRST * rtol, 10.0 * _TIGHTEST), math.inf
+        for k in range(_MOST_RUNS):
+            scales = {name: size or 1.0 for name, size in found.greatest().items()}
+            looser, found = found, self.trip(start, until, method, (tolerance, scales), longest)
+            before, error = error, max(2.0 * found.difference(looser, scales, until), tolerance)
+            if (k and error <= rtol) or (tolerance <= _TIGHTEST and error > 0.5 * before):
+                break
+            tolerance, longest = max(0.2 * tolerance, _TIGHTEST), 0.7 * longest
+        return found, error
+
+    def _varies(self) -> bool:
+        given = {TIME, *self.graph.displacements, *self.graph.signals}
+        return any(given.intersection(self.graph.depends_on(e.name)) for e in self.graph.of_kind("Se", "Sf", "R", "0", "1"))
+
+    def begin(self, start: Callable[[Dynamics], Array]) -> tuple[Mode, Array]:
+        """The mode that a motion begins in, and its state; `start` gives that of a mode, or does not know its states."""
+        fault: GraphError | None = None
+        for at in self._freest():
+            try:
+                state = start(self.dynamics(at))
+            except GraphError as error:
+                fault = fault or error
+                continue
+            places = self._places(self.dynamics(at), np.array([0.0]), state[:, None])
+            ways = {n: int(np.sign(np.ravel(places[f"f_{n}"])[0])) for n in self.dry}
+            first = tuple(ways.get(n, s) for n, s in zip(self.switches, at, strict=True))
+            return self.settled(first, 0.0, self.held(at, 0.0, state.tolist()))
+        assert fault is not None
+        raise fault
+
+    def _freest(self) -> list[Mode]:
+        """Modes, those with the most states first: what is given of a start is not bound by what is joined."""
+        found: dict[Mode, int] = {}
+
+        def states(at: Mode) -> int:
+            if at not in found:
+                try:
+                    found[at] = len(self.dynamics(at).state.names)
+                except GraphError:
+                    found[at] = -1
+            return found[at]
+
+        best = tuple(1 for _ in self.switches)
+        states(best)
+        for k, name in enumerate(self.switches):
+            other = (*best[:k], 0, *best[k + 1 :])
+            if name not in self.dry and states(other) > states(best):
+                best = other
+        return sorted(found, key=lambda at: -found[at])
+
+    def trip(
+        self,
+        start: tuple[Mode, Array],
+        until: float,
+        method: str,
+        tolerance: tuple[float, Mapping[str, float]],
+        longest: float,
+    ) -> Trip:
+        """The motion from a mode and state on."""
+        (at, state), t = start, 0.0
+        stretches: list[Step] = []
+        modes: list[Mode] = []
+        events: list[Event] = []
+        turns: list[float] = []
+        while t < until:
+            dynamics = self.dynamics(at)
+            scales = np.array([tolerance[0] * tolerance[1].get(n, 1.0) for n in dynamics.state.names])
+            beyond = self.margins(at, np.array([t]), state[:, None])[1]
+            relative = (0.0, np.maximum(scales, 1e-300))
+            crossed = None
+            for step in adaptive(method, self._field(dynamics, method), t, state, until, relative, longest):
+                step = crossing(self._watched(at, step, beyond), step) if beyond else step
+                crossed = step.crossed
+                state = np.asarray(step.dense(step.end) if crossed is not None else step.last, dtype=float)
+                stretches.append(step._replace(crossed=None, after=state))
+                modes.append(at)
+                if step.end == step.start:  # it leaves at once
+                    stretches.pop()
+                    modes.pop()
+                t = step.end
+                if crossed is not None:
+                    break
+            if crossed is None:
+                break
+            stored, place = self.held(at, t, state.tolist()), beyond[crossed]
+            after, state = self.settled((*at[: place[0]], place[1], *at[place[0] + 1 :]), t, stored)
+            events += [Event(t, self.switches[k], b) for k, (a, b) in enumerate(zip(at, after, strict=True)) if a != b]
+            turns.append(t)
+            if len(turns) > _AT_ONCE and t - turns[-_AT_ONCE] <= _SOON * until:
+                self._chatters(t, [at, (*at[: place[0]], place[1], *at[place[0] + 1 :])])
+            if len(events) > _MOST_EVENTS:
+                raise GraphError(f"{_MOST_EVENTS} events reach t = {t:.6g} s only: ask for a shorter time")
+            at = after
+        return Trip(self, tuple(stretches), tuple(modes), tuple(events))
+
+    def _watched(self, at: Mode, step: Step, beyond: Sequence[tuple[int, int]]) -> Events:
+        """The conditions of a mode as events of a step."""
+        times = step.start + (step.end - step.start) * _WITHIN
+        sizes = np.abs(self.margins(at, times, step.dense(times))[0]).max(axis=1)
+        for place, size in zip(beyond, sizes.tolist(), strict=True):
+            self.scale[place] = max(self.scale.get(place, 0.0), size)
+        rounding = np.array([_NOTHING * self.scale[place] for place in beyond])
+        return Events(lambda times, states: self.margins(at, times, states)[0], np.ones(len(beyond)), rounding=rounding)
+
+    def _field(self, dynamics: Dynamics, method: str) -> Callable[..., Any]:
+        rates, size, plain = dynamics.rates, len(dynamics.state.names), method in PLAIN
+        anchors = [dynamics.state.names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
+
+        def found(t: float, values: Any) -> Any:
+            self.evaluations += 1
+            if self.evaluations > self.budget:
+                raise GraphError(
+                    f"{self.budget} evaluations of the rates are spent at t = {t:.6g} s: ask for a shorter time or a larger "
+                    "rtol, or use a method for stiff equations (Radau); evaluations= allows more"
+                )
+            try:
+                given = values if plain else values.tolist()
+                result = rates(t, *given, *(given[k] for k in anchors))
+            except (ValueError, ArithmeticError, TypeError):
+                result = (math.nan,) * size
+            return result if plain else np.array(result)
+
+        return found
