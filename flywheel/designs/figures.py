@@ -215,9 +215,9 @@ def _parts(which: Index, size: int, threads: int) -> list[Index]:
 
 def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
     """Puts the figures of a chunk of designs into what was found; the designs that miss rtol."""
-    missed = which[halvings < 0]
-    good: Any = halvings >= 0 if missed.size else slice(None)
-    consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend
+    missed, every = which[halvings == -1], (halvings >= 0).all()
+    good: Any = slice(None) if every else halvings >= 0
+    consecutive = every and which[-1] - which[0] == which.size - 1  # as they ascend
     known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
     outcome.halvings[known] = halvings[good]
     for into, given in ((outcome.values, values), (outcome.errors, errors)):
@@ -225,12 +225,15 @@ def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[s
             if name not in into:
                 into[name] = np.full(outcome.halvings.size, np.nan)
             into[name][known] = np.broadcast_to(value, halvings.shape)[good]
-    return missed
+    return np.asarray(missed)
 
 
 @np.errstate(all="ignore")
 def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: cycles.Engine) -> Any:
-    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed."""
+    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed.
+
+    -2 where finer cells are not tried, as no motion was found.
+    """
     columns = columns[:, which]
     edges, givens = structure.edges(columns), structure.givens(columns)
     for _ in range(halvings):
@@ -239,7 +242,7 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         edges = finer
     if structure.rates:
         values, errors, missed = motions.figures(structure, columns, edges, givens, halvings)
-        return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
+        return values, errors, np.where(missed <= 0.5 * rtol, halvings, np.where(np.isfinite(missed), -1, -2))
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
         given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2

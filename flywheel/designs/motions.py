@@ -8,6 +8,8 @@ stops, needs no flywheel, or has torques so steep that cells would have to follo
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,9 @@ from flywheel.designs import batch
 from flywheel.machine.equation import Moments, Rate
 from flywheel.machine.programs import DesignValues, Structure
 from flywheel.numerics import cells
-from flywheel.numerics.cells import NODES, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells
+from flywheel.numerics.cells import NODES, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
 from flywheel.regime import constant_speed
-from flywheel.regime.cycle_equations import Demand, Periodic, first_guess, periodic_motions
+from flywheel.regime.cycle_equations import Demand, Periodic, State, balanced_guess, first_guess, periodic_motions
 from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
 from flywheel.regime.turning_moment import CycleErrors
 
@@ -29,6 +31,7 @@ _SPREAD = 2.0  # by which what closes a cycle at its own speed spreads errors of
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _SPEED_STEPS = 40  # of Newton's method towards a constant speed, within its bracket
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
+_FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond these a motion is refused or open
 
@@ -63,6 +66,18 @@ class DesignMoments(Moments):
             part = slice(piece.start << halvings, piece.stop << halvings)
             self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *given))))
         self.resistance = self._evaluated(np.zeros_like(half), 0.0)[7]
+
+    def of(self, which: Index) -> DesignMoments:
+        """Those of some designs."""
+        found, count = copy(self), self.inertia.shape[0]
+        found.mesh = Cells(*(each[which] for each in self.mesh))
+        for name in ("inertia", "slope", "steepness", "still", "per_unknown", "resistance"):
+            setattr(found, name, getattr(self, name)[which])
+        found._groups = [
+            (part, late, [row[which] if np.ndim(row) and len(row) == count else row for row in rows])
+            for part, late, rows in self._groups
+        ]
+        return found
 
     def _evaluated(self, omega: Array, unknown: Any, outputs: slice = slice(None)) -> Array:
         """The values of `programs.RATE` at crank speeds on (designs, cells or 1, nodes or 1)."""
@@ -181,25 +196,52 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     least = _LIGHT * np.maximum(sums.extent[1], (sums.greatest[batch.WORK] - sums.least[batch.WORK]) / square)
     if given is None:
         total = (sums.greatest[batch.FAST] - sums.least[batch.SLOW]) / (eps * square)
-        own, of_motion, worst, found = _motions(moments, givens, speed, unknown, np.maximum(total - sums.start, least), None)
-        own["needed"], own["exact"] = np.ones_like(speed), own["exact"] / givens.ratio**2
-        some = np.flatnonzero(good & ~found & (sums.extent[0] > _NO_INERTIA * sums.extent[1]))
-        if some.size:
-            lighter = DesignMoments(structure, columns[:, some], edges[:, some], halvings)
-            light = _motions(lighter, givens.of(some), speed[some], unknown[some], none[some], none[some])
-            even = light[3] & (light[0]["irregularity"] * (1.0 + light[1]["irregularity"]) <= eps[some])
-            light[0].update(exact=none[some], needed=none[some])
-            light[1]["exact"] = light[1].pop("irregularity")
-            for into, values_of in ((own, light[0]), (of_motion, light[1])):
-                for name in into:
-                    into[name][some] = values_of[name]
-            worst[some], found[some] = light[2], even
+        guess, ways = np.maximum(total - sums.start, least), [False, True]
     else:
         good &= given + sums.extent[0] > sums.extent[2]
-        own, of_motion, worst, found = _motions(moments, givens, speed, unknown, given, given)
-    values |= own
-    errors |= of_motion
-    return values, errors, np.where(good & found, np.maximum(missed, worst), np.inf)
+        guess, ways = given, [False]
+
+    def fading(some: Index, inertia: Array) -> Array:
+        """The exponent by which torques fade a change of the constant speed in a cycle."""
+        total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
+        return np.asarray(cells.integral(-rate.by_speed[some] / total, moments.mesh.half[some]).sum(axis=-1))
+
+    left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
+    for alone, start in [(way, start) for way in ways for start in (first_guess, balanced_guess)]:
+        if alone:
+            left = left[(sums.extent[0] > _NO_INERTIA * sums.extent[1])[left]]
+        tried = left
+        if start is balanced_guess:
+            tried = left[fading(left, none if alone else guess) > _FADING]
+        if not tried.size:
+            continue
+        asked = None if given is None and not alone else (none if given is None else given)[tried]
+        own, of_motion, missing, found = _motions(
+            moments.of(tried),
+            givens.of(tried),
+            speed[tried],
+            unknown[tried],
+            (none if alone else guess)[tried],
+            asked,
+            start,
+        )
+        if not found.any():
+            continue
+        if alone:
+            found &= own["irregularity"] * (1.0 + of_motion["irregularity"]) <= eps[tried]
+            own |= {"exact": none[tried], "needed": none[tried]}
+            of_motion["exact"] = of_motion.pop("irregularity")
+            del own["irregularity"]
+        elif given is None:
+            own |= {
+                "exact": own["exact"] / np.broadcast_to(givens.ratio, speed.shape)[tried] ** 2,
+                "needed": none[tried] + 1.0,
+            }
+        for into, of_some in ((values, own), (errors, of_motion)):
+            for name, row in of_some.items():
+                into.setdefault(name, none + np.nan)[tried[found]] = row[found]
+        worst[tried[found]], left = missing[found], np.setdiff1d(left, tried[found], assume_unique=True)
+    return values, errors, np.where(good, np.maximum(missed, worst), np.inf)
 
 
 def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
@@ -212,7 +254,13 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
 
 
 def _motions(
-    moments: DesignMoments, givens: DesignValues, speed: Array, unknown: Array, guess: Array, inertia: Array | None
+    moments: DesignMoments,
+    givens: DesignValues,
+    speed: Array,
+    unknown: Array,
+    guess: Array,
+    inertia: Array | None,
+    start: Callable[..., State | None],
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
     """The figures of motions with their errors, the one that cells are to bring within rtol, and which motions stand.
 
@@ -223,10 +271,14 @@ def _motions(
         unknown: the values of the scene's unknown there.
         guess: of the flywheels, kg m² on the crank.
         inertia: of those that are given; None where one is sought for the irregularity.
+        start: the first guess of the motion.
 
     """
     demand = Demand(inertia, givens.irregularity if inertia is None else None, speed if givens.unknown else None)
-    solved, found = periodic_motions(moments, speed, demand, first_guess(moments, speed, guess, unknown))
+    first = start(moments, speed, guess, unknown)
+    if first is None:
+        return {}, {}, np.full(speed.shape, np.inf), np.zeros(speed.shape, bool)
+    solved, found = periodic_motions(moments, speed, demand, first)
     cycle, state, extremes, eps, speed = (
         _cycle(moments, solved.rate),
         solved.state,

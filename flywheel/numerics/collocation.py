@@ -26,6 +26,7 @@ _UP_TO_NODES: Array = np.ascontiguousarray(
 )
 _WHOLE: Array = piecewise.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 
+_MILD = 1.0  # exponent: what changes grow or fade by within a cell whose nodes resolve it
 _STEEP = 5.0  # exponent: changes that grow or fade by more than exp of it are followed from where they only fade
 _MOST_GROWTH = 700.0  # exponent that a float still holds
 
@@ -132,10 +133,46 @@ def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, 
         at_edges: the same at the right ends, (..., cells, states).
 
     """
+    if jacobian.shape[-2] > 1:
+        return _chained(*_eliminated(half, jacobian, by_parameter, at_nodes, at_edges))
+    slope = jacobian[..., 0, 0, :]
+    exponents = half[..., None] * (slope @ np.column_stack((_UP_TO_NODES.T, _WHOLE)))
+    solved, gained = _faded(half, exponents, slope, by_parameter[..., 0, :, :], at_nodes, at_edges)
+    steep = np.abs(exponents).max(axis=-1) > _MILD
+    if steep.any():
+        rows = (each[steep] for each in (half, jacobian, by_parameter, at_nodes, at_edges))
+        solved[steep], gained[steep] = _eliminated(*rows)
+    return _chained(solved, gained)
+
+
+def _faded(
+    half: Array, exponents: Array, slope: Array, by_parameter: Array, at_nodes: Array, at_edges: Array
+) -> tuple[Array, Array]:
+    """Values of one state in each cell for a unit at its left end, for units of the parameters, beside these; and its gains.
+
+    A change y beside the excess r obeys y' = a y + (a r + b dp), so that with G = exp(integral of a) it is
+    G (y_left + integral of (a r + b dp)/G). What the cell's nodes do not resolve of that the next step mends.
+    """
+    exponents = np.minimum(np.maximum(exponents, -_MILD), _MILD)  # beyond that `_eliminated` is asked
+    growth = np.exp(exponents[..., :-1])
+    pushed = np.concatenate((by_parameter, slope[..., None, :] * at_nodes), axis=-2) / growth[..., None, :]
+    width = half[..., None, None]
+    solved = np.empty((*growth.shape[:-1], 1, growth.shape[-1], pushed.shape[-2] + 1))
+    solved[..., 0, :, 0] = growth
+    solved[..., 0, :, 1:] = np.swapaxes(growth[..., None, :] * (width * (pushed @ _UP_TO_NODES.T)), -2, -1)
+    solved[..., 0, :, -1] += at_nodes[..., 0, :]
+    gained = np.empty((*half.shape, 1, pushed.shape[-2] + 1))
+    gained[..., 0, 0] = np.expm1(exponents[..., -1])
+    gained[..., 0, 1:] = np.exp(exponents[..., -1:]) * (half[..., None] * (pushed @ _WHOLE))
+    gained[..., 0, -1] += at_edges[..., 0]
+    return solved, gained
+
+
+def _eliminated(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> tuple[Array, Array]:
+    """The same of any number of states, by elimination: (I - h S D) dz = 1 dz_left + h S (dF/dp) dp + r."""
     *lead, states, _, nodes = jacobian.shape
     parameters = by_parameter.shape[-2]
     reach = half[..., None, None] * _UP_TO_NODES
-    # (I - h S D) dz = 1 dz_left + h S (dF/dp) dp + r, for all states of a cell side by side
     matrix = -np.einsum("...ij,...abj->...aibj", reach, jacobian).reshape(*lead, states * nodes, states * nodes)
     matrix[..., np.arange(states * nodes), np.arange(states * nodes)] += 1.0
     right = np.zeros((*lead, states, nodes, states + parameters + 1))
@@ -148,12 +185,12 @@ def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, 
     rates[..., states:-1] += np.swapaxes(by_parameter, -2, -1)
     gained = half[..., None, None] * np.einsum("j,...ajk->...ak", _WHOLE, rates)  # over a cell, beside what it starts with
     gained[..., -1] += at_edges
-    return _chained(solved, gained, states)
+    return solved, gained
 
 
-def _chained(solved: Array, gained: Array, states: int) -> Changes:
+def _chained(solved: Array, gained: Array) -> Changes:
     """Cell after cell: what each starts with is what the one before ends with."""
-    *lead, count, _, columns = gained.shape
+    *lead, count, states, columns = gained.shape
     edges = np.zeros((count + 1, *lead, states, columns))
     for k, gain in enumerate(np.moveaxis(gained, -3, 0) if lead else gained):
         own = gain[..., :states]

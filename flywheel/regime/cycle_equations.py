@@ -26,6 +26,7 @@ from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
 _MOST_BATCH_STEPS = 16  # of many motions at once: what needs more is left to be sized alone
+_BATCH_HALVINGS, _MOST_DAMPED = 8, 4  # of many at once: of a Newton step; steps in turn that are halved
 _NEAR_STEP = 1e-3  # of the fluctuation: a step of a motion whose mean of extremes is known well enough to refer to it
 _PER_SEARCH = 1000  # nodes whose cost equals that of reducing the machine on its cells
 _PER_STEP = 50  # nodes whose cost equals the fixed cost of a Newton step
@@ -205,7 +206,7 @@ def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: 
     """
     equations = _Equations(moments, reference, demand)
     state, last, final = start, np.inf, demand.speed is not None
-    settled = np.zeros(reference.shape, bool)
+    settled, damped = np.zeros(reference.shape, bool), np.zeros(reference.shape)
     for _ in range(_MOST_BATCH_STEPS):
         here = equations.speeds(state)
         change = equations.linearisation(state, here)
@@ -214,7 +215,8 @@ def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: 
         settled |= size <= _LAST_STEP if final else False
         if (stays & ~settled).any():
             settled |= stays & (size <= np.maximum(_UNCONVERGED_STEP, equations.rounding_step(state, change)))
-        equations.lost |= ~np.isfinite(size)
+        damped = np.where(size >= 1.0, damped + 1, 0)
+        equations.lost |= ~np.isfinite(size) | (damped > _MOST_DAMPED)
         if (settled | equations.lost).all():
             break
         last = size
@@ -311,12 +313,13 @@ def about(solved: Periodic, reference: float) -> State:
     return state._replace(nodes=nodes, edges=edges)
 
 
-def balanced_guess(moments: Moments, reference: float, inertia: float, unknown: float) -> State | None:
+def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any) -> State | None:
     """Speeds at which the torques do not change the speed, at each angle, F = ½ omega² dI*/dphi; None where there is none.
 
-    Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 but for dead centres.
+    Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 but for dead centres. Of many machines
+    those without such speeds have numbers that are none.
     """
-    omega = np.full(moments.mesh.phi.shape, reference)
+    omega = _over_cells(reference) + np.zeros_like(moments.mesh.phi)
     low, high = omega / _WIDEST, omega * _WIDEST
     for _ in range(_SPEED_STEPS):
         rate = moments.rate(omega, unknown, inertia)
@@ -326,17 +329,17 @@ def balanced_guess(moments: Moments, reference: float, inertia: float, unknown: 
         closer = omega - push / np.minimum(slope, -1e-300)
         closer = np.where((closer > low) & (closer < high), closer, 0.5 * (low + high))
         omega, moved = closer, np.abs(closer - omega)
-        if not np.isfinite(omega).all():
-            return None
-        if (moved <= _NEARLY * omega).all():
+        finite, near = np.isfinite(omega).all(axis=(-2, -1)), (moved <= _NEARLY * omega).all(axis=(-2, -1))
+        if np.all(near | ~finite):
             break
-    else:
+    if not np.any(near):
         return None
-    variation = _Inertia(moments)
-    energy = 0.5 * ((inertia + moments.inertia) * omega**2 - (inertia + variation.start) * reference**2)
+    omega = np.where(_over_cells(near), omega, np.nan)
+    start = (inertia + _Inertia(moments).start) * reference**2
+    energy = 0.5 * ((_over_cells(inertia) + moments.inertia) * omega**2 - _over_cells(start))
     ends = cells.ends(cells.fit(energy))
-    edges = np.append(ends[:, 0], ends[-1, 1])
-    return State(energy[:, None], edges[:, None], inertia, unknown)
+    edges = np.concatenate((ends[..., 0], ends[..., -1:, 1]), axis=-1)
+    return State(energy[..., None, :], edges[..., None], inertia, unknown)
 
 
 def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omega: Array, own: Array) -> State:
@@ -584,7 +587,7 @@ class _Equations:
         own = {name: by[..., k] for k, name in enumerate(self.parameters)}
         heavier, balance = own.get("inertia", 0.0), own.get("unknown", 0.0)
         share: Any = np.ones(np.shape(self.w))
-        for _ in range(_HALVINGS):
+        for _ in range(_HALVINGS if share.ndim == 0 else _BATCH_HALVINGS):
             new = State(
                 state.nodes + share[..., None, None, None] * nodes,
                 state.edges + share[..., None, None] * edges,

@@ -127,7 +127,8 @@ def test_designs_whose_motor_stalls_are_refused_with_their_reason_among_those_th
         "flywheel.inertia": np.array([90.0, 90.0, 90.0, 1e-3, 90.0]),
     }
     found = flywheel.sweep(motor_driven(flywheel={"inertia": 100}), columns)
-    assert found.ways.tolist() == [REFINED, REFINED, REFUSED, REFUSED, REFINED]
+    assert (found.ways == REFUSED).tolist() == [False, False, True, True, False]
+    assert set(found.ways[[0, 1, 4]].tolist()) <= {TRACED, REFINED}
     assert "a drive that cannot carry the mean load" in found.reasons[2]
     assert "stalls at crank angle" in found.reasons[3]
 
