@@ -16,7 +16,7 @@ from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
-from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, extreme, periodic
+from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, extreme, periodic, regaining
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.state import DRIVE
@@ -29,9 +29,11 @@ if TYPE_CHECKING:
 
 _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of those that they are compared with
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
-_RATE = 1e-4  # relative, to which the greatest rate is found
+_RATE = 1e-6  # of a limit, to which the greatest rate is found
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
-_MOST = 40  # times that a period is lengthened
+_FAILS = 1e-4  # of a speed: to which that is found below which a stroke fails
+_SLOWER = 0.93  # of a speed: the next that is tried
+_NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
 _ENOUGH = 100.0  # steps, the errors of which add up
 _NO_CYCLE = (
     *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
@@ -187,7 +189,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
     with np.errstate(all="ignore"):
         inertia = scene.inertia if scene.inertia is not None else _sized(scene, tolerance)
         strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
-        tight, loose = _Run.of(strokes), _Run.of(rougher)
+        tight, loose = (_Run.of(each, periodic(each)) for each in (strokes, rougher))
         greatest, decides, off = _greatest_rate(rougher, loose)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares
@@ -230,9 +232,8 @@ class _Run(NamedTuple):
     energy: dict[str, float]
 
     @classmethod
-    def of(cls, strokes: Strokes, period: float | None = None, guess: Phases | None = None) -> _Run:
-        """The stroke of a machine that returns after a period (s)."""
-        found = periodic(strokes, period, guess)
+    def of(cls, strokes: Strokes, found: Phases) -> _Run:
+        """That of a stroke that returns."""
         energy = _energy(strokes, found)
         figures = _figures(strokes, found, energy)
         return cls(found, figures, _shares(strokes, found, figures), energy)
@@ -666,35 +667,44 @@ def _sized(scene: Scene, tolerance: float) -> float:
 
 
 def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
-    """The greatest rate (1/s) that everything bears, what decides it, and its error; all by the time between engagements.
+    """The greatest rate (1/s) that everything bears, what decides it, and its error.
 
-    That is the rate without a standstill, unless something else comes to its limit before.
+    The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
+    driving side has it again is the period, so that no rate has to be tried at which no stroke returns.
     """
-    count, known = strokes.plan.continuous, dict[float, tuple[float, str]]()
+    count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
+    nominal, idle = run.phases.begin[0], strokes.typical * strokes.ratio
+    last = [run.phases]
 
-    def worst(period: float) -> tuple[float, str]:
-        """The load that is greatest over its limit, less 1, and what bears it; infinite where the stroke fails."""
-        if period not in known:
+    def over(speed: float) -> float:
+        """The load that is greatest over its limit, less 1; infinite where the stroke fails."""
+        if speed not in known:
             try:
-                shares = _Run.of(strokes, period, run.phases).shares
-                del shares[_TIME]
-                name = max(shares, key=lambda each: shares[each])
-                known[period] = shares[name] - 1.0, name
+                tried = _Run.of(strokes, regaining(strokes, speed, last[0]))
             except SceneError as error:
-                known[period] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}"
-        return known[period]
+                known[speed] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
+            else:
+                last[0] = tried.phases
+                name = max(tried.shares, key=lambda each: tried.shares[each])
+                known[speed] = tried.shares[name] - 1.0, name, tried.phases.period
+        return known[speed][0]
 
-    over, name = worst(0.0)
-    if over <= 0.0:
-        least = periodic(strokes, 0.0, run.phases).period
-        return count / least, _TIME, _SAFETY * _ENOUGH * strokes.rtol * count / least
-    low, high = run.phases.stop_time, run.phases.period
-    for _each in range(_MOST):
-        if worst(high)[0] <= 0.0:
-            break
-        low, high = high, 1.5 * high
-    else:
-        return 0.0, worst(high)[1], 0.0
-    high = threshold(lambda each: worst(each)[0] <= 0.0, low, high, _RATE * low)
-    name = known[max(each for each in known if each < high)][1]  # just beyond its limit
-    return count / high, name, 2.0 * _RATE * count / high
+    low = high = nominal
+    while over(high) > 0.0:
+        low, high = high, idle - 0.2 * (idle - high)
+        if idle - high < _NEAR_IDLE * idle:
+            return 0.0, known[low][1], 0.0
+    while over(low) <= 0.0:
+        low *= _SLOWER
+    if math.isinf(over(low)):
+        low = threshold(lambda speed: math.isfinite(over(speed)), low, high, _FAILS * high)
+        if over(low) <= 0.0:  # it fails before anything comes to its limit
+            _, _, period = known[low]
+            failing = max(each for each in known if each < low)
+            step = abs(known[high][2] - period) / max(abs(high - low), 1e-300) if high > low else 0.0
+            return count / period, known[failing][1], count / period**2 * step * (low - failing)
+    limit = root(lambda speed: over(speed) if abs(over(speed)) > _RATE else 0.0, low, high)
+    (off, name, period), others = known[limit], [each for each in known if each != limit and known[each][2] > 0.0]
+    other = min(others, key=lambda each: abs(each - limit))
+    steepness = abs((known[other][0] - off) / (known[other][2] - period))
+    return count / period, name, count / period**2 * (abs(off) + _RATE) / steepness

@@ -33,9 +33,11 @@ _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at 
 _BACKWARDS = 1e-6  # of the typical speed: a crank that turns back by this falls back
 _MOST_STEPS = 25  # of Newton's method
 _TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
+_RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
+_PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it after which no stroke returns
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
 NAME = "clutch"
@@ -225,13 +227,13 @@ class Strokes:
         longest = _LONGEST * TURN / self.typical if until is None else until
         return follow(dynamics, start, longest, self.rtol, [*goals])
 
-    def stroke(self, speed: float, rest: float, period: float | None = None) -> Phases:
+    def stroke(self, speed: float, rest: float, *, regains: bool = False) -> Phases:
         """One stroke, from a speed (rad/s) of the clutch's shaft and an angle (rad) at which the crank stands.
 
         Args:
             speed: of the driving side where the clutch engages.
             rest: crank angle at that instant.
-            period: from one engagement to the next (s); that of the scene if None, without standstill if 0.
+            regains: the clutch engages again when the driving side has its speed again, in place of the scene's rate.
 
         Raises:
             SceneError: a clutch that does not lock, or slips under the work, a machine that stalls, a brake that does not
@@ -244,14 +246,22 @@ class Strokes:
         release_time = lock_time + float(locked.t[-1])
         coasting, braking, brake_time, resting = self._stop(_last(locked), release_time)
         stop_time = brake_time + float(braking.t[-1])
-        lasting = self._period(stop_time) if period is None else period or stop_time
+        lasting = math.inf if regains else self._period(stop_time)
         if lasting < stop_time:
             found = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
             raise SceneError([Fault("single_stroke.rate", found, "a stroke that ends before the next begins", advice)])
-        start = Start(0.0, _last(locked)[1] * self.ratio)
-        recovery = self._run(self.driving, start, [straight("stop", 1, 0.0, 1.0)], lasting - release_time)
-        if recovery.goal is not None or recovery.stuck is not None:
+        start, goals = Start(0.0, _last(locked)[1] * self.ratio), [straight("stop", 1, 0.0, 1.0)]
+        if regains:
+            goals.append(straight("speed", 1, speed, -1.0))
+            lasting = _RECOVERING * stop_time
+        recovery = self._run(self.driving, start, goals, lasting - release_time)
+        if regains and (recovery.goal != "speed" or not recovery.stretches):
+            found = f"a driving side that does not come back to {speed * _RPM:.5g} rpm"
+            raise SceneError([Fault("drive", found, "a motor that does", "a stronger motor")])
+        if regains:
+            lasting = release_time + float(recovery.t[-1])
+        elif recovery.goal is not None or recovery.stuck is not None:
             found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
             expected = "a motor that brings the flywheel back to its speed"
             raise SceneError([Fault("drive", found, expected, "a stronger motor")])
@@ -417,14 +427,13 @@ def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float
     return float(finer.place[best]), float(finer.value[best])
 
 
-def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None = None) -> Phases:
+def periodic(strokes: Strokes, guess: Phases | None = None) -> Phases:
     """The stroke that returns: speed of the driving side and resting angle of the crank as they were when it began.
 
     Newton's method on the whole stroke, whose derivatives are differences of neighbouring ones.
 
     Args:
         strokes: of the machine.
-        period: from one engagement to the next (s); that of the scene if None.
         guess: a stroke of nearly the same machine; from the motor's no-load speed and `stop_at` if None.
 
     Raises:
@@ -434,7 +443,7 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
     turns = strokes.plan.continuous * TURN
 
     def after(begin: Array) -> tuple[Array, Phases]:
-        found = strokes.stroke(float(begin[0]), float(begin[1]), period)
+        found = strokes.stroke(float(begin[0]), float(begin[1]))
         return np.array([found.speed, found.rest - turns]), found
 
     state: Array = np.array([strokes.typical * strokes.ratio, strokes.plan.stop_at])
@@ -444,7 +453,7 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
     for _ in range(0 if guess else _PLAIN):
         state = after(state)[0]
     change: Array = np.zeros(2)
-    scale, before, tries = np.array([abs(state[0]), TURN]), math.inf, 0
+    scale, before, tries, best, since = np.array([abs(state[0]), TURN]), math.inf, 0, math.inf, 0
     for _ in range(_MOST_STEPS):
         try:
             image, found = after(state)
@@ -455,6 +464,9 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
             state = state - change
             continue
         off = float(np.max(np.abs(image - state) / scale))
+        best, since = (off, 0) if off < _PROGRESS * best else (best, since + 1)
+        if since > _PATIENCE:
+            break
         if off <= _ENOUGH * strokes.rtol and slopes is not None:
             return found._replace(slopes=slopes)
         if slopes is None or off > _SLOW * before:  # else those of the step before, or of a neighbour, still serve
@@ -468,6 +480,26 @@ def periodic(strokes: Strokes, period: float | None = None, guess: Phases | None
     found_text = "no stroke after which the driving side has the speed that it began with"
     advice = "a motor whose torque falls with speed, with power enough for this rate"
     raise SceneError([Fault("single_stroke", found_text, "a rate that the drive can keep", advice)])
+
+
+def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
+    """The stroke that returns to a speed (rad/s) of the driving side, after whatever time: the crank's angle returns too.
+
+    By Newton's method on the angle alone. `guess`: a stroke that returns, with its slopes.
+
+    Raises:
+        SceneError: for a stroke that cannot be followed, or after which that speed is not reached again.
+
+    """
+    turns, rest = strokes.plan.continuous * TURN, guess.begin[1]
+    slope = 0.0 if guess.slopes is None else float(guess.slopes[1, 1])
+    for _ in range(_MOST_STEPS):
+        found = strokes.stroke(speed, rest, regains=True)
+        off = found.rest - turns - rest
+        if abs(off) <= _ENOUGH * strokes.rtol * TURN:
+            break
+        rest += off / (1.0 - slope)
+    return found._replace(slopes=guess.slopes)
 
 
 def beyond(scene: Scene, shaft: str) -> list[str]:

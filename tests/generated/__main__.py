@@ -3,7 +3,8 @@
     python -m tests.generated --seed 1 --scenes 200
 
 Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of duties, strokes, models of a stroke, steps
-of a start, friction in joints, limits of heat and current, in a numbering of their own. Every defect is printed with its
+of a start, friction in joints, limits of heat and current, in a numbering of their own, with `--strokes` those of machines
+with clutch and brake. Every defect is printed with its
 number; `--only N` draws one scene, prints it and all that is said of it.
 """
 
@@ -19,11 +20,14 @@ from tests.generated import identities
 from tests.generated.judging import DEFECTS, ROUTES, Verdict, judged
 from tests.generated.scenes import drawn
 from tests.generated.special import special
+from tests.generated.strokes import drawn_strokes, tried_strokes
 
 
-def tried(seed: int, routes: tuple[str, ...] = ROUTES, seldom: bool = False) -> tuple[int, list[Verdict]]:
+def tried(seed: int, routes: tuple[str, ...] = ROUTES, kind: str = "") -> tuple[int, list[Verdict]]:
     """The verdicts on a scene by its number."""
-    return seed, identities.tried(special(seed)) if seldom else judged(drawn(seed), routes)
+    if kind == "strokes":
+        return seed, tried_strokes(seed)
+    return seed, identities.tried(special(seed)) if kind else judged(drawn(seed), routes)
 
 
 def table(verdicts: list[Verdict], scenes: int, seconds: float) -> str:
@@ -52,13 +56,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--routes", nargs="+", choices=ROUTES, default=ROUTES, help="what each scene is tried on")
     parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")
+    parser.add_argument("--strokes", action="store_true", help="scenes with clutch and brake")
     parser.add_argument("--only", type=int, help="a single scene, shown with all that is said of it")
     asked = parser.parse_args()
-    routes = tuple(asked.routes)
+    routes, kind = tuple(asked.routes), "strokes" if asked.strokes else "special" if asked.special else ""
     if asked.only is not None:
-        scene = (special if asked.special else drawn)(asked.only).scene
+        scene = drawn_strokes(asked.only)[0] if asked.strokes else (special if asked.special else drawn)(asked.only).scene
         pprint.pprint(scene, width=120, sort_dicts=False)
-        for verdict in tried(asked.only, routes, asked.special)[1]:
+        for verdict in tried(asked.only, routes, kind)[1]:
             took = f"({verdict.seconds:.2f} s, oracle {verdict.oracle:.2f} s)"
             print(f"{verdict.route}: {verdict.outcome} {took} {verdict.detail}")
         return
@@ -66,9 +71,9 @@ def main() -> None:
     with multiprocessing.Pool(asked.jobs) as pool:
         numbers = range(first, first + asked.scenes)
         rows = (
-            pool.imap_unordered(_one, [(n, routes, asked.special) for n in numbers])
+            pool.imap_unordered(_one, [(n, routes, kind) for n in numbers])
             if asked.jobs > 1
-            else map(_one, [(n, routes, asked.special) for n in numbers])
+            else map(_one, [(n, routes, kind) for n in numbers])
         )
         for seed, verdicts in rows:
             found += verdicts
@@ -78,7 +83,7 @@ def main() -> None:
     print(table(found, asked.scenes, time.monotonic() - begun))
 
 
-def _one(given: tuple[int, tuple[str, ...], bool]) -> tuple[int, list[Verdict]]:
+def _one(given: tuple[int, tuple[str, ...], str]) -> tuple[int, list[Verdict]]:
     return tried(*given)
 
 

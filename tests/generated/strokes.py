@@ -1,0 +1,140 @@
+"""Machines that work stroke by stroke, drawn from a seed, beside the equations of their two sides."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+import flywheel
+from flywheel import SceneError
+from tests.generated.judging import Verdict
+from tests.generated.scenes import Scene, chance, short, spread
+from tests.oracle.motors import kloss
+from tests.oracle.strokes import TURN, Plan, stroke
+
+_NAMES = ("abs", "min", "max", "sqrt")
+_FLOOR = 1e-8  # relative, beside the estimate: what the oracle itself is good to
+
+
+def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
+    """A scene with clutch and brake, and the same in plain numbers."""
+    rng = np.random.default_rng([seed, 77])
+    crank_speed, ratio, belt = spread(rng, 3.0, 12.0), short(rng.uniform(1.0, 8.0), 3), short(rng.uniform(0.5, 6.0), 3)
+    wheel_speed = crank_speed * ratio
+    turns, gear, belts = chance(rng, 0.4), short(rng.uniform(0.85, 1.0), 3), short(rng.uniform(0.85, 1.0), 3)
+    gear, belts = (1.0 if chance(rng, 0.4) else each for each in (gear, belts))
+    slider, radius = None, 0.0
+    crank, mean = spread(rng, 0.5, 20.0), 0.0
+    if not turns:
+        radius = spread(rng, 0.02, 0.12)
+        slider = (
+            radius,
+            short(radius * rng.uniform(3.0, 8.0)),
+            spread(rng, 2, 40),
+            short(radius * rng.uniform(0, 2)),
+            0.0,
+            0.0,
+        )
+        slider = (*slider[:4], short(0.1 * slider[2] * slider[1] ** 2), spread(rng, 5, 200))
+        mean = 0.5 * radius**2 * (slider[5] + slider[2])
+    behind = (crank + mean) / ratio**2
+    rotor = short(0.1 * behind / belt**2)
+    wheel = short(behind * rng.uniform(2.0, 20.0))
+    energy = 0.5 * wheel * wheel_speed**2
+    clutch = short(behind * wheel_speed / rng.uniform(0.02, 0.08) * rng.uniform(1.0, 2.0))
+    rise = short(rng.uniform(0.01, 0.06), 2) if chance(rng, 0.6) else 0.0
+    brake = short((crank + mean) * crank_speed / rng.uniform(0.03, 0.1))
+    release = float(rng.integers(280, 330))
+    engage = release if chance(rng, 0.3) else release + float(rng.integers(1, 25))
+    low = float(rng.integers(80, 170))
+    high = low + float(rng.integers(5, 60))
+    work = energy * rng.uniform(0.05, 0.25)
+    if slider is None:
+        force = -short(work / math.radians(high - low))
+    else:
+        ways = radius * (math.cos(math.radians(low)) - math.cos(math.radians(min(high, 180.0))))
+        force = short(work / max(ways, 0.05 * radius))  # up, as the ram comes down
+        high = min(high, 180.0)
+    friction = short(0.02 * work / radius) if slider is not None and chance(rng, 0.5) else 0.0
+    weighs = slider is not None and chance(rng, 0.5)
+    lasting = TURN / crank_speed
+    period = short(lasting * rng.uniform(1.5, 4.0) + 0.2)
+    rate, continuous = short(60.0 / period), 1
+    shafts: Scene = {
+        "wheel": {"ratio": ratio, "efficiency": gear, "clutch": {"torque": clutch, "static_torque": 1e6 * clutch}},
+        "motor": {"on": "wheel", "ratio": belt, "efficiency": belts},
+    }
+    shafts["wheel"]["clutch"] |= {"disengage": f"{release:g} deg", "rise": rise}
+    fall = short(rng.uniform(0.0, 0.6) * math.radians(engage - release) / crank_speed, 2) if engage > release else 0.0
+    shafts["wheel"]["clutch"]["fall"] = fall
+    brake_rise = short(rng.uniform(0.01, 0.04), 2) if chance(rng, 0.5) else 0.0
+    brake_fall = short(rng.uniform(0.001, 0.004), 2) if chance(rng, 0.4) else 0.0
+    speed = short(belt * wheel_speed)
+    if chance(rng, 0.5):
+        slope = short(3.0 * work / period / speed / (0.1 * speed))
+        drive: Scene = {"on": "motor", "torque": f"{slope!r}*({speed!r} - omega)"}
+        text = drive["torque"]
+    else:
+        power = short(2.0 * work / period + 1.0)
+        full = speed * rng.uniform(0.92, 0.97)
+        motor = {"type": "induction", "power": power, "speed": short(full), "poles": 2, "breakdown_ratio": 2.4}
+        motor["frequency"] = f"{short(speed / TURN)!r} Hz"
+        drive, text = {"on": "motor", "motor": motor}, kloss(motor)
+    scene: Scene = {
+        "title": f"strokes {seed}",
+        "shafts": shafts,
+        "inertia": [{"on": "crank", "value": crank}, {"on": "motor", "value": rotor}],
+        "load": [{"on": "crank" if slider is None else "slider", "from": f"{low:g} deg", "to": f"{high:g} deg"}],
+        "brake": [{"torque": brake, "engage": f"{engage:g} deg", "rise": brake_rise, "fall": brake_fall}],
+        "single_stroke": {"rate": f"{rate!r} 1/min"},
+        "drive": drive,
+        "flywheel": {"on": "wheel", "inertia": wheel},
+    }
+    scene["load"][0]["torque" if slider is None else "force"] = force
+    if slider is not None:
+        r, length, mass, centre, inertia, block = slider
+        rod = {"length": length, "mass": mass, "com": centre, "inertia": inertia}
+        scene["mechanism"] = {"type": "slider-crank", "crank": {"length": r}, "rod": rod, "slider": {"mass": block}}
+        if friction:
+            scene["load"].append({"on": "slider", "force": f"-{friction!r}*sign(v)"})
+        if weighs:
+            scene["gravity"] = {"direction": "180 deg"}
+    law = compile(text, "motor", "eval")
+    names = {name: getattr(np, name) for name in _NAMES} | {"min": min, "max": max}
+    plan = Plan(
+        wheel, rotor, crank, ratio, belt, gear, belts, lambda omega: eval(law, names, {"omega": omega}), clutch, rise, fall,
+        math.radians(release), brake, brake_rise, brake_fall, math.radians(engage), continuous * 60.0 / rate,
+        ((math.radians(low), math.radians(high), force),), friction, -9.80665 if weighs else 0.0, slider,
+    )  # fmt: skip
+    return scene, plan
+
+
+def tried_strokes(seed: int) -> list[Verdict]:
+    """The verdict on the stroke that returns: it does, by the oracle, and each figure is right within its error."""
+    scene, plan = drawn_strokes(seed)
+    begun = time.monotonic()
+    try:
+        found = flywheel.single_stroke(flywheel.load(scene))
+    except SceneError as error:
+        return [Verdict("strokes", "refused", str(error), time.monotonic() - begun, 0.0)]
+    took, begun = time.monotonic() - begun, time.monotonic()
+    speed, rest = found.phases.begin
+    true = stroke(plan, speed, rest)
+    lines = []
+
+    def compare(name: str, value: float, right: float, error: float, scale: float) -> None:
+        if not abs(value - right) <= error + _FLOOR * scale:
+            lines.append(f"{name} {value!r} beside {right!r}, error {error:.2g}")
+
+    compare("speed after", speed, true.pop("speed"), 0.0, speed)
+    compare("angle after", rest + TURN, true.pop("rest"), 0.0, TURN)
+    scales: dict[str, float] = {"lock_angle": 1.0, "wheel_energy": plan.wheel * speed**2, "brake_angle": 1.0}
+    for name, right in true.items():
+        value: Any = found.figures[name]
+        compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))
+    compare("energy that is missing", found.energy_residual, 0.0, found.error["energy_residual"], 1.0)
+    outcome = "wrong" if lines else "right"
+    return [Verdict("strokes", outcome, "; ".join(lines), took, time.monotonic() - begun)]

@@ -1,0 +1,285 @@
+"""A stroke by clutch and brake from the equations of its two sides, stepped by scipy with its events.
+
+One crank, rotor or slider-crank, geared to the shaft of the clutch (ratio r), that to the motor (ratio m). With J of the
+wheel's shaft, j of the motor's, and meshes that lose, the driving side is
+
+    (J + K m² j) dw/dt = K m M(m w) - T, K = efficiency while the belt passes power to the wheel, else its reciprocal;
+
+the driven side, with k alike for the mesh of the clutch's shaft,
+
+    I dv/dt + I'/2 v² = k r T + F - B, F of forces on the slider and weights, B of the brake.
+
+While the clutch slips T is its own; locked, w = r v, and both give dv/dt and T for the K and k that fit their directions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
+TURN = 2 * math.pi
+_RTOL = 1e-12
+_TINY = 1e-40
+
+
+class Plan(NamedTuple):
+    """A machine in plain numbers; angles in rad from 0, `windows` are (from, to, force or torque on the driven side).
+
+    `slider` is (crank, rod, mass of the rod, its centre from the crank pin, its inertia, mass of the slider), None of a
+    rotor, whose windows then are torques. `friction` is against the slider, `weight` its acceleration along its own sense.
+    """
+
+    wheel: float
+    rotor: float
+    crank: float
+    ratio: float
+    belt: float
+    gear_efficiency: float
+    belt_efficiency: float
+    motor: Callable[[Any], Any]
+    clutch: float
+    rise: float
+    fall: float
+    release: float
+    brake: float
+    brake_rise: float
+    brake_fall: float
+    engage: float
+    period: float
+    windows: tuple[tuple[float, float, float], ...]
+    friction: float = 0.0
+    weight: float = 0.0
+    slider: tuple[float, float, float, float, float, float] | None = None
+
+
+def gains(plan: Plan, phi: Any) -> tuple[Any, Any, Any]:
+    """I*, dx/dphi of the slider (1 of a rotor), and the moment of weights and friction, forwards."""
+    if plan.slider is None:
+        return plan.crank + 0 * phi, 1.0 + 0 * phi, 0.0 * phi
+    r, length, mass, centre, inertia, slider = plan.slider
+    root = np.sqrt(length**2 - (r * np.sin(phi)) ** 2)
+    swing = -r * np.cos(phi) / root  # of the rod's angle -asin(r sin(phi)/l)
+    way = -r * np.sin(phi) - r * r * np.sin(phi) * np.cos(phi) / root
+    share = centre / length
+    along, across = (1 - share) * -r * np.sin(phi) + share * way, (1 - share) * r * np.cos(phi)
+    reduced = plan.crank + mass * (along**2 + across**2) + inertia * swing**2 + slider * way**2
+    return reduced, way, plan.weight * (mass * along + slider * way) - plan.friction * way * np.sign(np.real(way))
+
+
+def driven(plan: Plan, phi: float, middle: float) -> tuple[float, float, float]:
+    """I*, dI*/dphi and the moment of all but clutch and brake; windows as they are in the middle of a piece."""
+    bent = gains(plan, phi + 1j * _TINY)
+    reduced, way, moment = (float(np.real(part)) for part in bent)
+    turned = middle % TURN
+    moment += sum(force * way for low, high, force in plan.windows if low <= turned < high)
+    return reduced, float(np.imag(bent[0])) / _TINY, moment
+
+
+def _fits(passed: float, factor: float) -> bool:
+    """Whether a mesh that passes a torque outwards, to the crank, has a factor: below 1 forwards, above it backwards."""
+    return factor == 1.0 or (passed >= 0.0) == (factor < 1.0)
+
+
+def driving(plan: Plan, w: float, torque: float) -> float:
+    """dw/dt of the wheel's shaft against a torque of the clutch."""
+    motor = float(plan.motor(plan.belt * w))
+    for factor in (plan.belt_efficiency, 1 / plan.belt_efficiency):
+        alpha = (factor * plan.belt * motor - torque) / (plan.wheel + factor * plan.belt**2 * plan.rotor)
+        passed = motor - plan.rotor * plan.belt * alpha
+        if _fits(passed, factor):
+            return alpha
+    return alpha
+
+
+def locked(plan: Plan, phi: float, v: float, middle: float) -> tuple[float, float]:
+    """dv/dt of the crank and the torque of the clutch."""
+    reduced, slope, moment = driven(plan, phi, middle)
+    motor = float(plan.motor(plan.belt * plan.ratio * v))
+    r, found = plan.ratio, (0.0, 0.0)
+    for belt in (plan.belt_efficiency, 1 / plan.belt_efficiency):
+        for gear in (plan.gear_efficiency, 1 / plan.gear_efficiency):
+            inertia = plan.wheel + belt * plan.belt**2 * plan.rotor
+            alpha = (gear * r * belt * plan.belt * motor + moment - slope * v * v / 2) / (reduced + gear * r * r * inertia)
+            torque = belt * plan.belt * motor - inertia * r * alpha
+            found = alpha, torque
+            passed = motor - plan.rotor * plan.belt * r * alpha
+            if _fits(torque, gear) and _fits(passed, belt):
+                return found
+    return found
+
+
+class Run:
+    """Figures of a stroke, collected as it is stepped."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.lowest, self.highest, self.clutch_torque = math.inf, -math.inf, 0.0
+        self.motor_work = self.motor_square = 0.0
+
+    def step(
+        self, rate: Callable[[float, Any], list[float]], start: list[float], t: float, *goals: Any, last: float = 60.0
+    ) -> Any:
+        """Step to the first goal, or to a last time; a goal is a function of time and state, and its direction."""
+        events = []
+        for value, sense in goals:
+            event = lambda t, y, value=value: value(t, y)  # noqa: E731
+            event.terminal, event.direction = True, sense  # type: ignore[attr-defined]
+            events.append(event)
+        found = solve_ivp(
+            rate, (t, last), start, method="DOP853", rtol=_RTOL, atol=1e-13, events=events or None, dense_output=True
+        )
+        assert found.success, found.message
+        return found
+
+    def speeds(self, found: Any, of: Callable[[Any], Any]) -> None:
+        """Extremes of the wheel's speed along a piece."""
+        top = self.most(found, of)
+        bottom = -self.most(found, lambda y: -of(y))
+        self.highest, self.lowest = max(self.highest, top), min(self.lowest, bottom)
+
+    def most(self, found: Any, of: Callable[[Any], Any]) -> float:
+        """The greatest value along a piece."""
+        times = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in zip(found.t[:-1], found.t[1:], strict=True)]))
+        values = np.array([of(found.sol(t)) for t in times])
+        k = int(values.argmax())
+        low, high = times[max(k - 1, 0)], times[min(k + 1, times.size - 1)]
+        finer = minimize_scalar(lambda t: -of(found.sol(t)), bounds=(low, high), method="bounded", options={"xatol": 1e-12})
+        return max(float(values[k]), -float(finer.fun))
+
+
+def marks(plan: Plan) -> list[float]:
+    """Crank angles within a turn at which the driven side's laws change."""
+    dead = [0.0, math.pi] if plan.slider is not None else []
+    return sorted({*dead, *(angle for window in plan.windows for angle in window[:2])})
+
+
+def ahead(plan: Plan, phi: float) -> float:
+    """The next of the marks, not reduced to a turn."""
+    turn = math.floor(phi / TURN) * TURN
+    found = [turn + k * TURN + mark for k in (0, 1) for mark in (*marks(plan), 0.0) if turn + k * TURN + mark > phi + 1e-11]
+    return min(found)
+
+
+def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
+    """The figures of a stroke from a speed of the wheel's shaft (rad/s) and an angle at which the crank stands (rad)."""
+    run, r = Run(plan), plan.ratio
+    start = w
+
+    def motor(speed: float) -> tuple[float, float]:
+        torque = float(plan.motor(plan.belt * speed))
+        return torque * plan.belt * speed, torque * torque
+
+    # states: wheel, angle, crank's speed, heat of the clutch, of the brake, work and square of the motor's torque
+    t, y = 0.0, [w, phi, 0.0, 0.0, 0.0, 0.0, 0.0]
+    pieces: list[float] = sorted({plan.rise, plan.brake_fall} - {0.0})
+    hold = _held_until(plan, phi)
+    pieces = sorted({*pieces, hold} - {0.0})
+    while True:  # slip
+        end = ahead(plan, y[1])
+        last = next((each for each in pieces if each > t + 1e-13), 60.0)
+        middle, time = 0.5 * (y[1] + end), 0.5 * (t + last)
+
+        def slips(t: float, y: Any, middle: float = middle, time: float = time) -> list[float]:
+            torque = plan.clutch * (t / plan.rise if time < plan.rise else 1.0)
+            brake = plan.brake * (1 - t / plan.brake_fall) if time < plan.brake_fall else 0.0
+            reduced, slope, moment = driven(plan, y[1], middle)
+            gear = plan.gear_efficiency * r * torque
+            alpha = (gear + moment - brake - slope * y[2] ** 2 / 2) / reduced if time > hold else 0.0
+            return [driving(plan, y[0], torque), y[2], alpha, torque * (y[0] - r * y[2]), brake * y[2], *motor(y[0])]
+
+        found = run.step(slips, y, t, (lambda t, y: y[0] - r * y[2], -1), (lambda t, y, end=end: y[1] - end, 1), last=last)
+        run.speeds(found, lambda y: y[0])
+        t, y = float(found.t[-1]), found.y[:, -1].tolist()
+        if found.t_events[0].size:
+            break
+    slip, lock = t, y[1]
+    released = math.inf
+    while True:  # locked
+        goal = plan.release if math.isinf(released) else math.inf
+        end = min(ahead(plan, y[1]), goal)
+        middle = 0.5 * (y[1] + end)
+
+        def joined(t: float, y: Any, middle: float = middle) -> list[float]:
+            alpha, _ = locked(plan, y[1], y[2], middle)
+            return [r * alpha, y[2], alpha, 0.0, 0.0, *motor(r * y[2])]
+
+        found = run.step(joined, [r * y[2], *y[1:]], t, (lambda t, y, end=end: y[1] - end, 1), last=min(released, 60.0))
+        run.speeds(found, lambda y: r * y[2])
+        passed = run.most(found, lambda y, middle=middle: abs(locked(plan, y[1], y[2], middle)[1]))
+        run.clutch_torque = max(run.clutch_torque, passed)
+        t, y = float(found.t[-1]), found.y[:, -1].tolist()
+        if math.isfinite(released) and not found.t_events[0].size:
+            break
+        if end == goal:
+            released = t + plan.fall
+            if plan.fall == 0.0:
+                break
+    release, wheel = t, r * y[2]
+    if y[1] < plan.engage - 1e-12:
+        t, y = _alone(plan, run, t, y, plan.engage, 0.0)
+    braked = y[1]
+    begin = t
+    t, y = _alone(plan, run, t, y, math.inf, begin)
+    rest = y[1]
+
+    def recovers(t: float, y: Any) -> list[float]:
+        return [driving(plan, y[0], 0.0), *motor(y[0])]
+
+    found = run.step(recovers, [wheel, y[5], y[6]], release, last=plan.period)
+    run.speeds(found, lambda y: y[0])
+    return {
+        "speed": float(found.y[0, -1]),
+        "rest": rest,
+        "slip_time": slip,
+        "lock_angle": lock,
+        "clutch_torque": run.clutch_torque,
+        "clutch_heat": y[3],
+        "brake_heat": y[4],
+        "brake_angle": rest - braked,
+        "stopping_time": t - begin,
+        "stroke_time": t,
+        "speed_least": run.lowest,
+        "speed_greatest": run.highest,
+        "wheel_energy": (plan.wheel + plan.belt**2 * plan.rotor) * (start**2 - run.lowest**2) / 2,
+        "mean_power": float(found.y[1, -1]) / plan.period,
+        "motor_torque_rms": math.sqrt(float(found.y[2, -1]) / plan.period),
+    }
+
+
+def _held_until(plan: Plan, phi: float) -> float:
+    """Time (s) until which friction, and the brake that lets go, hold the crank against the clutch."""
+    moment = driven(plan, phi, phi + 1e-9)[2]
+
+    def push(t: float) -> float:
+        torque = plan.clutch * (min(1.0, t / plan.rise) if plan.rise else 1.0)
+        brake = plan.brake * max(0.0, 1 - t / plan.brake_fall) if plan.brake_fall else 0.0
+        return plan.gear_efficiency * plan.ratio * torque + moment - brake
+
+    last = max(plan.rise, plan.brake_fall)
+    return 0.0 if last == 0.0 or push(0.0) >= 0.0 else float(brentq(push, 0.0, last, xtol=1e-18, rtol=1e-15))
+
+
+def _alone(plan: Plan, run: Run, t: float, y: list[float], goal: float, begin: float) -> tuple[float, list[float]]:
+    """The driven side alone, up to an angle, or with the brake that is put on at a time until it stands."""
+    brakes = math.isinf(goal)
+    while True:
+        end = min(ahead(plan, y[1]), goal)
+        full = begin + plan.brake_rise
+        last = full if brakes and t < full - 1e-13 else 60.0
+        middle = 0.5 * (y[1] + end)
+
+        def rate(t: float, y: Any, middle: float = middle, last: float = last) -> list[float]:
+            rising = last < 60.0
+            brake = plan.brake * ((t - begin) / plan.brake_rise if rising else 1.0) if brakes else 0.0
+            reduced, slope, moment = driven(plan, y[1], middle)
+            return [0.0, y[2], (moment - brake - slope * y[2] ** 2 / 2) / reduced, 0.0, brake * y[2], 0.0, 0.0]
+
+        found = run.step(rate, y, t, (lambda t, y: y[2], -1), (lambda t, y, end=end: y[1] - end, 1), last=last)
+        t, y = float(found.t[-1]), found.y[:, -1].tolist()
+        if found.t_events[0].size or (found.t_events[1].size and end == goal):
+            return t, y
