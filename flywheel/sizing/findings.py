@@ -128,12 +128,12 @@ _POWERS = "of the drive, with the exact or given flywheel"
 _POWERS_ALONE = "of a motor that follows the loads without a flywheel, at constant speed"
 _CURRENTS = "of an armature or an induction motor's line: root of the mean square over time; greatest in size, signed"
 _RATIOS = "peak over mean; null where the mean is 0"
-_ANGLES = "where the speed is greatest and least, with the exact or given flywheel"
+_ANGLES = "crank angle of the greatest and the least speed, with the exact or given flywheel"
 
 # fmt: off
 FINDINGS: tuple[Finding, ...] = (
     Finding("title", "", "the scene's", "scene.title"),
-    Finding("reduction", "", '`"crank"`: the shaft that all is reduced to', lambda s: "crank"),
+    Finding("reduction", "", '`"crank"`: the shaft of reduction', lambda s: "crank"),
     Finding("cycle", "rad", "crank angle of a cycle", lambda s: None if s.scene.areas else s.scene.cycle),
     Finding("speed", "rad/s", "of the crank, mean of the extremes, as the machine runs", symbol="omega",
             column=Column("mean of the crank's greatest and least speed")),
@@ -143,7 +143,7 @@ FINDINGS: tuple[Finding, ...] = (
             lambda s: s.balance and {"name": s.balance.name, "value": s.balance.value},
             column=Column("the unknown that makes the net work zero", value=lambda s: s.balance and s.balance.value,
                           key="balance.value")),
-    Finding("balance_unit", "", "of that value, from what it stands in; null where its expressions leave it open"),
+    Finding("balance_unit", "", "of that value, by its use in the scene; null if its expressions leave it undetermined"),
     Finding("power", "W", "work of the drive in a cycle, times the mean of the extreme speeds, over cycle", symbol="P_d",
             column=Column("power of the drive at the mean of the extreme speeds")),
     Finding("areas", "", "list of areas of the reduced moment: `from`, `to` (rad), `work`, `accumulated` (J, at `to`)",
@@ -167,24 +167,24 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("flywheel", "kg m²", "at its own shaft; see below", _block),
     Finding("flywheel.on", "", "its shaft"),
     Finding("flywheel.inertia", "kg m²", "the given one; null when sizing"),
-    Finding("flywheel.exact", "kg m²", "the smallest that keeps the irregularity, or all limits, exactly, the varying "
-            "inertia of the machine included (Wittenbauer)", column=Column("exact flywheel, at its own shaft", "exact")),
+    Finding("flywheel.exact", "kg m²", "the smallest that keeps the irregularity or all limits, with the varying inertia of "
+            "the machine (Wittenbauer)", column=Column("exact flywheel, at its own shaft", "exact")),
     Finding("flywheel.approximate", "kg m²", "from the accumulated areas alone: `approximate_total` less the machine's "
-            "least inertia, 0 at least",
+            "least inertia, at least 0",
             column=Column("approximate flywheel, without the machine's least inertia", "approximate")),
     Finding("flywheel.approximate_total", "kg m²", "energy_fluctuation / (irregularity speed²)",
             column=Column("approximate flywheel, the machine's least inertia included", "approximate_total")),
     Finding("flywheel.inertia_torque", "kg m²", "from the turning moment with the inertia torque at constant speed: a "
             "total, for small eps", column=Column("total by the inertia torque at constant speed", "inertia_torque")),
-    Finding("flywheel.inertia_torque_flywheel", "kg m²", "that less the machine's least inertia, 0 at least: to be set "
-            "beside `exact`", column=Column("the flywheel's share of that", "inertia_torque_flywheel")),
-    Finding("flywheel.needed", "", "false where the machine's own inertia suffices; `exact` is then 0",
+    Finding("flywheel.inertia_torque_flywheel", "kg m²", "that less the machine's least inertia, at least 0: comparable "
+            "with `exact`", column=Column("the flywheel's share of that", "inertia_torque_flywheel")),
+    Finding("flywheel.needed", "", "false if the machine's own inertia suffices; `exact` is then 0",
             column=Column("1 where a flywheel is needed, 0 where the machine's own inertia suffices", "needed", "-")),
     Finding("flywheel.broken", "kg m²", "heavier flywheels that break the limits: list of {`from`, `to`}, kg m², `to` "
             "null without an end; null with a given flywheel", _broken),
     Finding("flywheel.limits", "", "result for each limit of `[flywheel.limits]` (topic flywheel); null without",
             lambda s: {name: limit.as_dict() for name, limit in s.limits.items()} or None),
-    Finding("flywheel.binding", "", "the limit that decides `exact`; null where none does", "binding"),
+    Finding("flywheel.binding", "", "the limit that determines `exact`; null if none does", "binding"),
     Finding("simulation", "", "the confirmation; see below", _block_of("simulation"),
             column=Column("irregularity of the speed, with the flywheel that is given", "irregularity", "simulation",
                           _irregularity_given, "simulation.irregularity")),
@@ -213,9 +213,9 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("energy.rotor_heat", "W", "of an induction motor's rotor, torque times slip speed on the mean over time"),
     Finding("energy.rotor_heat_share", "", "the same over that at the rated point"),
     Finding("energy.stator_heat", "W", "of an induction motor's stator, copper heat on the mean over time; null without "
-            "what the name plate says of it"),
-    Finding("energy.stator_heat_share", "", "the same over that at the rated point: the mean of (I/I_n)²; null where the "
-            "magnetizing current is not known"),
+            "the data on the name plate"),
+    Finding("energy.stator_heat_share", "", "the same over that at the rated point: the mean of (I/I_n)²; null if the "
+            "magnetizing current is unknown"),
     Finding("energy.peak_to_mean", "", _RATIOS),
     Finding("energy.peak_to_mean_alone", "", _RATIOS),
     Finding("energy.energy_per_hour", "J", "energy in an hour", "energy.per_hour"),
@@ -225,28 +225,28 @@ FINDINGS: tuple[Finding, ...] = (
             _block_of("engine")),
     Finding("engine.indicated_work", "J", "of the gas on the pistons, in a cycle"),
     Finding("engine.indicated_power", "W", "indicated work times the mean of the extreme speeds, over cycle"),
-    Finding("engine.swept_volume", "m³", "of all pistons, as often as their gas works in a cycle; null where a bore is not "
-            "known"),
+    Finding("engine.swept_volume", "m³", "of all pistons, times the working strokes of their gas in a cycle; null if a bore "
+            "is unknown"),
     Finding("engine.mean_effective_pressure", "Pa", "indicated work over swept volume"),
-    Finding("engine.brake_work", "J", "of all other loads and the drive (models of losses aside) in a cycle; null where "
+    Finding("engine.brake_work", "J", "of all other loads and the drive (without models of losses) in a cycle; null if "
             "they take nothing"),
     Finding("engine.brake_power", "W", "brake work times the mean of the extreme speeds, over cycle"),
     Finding("engine.mechanical_efficiency", "", "brake work over indicated work"),
-    Finding("multiplier", "", "where torques depend on speed: fraction of a small change of speed left after a cycle, below "
-            "1 where the motion is stable", lambda s: s.cyclic and s.cyclic.multiplier, symbol="lamda"),
-    Finding("constant_speed", "rad/s", "the one that areas and approximate figures then take them at, of the crank; else "
+    Finding("multiplier", "", "fraction of a small change of speed left after a cycle, below 1 if the motion is stable; "
+            "null if no torque depends on speed", lambda s: s.cyclic and s.cyclic.multiplier, symbol="lamda"),
+    Finding("constant_speed", "rad/s", "crank speed at which areas and approximate figures then take torques; else "
             "null",            symbol="omega_c"),
     Finding("friction", "", "of joints with friction, else null: the result at a constant crank speed; see below",
             _friction),
-    Finding("duty", "", "what the machine does in turn, and its motor's load over that (topic duty); null without "
+    Finding("duty", "", "phases of operation, and the motor's load over all of them (topic duty); null without "
             "`[[duty]]`", _dict("duty")),
     Finding("gd2", "kg m²", "GD² of the exact or given flywheel, four times its inertia",
             lambda s: None if s.inertia is None else 4.0 * s.inertia),
-    Finding("shafts", "", "the same flywheel on every shaft, as built where there is a wheel; see below",
+    Finding("shafts", "", "the same flywheel on every shaft, as built if there is a wheel; see below",
             lambda s: [row.as_dict() for row in s.shafts]),
     Finding("power_flow", "", "from the input through every mesh to the loads, with every loss; see below; null for areas",
             _dict("power_flow")),
-    Finding("synchronism", "", "how a synchronous motor keeps step; see below; null for other drives",
+    Finding("synchronism", "", "load angle and swing of a synchronous motor; see below; null for other drives",
             _block_of("synchronism")),
     Finding("synchronism.load_angle", "rad", "electrical, mean over time"),
     Finding("synchronism.load_angle_greatest", "rad", "over the cycle"),
@@ -259,27 +259,27 @@ FINDINGS: tuple[Finding, ...] = (
             "`magnification` by the motor", lambda s: s.synchronism and [one._asdict() for one in s.synchronism.harmonics]),
     Finding("synchronism.errors", "", "estimated errors of these: of angles in rad, of the others relative"),
     Finding("inverter", "", "the load of a motor's inverter; see below; null for other drives", _block_of("inverter")),
-    Finding("inverter.power", "W", "that the motor takes from it, the mean over time: shaft, rotor and, where the plate has "
-            "an efficiency, the other losses"),
-    Finding("inverter.power_greatest", "W", "of it"),
-    Finding("inverter.power_least", "W", "of it, below 0 where the motor returns power"),
-    Finding("inverter.current", "", "greatest over the motor's rated one; null where its type does not tell"),
-    Finding("inverter.trips", "", "list of what trips it: `kind` (overcurrent, overvoltage, chopper_power), `value`, "
+    Finding("inverter.power", "W", "that the motor takes, mean over time: shaft, rotor and, if the plate has an "
+            "efficiency, the other losses"),
+    Finding("inverter.power_greatest", "W", "the greatest"),
+    Finding("inverter.power_least", "W", "the least, below 0 if the motor returns power"),
+    Finding("inverter.current", "", "greatest over the motor's rated one; null if its type gives no current"),
+    Finding("inverter.trips", "", "list of causes of a trip: `kind` (overcurrent, overvoltage, chopper_power), `value`, "
             "`limit`, `angle` (rad) of the crank", lambda s: s.inverter and [trip._asdict() for trip in s.inverter.trips]),
     Finding("inverter.errors", "", "estimated errors of these: relative, but for that of the current"),
     Finding("electrical_transients", "", "an induction motor with two axes beside its static curve; see below; null for "
             "other drives", _dict("electrical_transients")),
-    Finding("wheel", "", "dimensions, stresses, `irregularity` with it (topic wheel); null where no `shape` is asked for",
+    Finding("wheel", "", "dimensions, stresses, `irregularity` with it (topic wheel); null without a `shape`",
             _dict("built")),
     Finding("proven_bounds", "kg m²", "two proven bounds of the exact inertia, which follow from the approximate one",
             lambda s: s.flywheel.proven_bounds and list(s.flywheel.proven_bounds)),
     Finding("proven_bounds_torque", "kg m²", "two more, which follow from the inertia torque",
             lambda s: s.flywheel.proven_bounds_torque and list(s.flywheel.proven_bounds_torque)),
-    Finding("rtol", "", "the relative error that was asked"),
-    Finding("reached", "", "whether every estimate is within rtol"),
+    Finding("rtol", "", "relative error asked"),
+    Finding("reached", "", "true if every estimate is within rtol"),
     Finding("messages", "", "remarks for the user", lambda s: list(s.messages)),
     Finding("accuracy", "", "the level of accuracy: normal, confirm, audit or proof (topic accuracy)"),
-    Finding("left_out", "", "what was left out at that level: a list of sentences",
+    Finding("left_out", "", "omissions at that level: a list of sentences",
             lambda s: list(s.left_out)),
     Finding("bounds", "", "null: no level leaves the exact figure out", lambda s: None),
     Finding("proof", "", "proven intervals of figures, at accuracy proof; see below; null at other levels",
