@@ -13,7 +13,6 @@ from contextvars import ContextVar
 
 from flywheel import language
 from flywheel.language import text as _
-from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import figure
 
 FORMS = ("screen", "print")
@@ -50,17 +49,10 @@ def written(value: float, most: int = 5, error: float = 0.0) -> str:
 
 
 def noun(name: str) -> str:
-    """The name of a body in the language in use, with its mechanism's: `press.rod` is "rod (press)"."""
-
-    def told(body: str) -> str:
-        words = body.replace("_", " ")
-        if _(words) == words:  # all families are looked through where there is something to translate
-            return body
-        return _(words) if any(body in kind.all_nouns for kind in KINDS.values()) else body
-
+    """Returns what adds inertia as a legend has it, bodies by their names in the scene: `press.rod` is "rod (press)"."""
     if name.startswith("inertia on "):
-        return _("inertia on {shaft}", shaft=told(name[11:]))
+        return _("inertia on {shaft}", shaft=name[11:])
     if name.endswith(" others"):
         return _("{number} others", number=name[:-7])
     mechanism, _dot, body = name.rpartition(".")
-    return f"{told(body)} ({mechanism})" if mechanism else told(name)
+    return f"{body} ({mechanism})" if mechanism else name

@@ -430,12 +430,14 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
     far = _("P, where the tangents meet: {place}", place=place)
     if loop.flywheel == 0.0:
         first = _("without a flywheel the tangents meet at I* = 0: M, N and P are one point")
-    notes = [first]
+    notes, remarks = [first], [f"{first}.", f"{far}."]
     if seen == "MN":
         notes.append(_("P, where the tangents meet, is far to the left: {place}", place=place))
     elif seen == "loop":
         m, n = written(joule * loop.intercept_fast), written(joule * loop.intercept_slow)
-        notes += [_("outside the picture: M and N at I* = 0, W = {m} J and {n} J", m=m, n=n), far]
+        share = written(100 * (extent.max - extent.min) / extent.max, 2)
+        remarks.append(_("The loop is drawn enlarged, as I* varies by {share} % only.", share=share))
+        notes += [remarks[-1], _("outside the picture: M and N at I* = 0, W = {m} J and {n} J", m=m, n=n), far]
     about = f"{first}. {far}."
     row = Row(
         key="wittenbauer",
@@ -448,7 +450,7 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
         kind="loop",
         notes=tuple(notes),
     )
-    return Diagram(figures, title, about, (row,), (f"{first}.", f"{far}."), "loop")
+    return Diagram(figures, title, about, (row,), tuple(remarks), "loop")
 
 
 def _no_motion(sizing: Sizing) -> str:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.language import text as _
-from flywheel.pictures import noun, written
+from flywheel.pictures import written
 from flywheel.pictures.forms import Curve, Row, extremes, peak, place_of, scaled
-from flywheel.scene.linkage import FRAME, PIN, SLIDE, Linkage
+from flywheel.scene.linkage import PIN, SLIDE, Linkage
 from flywheel.scene.scene import TURN
 
 if TYPE_CHECKING:  # the door of linkages
@@ -127,8 +127,7 @@ def heading_of(linkage: Linkage, name: str) -> str:
     """A joint's name with the bodies between which its force acts: "slider_pin: rod on slider"."""
     for joint in linkage.joints:
         if joint.name == name:
-            first, second = (_("frame") if body == FRAME else noun(body) for body in (joint.first, joint.second))
-            return _("{joint}: {first} on {second}", joint=name, first=first, second=second)
+            return _("{joint}: {first} on {second}", joint=name, first=joint.first, second=joint.second)
     return name
 
 

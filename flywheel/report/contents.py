@@ -29,6 +29,7 @@ from flywheel.report.solutions import Solution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
+from flywheel.tables.scene import place
 from flywheel.tables.sizing import candidates, limit_names, remarks
 
 Given = Sizing | Machine | Scene
@@ -129,7 +130,7 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
     speed = quantity(sizing.speed, "rpm", 5)
     if alone:
         return _("Cover sheet, crank at {speed}", speed=speed)
-    on = sizing.flywheel.on
+    on = place(sizing.flywheel.on, article=True)
     if scene.inertia is not None:
         given = quantity(scene.inertia, "kg m²", 5)
         return _("Worked report: the given flywheel of {given} on {on}, crank at {speed}", given=given, on=on, speed=speed)

@@ -20,6 +20,7 @@ from flywheel.report.formulas import Quantity
 from flywheel.scene.scene import Scene
 from flywheel.sizing.findings import finding
 from flywheel.sizing.results import Sizing
+from flywheel.tables.scene import place
 
 _NO_WORK = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 
@@ -114,10 +115,10 @@ def label(scene: Scene, part: str) -> str:
     if part.startswith("weight of "):
         return _("weight of {body}", body=part.removeprefix("weight of "))
     if part.startswith("inertia on "):
-        return _("inertia on {place}", place=part.removeprefix("inertia on "))
+        return _("inertia on {place}", place=place(part.removeprefix("inertia on ")))
     if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
-        return _("drag on {place}", place=drag)
+        return _("drag on {place}", place=place(drag))
     if n := load_number(scene, part):
         kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
-        return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
+        return _("{kind} {n} on {place}", kind=kind, n=n, place=place(part.partition(" on ")[2]))
     return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part

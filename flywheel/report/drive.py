@@ -16,8 +16,9 @@ from flywheel.report.context import Context, number, quantity
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.results import PhaseLoad, PowerFlow
-from flywheel.tables.power import entries, given, place, sentence, with_and_without
+from flywheel.tables.power import entries, given, sentence, with_and_without
 from flywheel.tables.rows import SI
+from flywheel.tables.scene import place
 from flywheel.tables.sizing import limit_names
 
 _MOST_POINTS = 30  # of a curve in a table
@@ -178,7 +179,8 @@ def limits(known: Context) -> Section | None:
         if name == sizing.binding:
             emphasis.append(k)
     head = (_("limit"), _("quantity limited"), _("asked"), _("reached"), _("flywheel that it alone needs"))
-    told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=sizing.flywheel.on)
+    on = place(sizing.flywheel.on, article=True)
+    told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=on)
     parts: list[Part] = [Table(told, head, tuple(rows), emphasis=frozenset(emphasis))]
     if sizing.binding is None:
         parts.append(Note(_("The machine keeps all of them without a flywheel: none binds.")))

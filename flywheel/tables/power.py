@@ -16,6 +16,7 @@ from flywheel.numerics.units import columns, figure, short
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.rows import RPM, Row, TradeUnits, block, few_digits, figures, sentences
+from flywheel.tables.scene import place
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
@@ -484,11 +485,6 @@ def places(flow: PowerFlow) -> dict[str, str]:
 def shaft_name(name: str) -> str:
     """A shaft by its name; the crank is the crank."""
     return place(name) if name == "crank" else _("shaft {name}", name=name)
-
-
-def place(name: str) -> str:
-    """A shaft or port in the fewest words."""
-    return _("crank") if name == "crank" else name
 
 
 def stream_name(stream: Stream, flow: PowerFlow) -> str:

@@ -81,7 +81,7 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
             yield Part("shaft", _("shaft {name}", name=name), "", _shaft(name, ratio, scene, units))
     for i in scene.inertias:
         value = _mass(i.value, _turns(i.on, scene), units)
-        yield Part("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=i.on))
+        yield Part("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=place(i.on)))
     for load in scene.loads:
         if load.drag and load.on in scene.transmissions:
             continue  # told with its shaft
@@ -122,8 +122,15 @@ def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
             yield words.format(heat=units.read(heat, "energy"))
 
 
-def _on(place: str) -> str:
-    return _("on {place}", place=place)
+def place(name: str, *, article: bool = False) -> str:
+    """Returns the name of a shaft or port in a text: the crank's in the language in use, any other as the scene has it."""
+    if name != "crank":
+        return name
+    return _("the crank") if article else _("crank")
+
+
+def _on(name: str) -> str:
+    return _("on {place}", place=place(name))
 
 
 def _turns(place: str, scene: Scene) -> bool:
@@ -178,7 +185,7 @@ def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
     """Speed ratio of a shaft, and the losses of its mesh or belt."""
     turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
     mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
-    on = _("the crank") if mesh.on == "crank" else mesh.on
+    on = place(mesh.on, article=True)
     near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=on)
     apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
     words = [f"{near} ({turns})" if apart else turns]
@@ -256,13 +263,14 @@ def _strokes(plan: SingleStroke, units: TradeUnits) -> Iterator[str]:
 
 def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:
     """Requirements of the flywheel, or the flywheel given."""
+    on = place(scene.flywheel_on)
     if scene.stroke is None and scene.limits:
-        yield _("flywheel on {place} for its limits", place=scene.flywheel_on)
+        yield _("flywheel on {place} for its limits", place=on)
     elif scene.stroke is None and scene.irregularity is not None:
         eps = number(figure(scene.irregularity, most=_DIGITS))
-        yield _("flywheel on {place} for irregularity {eps}", place=scene.flywheel_on, eps=eps)
+        yield _("flywheel on {place} for irregularity {eps}", place=on, eps=eps)
     if scene.stroke is None and scene.inertia is not None:
-        yield _("flywheel of {inertia} on {place}", inertia=units.read(scene.inertia, "inertia"), place=scene.flywheel_on)
+        yield _("flywheel of {inertia} on {place}", inertia=units.read(scene.inertia, "inertia"), place=on)
 
 
 # -- figures ---------------------------------------------------------------------------------------------------------

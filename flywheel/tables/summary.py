@@ -26,7 +26,7 @@ from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
 from flywheel.tables import power
 from flywheel.tables.rows import DEGREES, NOTHING, SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits, printable
-from flywheel.tables.scene import Part, parts, running
+from flywheel.tables.scene import Part, parts, place, running
 from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_names, remarks, settles, speed_band
 
 if TYPE_CHECKING:
@@ -405,7 +405,7 @@ def _balance(sizing: Sizing, units: TradeUnits) -> Iterator[Row]:
         return
     error = power.balance_error(sizing)
     if balance.name == "drive" and scene.drive is not None:
-        note = _("on {place} (the balance)", place=_("the crank") if scene.drive.on == "crank" else scene.drive.on)
+        note = _("on {place} (the balance)", place=place(scene.drive.on, article=True))
         if balance.value < -error:
             note += ", " + _("it brakes")
         yield Row(_("drive torque"), *units.shown(balance.value, "torque", error), note)

@@ -66,11 +66,11 @@ def test_the_report_derives_every_port_and_agrees_with_the_library(kind):
         assert kind.derivation is not None
 
 
-def test_pictures_translate_the_names_of_its_bodies(kind):
+def test_the_form_translates_the_titles_of_its_bodies_and_pictures_keep_their_names(kind):
     for noun in kind.all_nouns:
         with language.use("es"):
-            assert pictures.noun(noun) not in ("", noun)
-        assert pictures.noun(noun) == noun
+            assert language.text(noun.replace("_", " ")) not in ("", noun)
+            assert pictures.noun(f"press.{noun}") == f"{noun} (press)"
 
 
 def test_it_is_drawn_if_it_has_joints_and_moves(kind):

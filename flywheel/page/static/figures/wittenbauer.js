@@ -7,6 +7,7 @@ import { jumpPairs, marksOf, nearest, planeCurve, planeMarks } from "./plane.js"
 
 export const wittenbauer = {
   draw(answer, width, tools) {
+    const { text } = tools;
     const data = answer.wittenbauer;
     const driver = driverOf(answer, tools);
     const most = Math.max(...data.inertia);
@@ -24,6 +25,7 @@ export const wittenbauer = {
     const height = Math.round(Math.min(Math.max(0.6 * width, 220), 320));
     const plots = data.windows.map((window, k) => {
       const plot = plotOf(shared, window, y + 20, k === data.windows.length - 1 ? height : 0.6 * height);
+      if (k) plot.children.push(label(width / 2, y + 13, text("enlarged"), { anchor: "middle", colour: "muted" }));
       children.push(...plot.children);
       y = plot.bottom + 34;
       return plot;
