@@ -8,20 +8,29 @@ stops, needs no flywheel, or has torques so steep that cells would have to follo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import batch
 from flywheel.machine.equation import Moments, Rate
-from flywheel.machine.programs import DesignValues, Structure
+from flywheel.machine.machine import Stage
+from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
-from flywheel.numerics.cells import NODES, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
 from flywheel.regime import constant_speed
-from flywheel.regime.cycle_equations import Demand, Periodic, State, balanced_guess, first_guess, periodic_motions
+from flywheel.regime.cycle_equations import (
+    Demand,
+    Periodic,
+    State,
+    balanced_guess,
+    carried,
+    first_guess,
+    periodic_motions,
+)
 from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
 from flywheel.regime.turning_moment import CycleErrors
 
@@ -29,11 +38,26 @@ Figures = tuple[dict[str, Array], dict[str, Array], Array]
 
 _SPREAD = 2.0  # by which what closes a cycle at its own speed spreads errors of the moment, at most; as in `cycle_of`
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
-_SPEED_STEPS = 40  # of Newton's method towards a constant speed, within its bracket
+_SPEED_STEPS = 60  # of Newton's method towards a constant speed, within its bracket
+_BESIDE = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
+_MOST_CUTS = 10  # rounds in which cells are cut anew where meshes change the side that drives
+_CUT_MOVE = 1e-12  # of the cycle: what moves less has settled
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
+_WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
+_FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
+_FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
 _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond these a motion is refused or open
+
+
+class StagePart(NamedTuple):
+    """A stage of many designs with its place, and I* and dI*/dphi (kg m²) of what hangs on it, (designs, cells, nodes)."""
+
+    stage: Stage
+    place: int
+    inertia: Array
+    slope: Array
 
 
 class DesignMoments(Moments):
@@ -43,44 +67,76 @@ class DesignMoments(Moments):
         structure: that the designs share.
         columns: their numbers (paths, designs), SI.
         edges: of their cells (cells + 1, designs), rad.
-        halvings: how often the structure's cells have been halved.
+        starts: places of the edges of the structure's own cells among them.
 
     """
 
-    def __init__(self, structure: Structure, columns: Array, edges: Array, halvings: int) -> None:
-        self.machine, self.local, self.lossy, self.circuit, self.swings = structure.twin, False, False, None, False
-        self.drive_ratio, ends = 1.0, edges.T
+    def __init__(self, structure: Structure, columns: Array, edges: Array, starts: Index) -> None:
+        self.machine, self.local, self.circuit, self.swings = structure.twin, False, None, False
+        self.structure, self.columns, self.starts, self.drive_ratio = structure, columns, starts, 1.0
+        ends = edges.T
         half = 0.5 * (ends[:, 1:, None] - ends[:, :-1, None])
         middle = ends[:, :-1, None] + half
         self.mesh = Cells(ends, middle, half, middle + half * NODES)
         given = columns[:, :, None, None]
         rows = np.empty((6, *self.mesh.phi.shape))
         for piece, program in structure.programs:
-            part = slice(piece.start << halvings, piece.stop << halvings)
+            part = slice(starts[piece.start], starts[piece.stop])
             for row, value in zip(rows, program.function()(self.mesh.phi[:, part], *given), strict=True):
                 row[:, part] = value
-        self.inertia, self.slope, self.still, self.per_unknown, _, self.steepness = rows
+        self.inertia, self.slope, self.still, _, _, self.steepness = rows
         self._groups: list[tuple[Any, Any, list[Any]]] = []
         for piece, program in structure.rates:
             early, late = program.split(2)
-            part = slice(piece.start << halvings, piece.stop << halvings)
+            part = slice(starts[piece.start], starts[piece.stop])
             self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *given))))
-        self.resistance = self._evaluated(np.zeros_like(half), 0.0)[7]
+        self.lossy = len(self.machine.stages) > 1
+        values = self._evaluated(np.zeros_like(half), 0.0)
+        self.resistance, of_stage = values[RATE.index("resistance")], values[len(RATE) :]
+        self.parts: list[Any] = [
+            StagePart(stage, k, *of_stage[k * len(STAGE) :][len(STAGE) - 2 : len(STAGE)])
+            for k, stage in enumerate(self.machine.stages)
+        ]
 
     def of(self, which: Index) -> DesignMoments:
-        """Those of some designs."""
+        """The machines of some designs."""
         found, count = copy(self), self.inertia.shape[0]
-        found.mesh = Cells(*(each[which] for each in self.mesh))
-        for name in ("inertia", "slope", "steepness", "still", "per_unknown", "resistance"):
+        found.__dict__.pop("locally", None)
+        found.mesh, found.columns = Cells(*(each[which] for each in self.mesh)), self.columns[:, which]
+        for name in ("inertia", "slope", "steepness", "still", "resistance"):
             setattr(found, name, getattr(self, name)[which])
+        found.parts = [part._replace(inertia=part.inertia[which], slope=part.slope[which]) for part in self.parts]
         found._groups = [
             (part, late, [row[which] if np.ndim(row) and len(row) == count else row for row in rows])
             for part, late, rows in self._groups
         ]
         return found
 
+    def thinned(self) -> DesignMoments:
+        """The same at a few nodes of every cell, by which `total` tells the sign of what is far from zero."""
+        found = copy(self)
+        found.mesh = self.mesh._replace(phi=self.mesh.phi[..., _FEW])
+        for name in ("inertia", "slope", "still", "resistance"):
+            setattr(found, name, getattr(self, name)[..., _FEW])
+        found.parts = [part._replace(inertia=part.inertia[..., _FEW], slope=part.slope[..., _FEW]) for part in self.parts]
+        found._groups = [
+            (part, late, [row[..., _FEW] if np.ndim(row) and np.shape(row)[-1] == ORDER else row for row in rows])
+            for part, late, rows in self._groups
+        ]
+        return found
+
+    def cut(self, which: Index, angles: Array) -> DesignMoments:
+        """Some designs on cells that end at angles (rad) as well, (designs, cuts), as many in each cell of all of them."""
+        edges = self.mesh.edges[which]
+        inside = (angles[:1, :, None] >= edges[:1, None, :]).sum(
+            axis=(0, 1)
+        )  # of the first design: so many lie beyond an edge
+        before = angles.shape[1] - inside
+        finer = np.sort(np.concatenate((edges, angles), axis=1), axis=1)
+        return DesignMoments(self.structure, self.columns[:, which], finer.T, self.starts + before[self.starts])
+
     def _evaluated(self, omega: Array, unknown: Any, outputs: slice = slice(None)) -> Array:
-        """The values of `programs.RATE` at crank speeds on (designs, cells or 1, nodes or 1)."""
+        """The values of `RATE` and `STAGE` at crank speeds on (designs, cells or 1, nodes or 1)."""
         found: Array | None = None
         for part, late, rows in self._groups:
             values = late(*rows, omega[:, part] if omega.shape[1] > 1 else omega, unknown)[outputs]
@@ -92,36 +148,45 @@ class DesignMoments(Moments):
         return found
 
     def rate(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> Rate:
-        """F at crank speeds omega (rad/s), for values of the unknown (designs,); see `Moments.rate`."""
-        balance = np.asarray(unknown)[..., None, None]
-        moment, by_speed, by_unknown, exchanged = self._evaluated(omega, balance, slice(4))
-        nothing = np.zeros((0, *omega.shape))
-        return Rate(moment, by_speed, by_unknown, np.zeros(()), nothing, exchanged)
+        """F at crank speeds omega (rad/s), for values of the unknown and flywheels (designs,); see `Moments.rate`."""
+        return super().rate(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
+
+    def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> list[Array]:
+        """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
+        return super().transmitted(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
+
+    def _acting(self, part: Any, omega: Array, unknown: Any, states: Any) -> Rate:
+        first = len(RATE) + part.place * len(STAGE)
+        moment, by_speed, by_unknown, exchanged = self._evaluated(omega, unknown, slice(first, first + 4))
+        return Rate(moment, by_speed, by_unknown, np.zeros(()), np.zeros((0, *omega.shape)), exchanged)
 
     def driven(self, omega: Array, unknown: Any) -> tuple[Array, Array]:
         """The drive's share of F (N m on the crank), and its slope by the speed."""
-        drive, by_speed = self._evaluated(omega, np.asarray(unknown)[..., None, None], slice(4, 6))
+        drive, by_speed = self._evaluated(omega, np.asarray(unknown)[..., None, None], slice(2))
         return drive, by_speed
 
     def net_works(self, speeds: Array) -> Array:
         """Net works (J) of a cycle run at constant crank speeds (speeds, designs), without an unknown."""
-        half = self.mesh.half[..., 0]
-        still, resistance = (cells.integral(row, self.mesh.half).sum(axis=-1) for row in (self.still, self.resistance))
-        found = still - resistance * speeds
+        if self.lossy:
+            return np.stack([self.total(self.constant(speed, 0.0).moment) for speed in speeds])
+        found = self.total(self.still) - self.total(self.resistance) * speeds
         for part, late, rows in self._groups:
-            width, own = 2.0 * half[:, part].sum(axis=-1), self.mesh.half[:, part]
+            half = self.mesh.half[:, part]
             for k, speed in enumerate(speeds):
-                moving = np.asarray(late(*rows, speed[:, None, None], 0.0)[6], dtype=float)
-                if moving.shape[-2:] in ((), (1, 1)):
-                    found[k] += width * (moving[:, 0, 0] if moving.ndim else moving)
-                else:
-                    shape = np.broadcast_shapes(moving.shape, self.mesh.phi[:, part].shape)
-                    found[k] += cells.integral(np.broadcast_to(moving, shape), own).sum(axis=-1)
+                moving = np.asarray(late(*rows, speed[:, None, None], 0.0)[RATE.index("moving")], dtype=float)
+                whole = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, half.shape))
+                found[k] += (self._over_cell(whole) * half[..., 0]).sum(axis=-1)
         return np.asarray(found)
 
     def total(self, values: Array) -> Array:
         """The integral over the cycle of values at the nodes."""
-        return np.asarray(cells.integral(values, self.mesh.half).sum(axis=-1))
+        return np.asarray((self._over_cell(values) * self.mesh.half[..., 0]).sum(axis=-1))
+
+    @staticmethod
+    def _over_cell(values: Array) -> Array:
+        """The integral over a cell of half width 1 of values at its nodes, at a few of them, or of a constant."""
+        weights = {1: np.array([2.0]), ORDER: _WEIGHTS, _FEW_WEIGHTS.size: _FEW_WEIGHTS}[values.shape[-1]]
+        return np.asarray(values @ weights)
 
 
 def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -137,29 +202,54 @@ def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tu
         asked: the scene's speed, NaN without one.
 
     """
-    shape = moments.mesh.phi.shape
     if moments.machine.scene.unknown is not None:
-        rate = moments.rate(np.broadcast_to(asked[:, None, None], shape), 0.0, 0.0)
-        net, by_unknown, size = (moments.total(row) for row in (rate.moment, rate.by_unknown, np.abs(rate.by_unknown)))
-        return asked, -net / by_unknown, np.abs(by_unknown) > 1e-9 * size
+        return asked, *closed(moments, asked, np.zeros_like(asked))[1:]
     tried = constant_speed.speeds_to_try(numbers[0], numbers[1:])
-    works = moments.net_works(tried)
+    works = moments.thinned().net_works(tried)
     before, after = works[:-1], works[1:]
     stable = (before > 0.0) & (after <= 0.0)
     good = stable.any(axis=0) & np.isfinite(works).all(axis=0) & ~constant_speed.humped(works)[1].any(axis=0)
-    row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(shape[0])
-    low, high = tried[row, design], tried[row + 1, design]
-    speed = low + (high - low) * before[row, design] / np.where(good, before[row, design] - after[row, design], 1.0)
+    row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(asked.size)
+    low, high, gained, lost = tried[row, design], tried[row + 1, design], before[row, design], after[row, design]
+    start = low + (high - low) * gained / np.where(good, gained - lost, 1.0)
+    speed, unknown, found = closed(moments, start, np.zeros_like(start), low * (1.0 - _BESIDE), high * (1.0 + _BESIDE))
+    return speed, unknown, good & found
+
+
+def closed(
+    moments: DesignMoments, speed: Array, unknown: Array, low: Any = 0.0, high: Any = np.inf
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """The constant speeds (rad/s) near some at which the net work is zero, or the unknowns; and which were found."""
+    held = moments.machine.scene.unknown is not None
     for _ in range(_SPEED_STEPS):
-        rate = moments.rate(speed[:, None, None] + np.zeros(shape), 0.0, 0.0)
-        net, slope = moments.total(rate.moment), moments.total(rate.by_speed)
-        low, high = np.where(net >= 0.0, speed, low), np.where(net <= 0.0, speed, high)
-        closer = speed - net / np.where(slope < 0.0, slope, -1e-300)
-        closer = np.where((closer >= low) & (closer <= high), closer, 0.5 * (low + high))
-        speed, moved = closer, np.abs(closer - speed)
-        if (~good | (moved <= 4 * ROUNDING * speed)).all():
+        rate = moments.constant(speed, unknown[:, None, None])
+        net, slope = moments.total(rate.moment), moments.total(rate.by_unknown if held else rate.by_speed)
+        if held:
+            step = -net / slope
+            unknown, good = unknown + step, np.abs(slope) > 1e-9 * moments.total(np.abs(rate.by_unknown))
+            near = np.abs(step) <= 4 * ROUNDING * np.abs(unknown)
+            if not moments.lossy:
+                break
+        else:
+            low, high, good = np.where(net >= 0.0, speed, low), np.where(net <= 0.0, speed, high), slope < 0.0
+            closer = speed - net / np.where(good, slope, -1e-300)
+            closer = np.where((closer >= low) & (closer <= high), closer, 0.5 * (low + high))
+            near, speed = np.abs(closer - speed) <= 4 * ROUNDING * speed, closer
+        if (near | ~good).all():
             break
-    return speed, np.zeros_like(speed), good
+    return speed, unknown, good
+
+
+class _Table:
+    """Figures of designs by their names, NaN where nothing is known, that are put in group by group."""
+
+    def __init__(self, size: int) -> None:
+        self.size, self.rows = size, dict[str, Array]()
+
+    def put(self, which: Index, rows: dict[str, Array], chosen: Any = slice(None)) -> None:
+        """Takes the chosen ones of the rows of a group of designs."""
+        for name, row in rows.items():
+            self.rows.setdefault(name, np.full(self.size, np.nan))[which[chosen]] = row[chosen]
 
 
 def figures(structure: Structure, columns: Array, edges: Array, givens: DesignValues, halvings: int) -> Figures:
@@ -167,63 +257,62 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
 
     That is infinite for a design that is to be sized alone.
     """
-    moments = DesignMoments(structure, columns, edges, halvings)
+    moments = DesignMoments(structure, columns, edges, np.arange(1 + sum(structure.counts)) << halvings)
     speed, unknown, good = operating_points(moments, structure.speeds(columns), givens.speed)
-    balanced, eps = givens.unknown, givens.irregularity
-    given = None if givens.inertia is None else givens.inertia * givens.ratio**2
-    rate = moments.rate(speed[:, None, None] + np.zeros(moments.mesh.phi.shape), unknown, 0.0)
-    cycle = _cycle(moments, rate)
-    loose: Any = 0.0
-    if not balanced:  # the last digits of a speed that the machine takes by itself shift a stiff torque all over the cycle
-        shifted = 4 * ROUNDING * speed * moments.total(np.abs(rate.by_speed))
-        cycle = cycle._replace(work=cycle.work + shifted)
-        loose = 2 * cycle.work / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
-    at_speed = givens._replace(
-        speed=speed, drive=None, unknown=False, irregularity=0.0 * speed if given is not None else eps
+    values, errors, missed, start = (
+        _Table(speed.size),
+        _Table(speed.size),
+        np.full(speed.size, np.inf),
+        np.ones((4, speed.size)),
     )
-    square, none = speed**2, np.zeros(speed.shape)
-    share = np.stack([(1 + sign * at_speed.irregularity / 2) ** 2 for sign in (1, -1, 0)])
-    sums = batch.summed(cycle, -0.5 * square * share, at_speed, balance=none, by_unknown=none)
-    values, errors, missed = (batch.figures if given is None else batch.of_cycle)(sums, at_speed)
-    for name in ("approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel") if given is None else ():
-        errors[name] = errors[name] + loose
-    residue = 2 * np.abs(sums.net) / np.maximum(sums.exchanged, 1e-300)
-    for name in ("energy_fluctuation", "accumulated_max", "accumulated_min"):
-        errors[name] = errors[name] + residue
-    good &= np.isfinite(missed) & (sums.extent[1] > sums.inertia)
 
-    # the motion: with the flywheel that is given or sought, or with none where none is found
-    least = _LIGHT * np.maximum(sums.extent[1], (sums.greatest[batch.WORK] - sums.least[batch.WORK]) / square)
-    if given is None:
-        total = (sums.greatest[batch.FAST] - sums.least[batch.SLOW]) / (eps * square)
-        guess, ways = np.maximum(total - sums.start, least), [False, True]
+    def constant(finer: DesignMoments, which: Index, stands: Any) -> None:
+        of_some = _at_constant_speed(finer, givens.of(which), speed[which], unknown[which])
+        values.put(which, of_some[0], stands)
+        errors.put(which, of_some[1], stands)
+        missed[which[stands]], start[:, which[stands]] = of_some[2][stands], of_some[3][:, stands]
+
+    if not moments.lossy:
+        constant(moments, np.arange(speed.size), slice(None))
     else:
-        good &= given + sums.extent[0] > sums.extent[2]
-        guess, ways = given, [False]
+        for which, cuts in _patterns(moments, good, *_losses(moments, speed, unknown)):
+            for _ in range(_MOST_CUTS):
+                finer = moments.cut(which, cuts)
+                speed[which], unknown[which], found = closed(
+                    finer, speed[which], unknown[which], 0.9 * speed[which], 1.1 * speed[which]
+                )
+                cuts, moved, slack = _moved(finer, cuts, *_losses(finer, speed[which], unknown[which]))
+                stands = found & (moved <= slack)
+                if (stands | ~np.isfinite(moved)).all():
+                    break
+            constant(finer, which, stands)
+    least, greatest, least_error, guess = start
+    good &= np.isfinite(missed)
+    given, eps, none = givens.inertia, givens.irregularity, np.zeros(speed.shape)
+    given = None if given is None else given * givens.ratio**2
+    if given is not None:
+        good &= given + least > least_error
+        guess = given
+    rate = moments.constant(speed, unknown[:, None, None])
 
     def fading(some: Index, inertia: Array) -> Array:
         """The exponent by which torques fade a change of the constant speed in a cycle."""
         total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
         return np.asarray(cells.integral(-rate.by_speed[some] / total, moments.mesh.half[some]).sum(axis=-1))
 
+    # the motion: with the flywheel that is given or sought, or with none where none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
-    for alone, start in [(way, start) for way in ways for start in (first_guess, balanced_guess)]:
+    ways = [False, True] if given is None else [False]
+    for alone, first in [(way, first) for way in ways for first in (first_guess, balanced_guess)]:
         if alone:
-            left = left[(sums.extent[0] > _NO_INERTIA * sums.extent[1])[left]]
-        tried = left
-        if start is balanced_guess:
-            tried = left[fading(left, none if alone else guess) > _FADING]
+            left = left[(least > _NO_INERTIA * greatest)[left]]
+        tried = left if first is first_guess else left[fading(left, none if alone else guess) > _FADING]
         if not tried.size:
             continue
-        asked = None if given is None and not alone else (none if given is None else given)[tried]
+        inertia = (none if alone else guess)[tried]
+        asked = None if given is None and not alone else inertia
         own, of_motion, missing, found = _motions(
-            moments.of(tried),
-            givens.of(tried),
-            speed[tried],
-            unknown[tried],
-            (none if alone else guess)[tried],
-            asked,
-            start,
+            moments.of(tried), givens.of(tried), speed[tried], unknown[tried], inertia, asked, first
         )
         if not found.any():
             continue
@@ -233,15 +322,44 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
             of_motion["exact"] = of_motion.pop("irregularity")
             del own["irregularity"]
         elif given is None:
-            own |= {
-                "exact": own["exact"] / np.broadcast_to(givens.ratio, speed.shape)[tried] ** 2,
-                "needed": none[tried] + 1.0,
-            }
-        for into, of_some in ((values, own), (errors, of_motion)):
-            for name, row in of_some.items():
-                into.setdefault(name, none + np.nan)[tried[found]] = row[found]
+            ratio = np.broadcast_to(givens.ratio, speed.shape)[tried]
+            own |= {"exact": own["exact"] / ratio**2, "needed": none[tried] + 1.0}
+        values.put(tried, own, found)
+        errors.put(tried, of_motion, found)
         worst[tried[found]], left = missing[found], np.setdiff1d(left, tried[found], assume_unique=True)
-    return values, errors, np.where(good, np.maximum(missed, worst), np.inf)
+    return values.rows, errors.rows, np.where(good, np.maximum(missed, worst), np.inf)
+
+
+def _at_constant_speed(
+    moments: DesignMoments, givens: DesignValues, speed: Array, unknown: Array
+) -> tuple[dict[str, Array], dict[str, Array], Array, Array]:
+    """Figures at constant speeds (rad/s) with their errors, the worst, and what the search for motions starts from.
+
+    That is the least and the greatest I* and the error of the former, and a guess of the flywheel, kg m² on the crank.
+    """
+    eps, sized = givens.irregularity, givens.inertia is None
+    rate = moments.constant(speed, unknown[:, None, None])
+    cycle = _cycle(moments, rate)
+    loose: Any = 0.0
+    if not givens.unknown:  # the last digits of a speed that the machine takes by itself shift a stiff torque in the cycle
+        shifted = 4 * ROUNDING * speed * moments.total(np.abs(rate.by_speed))
+        cycle = cycle._replace(work=cycle.work + shifted)
+        loose = 2 * cycle.work / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
+    at_speed = givens._replace(speed=speed, drive=None, unknown=False, irregularity=eps if sized else 0.0 * speed)
+    square, none = speed**2, np.zeros(speed.shape)
+    share = np.stack([(1 + sign * at_speed.irregularity / 2) ** 2 for sign in (1, -1, 0)])
+    sums = batch.summed(cycle, -0.5 * square * share, at_speed, balance=none, by_unknown=none)
+    values, errors, missed = (batch.figures if sized else batch.of_cycle)(sums, at_speed)
+    for name in ("approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel") if sized else ():
+        errors[name] = errors[name] + loose
+    residue = 2 * np.abs(sums.net) / np.maximum(sums.exchanged, 1e-300)
+    for name in ("energy_fluctuation", "accumulated_max", "accumulated_min"):
+        errors[name] = errors[name] + residue
+    least, greatest, least_error, _ = sums.extent
+    lightest = _LIGHT * np.maximum(greatest, (sums.greatest[batch.WORK] - sums.least[batch.WORK]) / square)
+    guess = (sums.greatest[batch.FAST] - sums.least[batch.SLOW]) / (eps * square) - sums.start if sized else none
+    missed = np.where(greatest > sums.inertia, missed, np.inf)
+    return values, errors, missed, np.stack((least, greatest, least_error, np.maximum(guess, lightest)))
 
 
 def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
@@ -251,6 +369,79 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
     for into, row in zip(values, rows, strict=True):
         into[1:-1] = row.transpose(2, 1, 0)
     return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, _SPREAD)
+
+
+# -- cells that end where a mesh changes the side that drives ------------------------------------------------------------
+
+
+def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Array], Array]:
+    """What lossy meshes pass at constant speeds (N m), and the work exchanged in a cycle (J)."""
+    exchanged = moments.total(moments.constant(speed, unknown[:, None, None]).exchanged)
+    return moments.constant_losses(speed, unknown[:, None, None]), exchanged
+
+
+def _reversals(moments: DesignMoments, passed: list[Array], exchanged: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Angles (rad) where meshes change the side that drives, how far off they may be, and where two are as good as none.
+
+    (designs, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
+    """
+    mesh, count = moments.mesh, exchanged.size
+    known, cycle = mesh.edges[:, moments.starts], moments.structure.cycle
+    spreads = [1.0 / stage.efficiency - stage.efficiency for stage in moments.machine.stages if stage.efficiency < 1.0]
+    every: list[tuple[Index, Array, Array]] = []
+    fleeting = np.zeros(count, bool)
+    for values, spread in zip(passed, spreads, strict=True):
+        noise = 1e-13 * np.abs(values).max(axis=(-2, -1))
+        found = cells.crossings(cells.fit(values), np.broadcast_to(noise[:, None], values.shape[:2]))
+        half = mesh.half[found.function, found.cell, 0]
+        inside = mesh.middle[found.function, found.cell, 0] + half * found.t
+        angle = np.where(found.t == 1.0, mesh.edges[found.function, found.cell + 1], inside)
+        slope = np.maximum(spread * np.abs(found.slope) / half, 1e-300)
+        width = np.sqrt(2.0 * ROUNDING * exchanged[found.function] / slope)
+        apart = np.abs(known[found.function] - angle[:, None]).min(axis=1) > 1e-9 * cycle
+        design, angle, width = found.function[apart], angle[apart], width[apart]
+        close = (np.diff(design) == 0) & (np.diff(angle) < np.minimum(width[1:], width[:-1]))
+        fleeting[design[1:][close]] = True
+        every.append((design, angle, width))
+    design, angle, width = (np.concatenate(rows) for rows in zip(*every, strict=True))
+    order = np.lexsort((angle, design))
+    design, angle, width = design[order], angle[order], width[order]
+    first = design.searchsorted(np.arange(count + 1))
+    angles = np.full((count, int(np.diff(first).max(initial=0))), np.nan)
+    widths = angles.copy()
+    place = np.arange(design.size) - first[design]
+    angles[design, place], widths[design, place] = angle, width
+    return angles, widths, fleeting
+
+
+def _patterns(
+    moments: DesignMoments, good: NDArray[np.bool_], passed: list[Array], exchanged: Array
+) -> Iterator[tuple[Index, Array]]:
+    """Designs with as many reversals in each cell, and their angles (rad)."""
+    angles, _, fleeting = _reversals(moments, passed, exchanged)
+    ends = moments.mesh.edges[:, None, :]
+    counts = np.diff((angles[:, :, None] < ends).sum(axis=1), axis=1)
+    some = np.flatnonzero(good & ~fleeting)
+    if some.size:
+        patterns, group = np.unique(counts[some], axis=0, return_inverse=True)
+        for k, pattern in enumerate(patterns):
+            which = some[group.ravel() == k]
+            yield which, angles[which, : int(pattern.sum())]
+
+
+def _moved(moments: DesignMoments, cuts: Array, passed: list[Array], exchanged: Array) -> tuple[Array, Array, Array]:
+    """Where cells should be cut instead (rad), how far that is from where they are, infinite elsewhere, and what may be."""
+    angles, widths, fleeting = _reversals(moments, passed, exchanged)
+    same = (np.isfinite(angles).sum(axis=1) == cuts.shape[1]) & ~fleeting
+    if not cuts.shape[1] or angles.shape[1] < cuts.shape[1]:
+        return cuts, np.where(same, 0.0, np.inf), np.zeros(exchanged.shape)
+    angles, widths = angles[:, : cuts.shape[1]], widths[:, : cuts.shape[1]]
+    moved, allowed = np.abs(angles - cuts), np.maximum(widths, _CUT_MOVE * moments.structure.cycle)
+    worst = np.where(same, moved.max(axis=1), np.inf)
+    return np.where(same[:, None], angles, cuts), worst, np.where((moved <= allowed).all(axis=1), np.inf, 0.0)
+
+
+# -- the motions ---------------------------------------------------------------------------------------------------------
 
 
 def _motions(
@@ -275,10 +466,56 @@ def _motions(
 
     """
     demand = Demand(inertia, givens.irregularity if inertia is None else None, speed if givens.unknown else None)
-    first = start(moments, speed, guess, unknown)
+    values, errors, missed, found = (
+        _Table(speed.size),
+        _Table(speed.size),
+        np.full(speed.shape, np.inf),
+        np.zeros(speed.shape, bool),
+    )
+    around = moments.locally if moments.lossy else moments
+    first = start(around, speed, guess, unknown)
     if first is None:
-        return {}, {}, np.full(speed.shape, np.inf), np.zeros(speed.shape, bool)
-    solved, found = periodic_motions(moments, speed, demand, first)
+        return values.rows, errors.rows, missed, found
+    solved, near = periodic_motions(around, speed, demand, first)
+    if not moments.lossy:
+        return _of_motion(moments, solved, demand, givens, near)
+    for which, cuts in _patterns(moments, near, *_passed(moments, solved)):
+        wanted = Demand(*(None if each is None else each[which] for each in demand))
+        finer = moments.cut(which, cuts)
+        nearest = solved._replace(moments=moments.of(which), state=State(*(each[which] for each in solved.state)))
+        state, some = carried(nearest, finer), givens.of(which)
+        reference: Any = np.asarray(solved.reference)[which]
+        for k in range(_MOST_CUTS):
+            again, good = periodic_motions(finer, reference, wanted, state)
+            state, reference = again.state, again.reference
+            angles, moved, slack = _moved(finer, cuts, *_passed(finer, again))
+            stands = good & (moved <= slack)
+            if (stands | ~np.isfinite(moved)).all():
+                break
+            if k + 1 < _MOST_CUTS:
+                cuts, finer = angles, moments.cut(which, angles)
+        of_some = _of_motion(finer, again, wanted, some, stands)
+        edge = again.extremes.cell + (again.extremes.t > 0.0)
+        cut = (np.abs(again.extremes.t) == 1.0) & ~np.isin(edge, finer.starts)
+        at_cut = np.where(cut.any(axis=1), np.maximum(_CUT_MOVE * moments.structure.cycle, moved), 0.0)
+        for name in ("angle_speed_max", "angle_speed_min"):
+            of_some[1][name] = of_some[1][name] + at_cut
+        for table, rows in ((values, of_some[0]), (errors, of_some[1])):
+            table.put(which, rows)
+        missed[which], found[which] = of_some[2], of_some[3]
+    return values.rows, errors.rows, missed, found
+
+
+def _passed(moments: DesignMoments, solved: Periodic) -> tuple[list[Array], Array]:
+    """What lossy meshes pass along motions (N m), and the work exchanged in a cycle (J)."""
+    state = solved.state
+    return moments.transmitted(solved.omega, state.unknown, state.inertia), moments.total(solved.rate.exchanged)
+
+
+def _of_motion(
+    moments: DesignMoments, solved: Periodic, demand: Demand, givens: DesignValues, found: NDArray[np.bool_]
+) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
+    """The same of motions on cells that end where meshes change the side that drives."""
     cycle, state, extremes, eps, speed = (
         _cycle(moments, solved.rate),
         solved.state,

@@ -181,7 +181,7 @@ class Moments:
         found.local = True
         return found
 
-    def rate(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> Rate:
+    def rate(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> Rate:
         """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank).
 
         `states` are those of a motor's circuit, each on the mesh.
@@ -209,7 +209,7 @@ class Moments:
             exchanged=exchanged,
         )
 
-    def constant(self, speed: float | Array, unknown: float, states: States | None = None) -> Rate:
+    def constant(self, speed: Any, unknown: Any, states: States | None = None) -> Rate:
         """F at a constant crank speed (rad/s), or at several, shape (speeds, cells, nodes).
 
         Inertias that vary are driven, but nothing is accelerated. A motor's own states are steady, if they are not given.
@@ -255,14 +255,15 @@ class Moments:
         rows = [[part.moment, part.per_unknown, part.resistance] for part in self.parts]
         return cells.total(np.sum(rows, axis=0), self.mesh.half)
 
-    def constant_losses(self, speed: float, unknown: float) -> list[Array]:
+    def constant_losses(self, speed: Any, unknown: Any) -> list[Array]:
         """The moments that lossy meshes transmit outwards at a constant speed: losses have a kink where these are zero."""
         if not self.lossy:
             return []
-        return self._of_lossy(self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)[1])
+        omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
+        return self._of_lossy(self._unaccelerated(omega, unknown)[1])
 
     def _unaccelerated(
-        self, omega: Array, unknown: float, states: States | None = None
+        self, omega: Array, unknown: Any, states: States | None = None
     ) -> tuple[list[Rate], tuple[Array, ...], tuple[Array, ...]]:
         """The rates of all parts at a constant speed, the moments in their meshes, and their factors on the crank."""
         states = self.steady_states(omega) if states is None else states
@@ -298,7 +299,7 @@ class Moments:
         way = self.drive_ratio * self.mesh.edges[-1]
         return circuit.carrying(lambda states: others + float(way * circuit.torque(circuit.only_speed, states)))
 
-    def transmitted(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> list[Array]:
+    def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> list[Array]:
         """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         return self._of_lossy(self._acceleration(acting, omega, inertia)[1])
@@ -306,7 +307,7 @@ class Moments:
     def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
 
-    def _acting(self, part: _Part, omega: Array, unknown: float, states: States) -> Rate:
+    def _acting(self, part: _Part, omega: Array, unknown: Any, states: States) -> Rate:
         zero = np.zeros_like(omega)
         terms = at_speeds(part, self._moving(part, Jet(omega, 1.0)), omega, unknown)
         moment, by_speed, by_unknown, exchanged = (zero + term for term in terms)
@@ -330,7 +331,7 @@ class Moments:
         return [(effort, factor) for element, effort, factor in found if not (by_circuit and element.name.startswith(DRIVE))]
 
     def _acceleration(
-        self, acting: list[Rate], omega: Array, inertia: float
+        self, acting: list[Rate], omega: Array, inertia: Any
     ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
         """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]

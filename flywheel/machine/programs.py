@@ -341,9 +341,11 @@ class DesignValues(NamedTuple):
         return self._replace(**{name: value[which] for name, value in fields.items() if np.ndim(value)})
 
 
-RATE = ("moment", "by_speed", "by_unknown", "exchanged", "drive", "drive_by_speed", "moving", "resistance")
-"""Of a machine at crank speeds: M* with its slopes and the sum of |contributions|, the drive's share of it with its slope by
-the speed, what of M* depends on speed without resistances, and the resistance R*."""
+RATE = ("drive", "drive_by_speed", "moving", "resistance")
+"""Of a machine at crank speeds: the drive's share of M* with its slope by the speed, what of M* depends on speed without
+resistances, and the resistance R*; then of each of its stages the values of `STAGE`."""
+STAGE = ("moment", "by_speed", "by_unknown", "exchanged", "inertia", "slope")
+"""Of a stage: M* with its slopes and the sum of |contributions|, I* and dI*/dphi."""
 
 
 class Narrow(NamedTuple):
@@ -606,14 +608,18 @@ def _check(scene: Scene) -> None:
         (scene.wheel is not None, "a wheel is to be chosen for each"),
         (bool(scene.duty), "a duty has several phases"),
         (scene.rubs, "friction in joints follows from the motion"),
-        (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (
-            drive is not None and not scene.depends_on_speed and not isinstance(drive.law, float | int | None),
+            drive is not None and not _sets_its_speed(scene) and not isinstance(drive.law, float | int | None),
             "the drive's torque is no plain number",
         ),
     ):
         if excluded:
             raise UnrecordedError(what)
+
+
+def _sets_its_speed(scene: Scene) -> bool:
+    """Tests whether torques depend on speed, or meshes lose."""
+    return scene.depends_on_speed or any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
 
 
 def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:
@@ -622,6 +628,8 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         raise UnrecordedError("loads depend on time")
     if twin.switches_at_speeds:
         raise UnrecordedError("laws switch at a speed")
+    if any(isinstance(stage.efficiency, Recorded) for stage in machine.stages):
+        raise UnrecordableError("an efficiency decides which stages there are")
     if isinstance(scene.cycle, Recorded):
         raise UnrecordableError("the cycle itself varies")
     pieces, landmarks, plain_marks = machine.breakpoints, machine.landmarks, twin.landmarks
@@ -649,7 +657,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         numbers=recorder.program([nothing if number is None else number for number in given]),
         counts=(1,) * len(stretches),
     )
-    if not scene.depends_on_speed:
+    if not machine.sets_its_speed:
         return structure
     own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
     rates = {id(walks[k]): _rate(machine, recorder, phi, *at, 0.5 * (pieces[k] + pieces[k + 1])) for k in walks}
@@ -660,18 +668,21 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
 def _rate(
     machine: RecordedMachine, recorder: Recorder, phi: Recorded, omega: Recorded, unknown: Recorded, anchor: Any
 ) -> Program:
-    """The program of `RATE` in the piece of an anchor."""
-    station = machine.reduction.at(phi, anchor, NAMESPACE)
-    contributions = station.contributions(Jet(omega, 1.0), 0.0, omega)
-    moving = [(effort, factor) for _, effort, factor in contributions]
-    driving = [(effort, factor) for element, effort, factor in contributions if element.name.startswith(DRIVE)]
-    balance: Any = unknown if machine.scene.unknown is not None else 0.0
-    nothing = Reduced(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    still, beside = (station.moments(number).get("drive", 0.0) for number in (0.0, 1.0))
-    drive = at_speeds(nothing._replace(moment=still, per_unknown=beside - still), driving, omega, balance)
-    resistance = station.reduced.resistance
-    rows = *at_speeds(station.reduced, moving, omega, balance), *drive[:2], at_speeds(nothing, moving, omega, balance)[0]
-    return recorder.program([*rows, resistance])
+    """The program of `RATE` and `STAGE` in the piece of an anchor."""
+    nothing, balance = Reduced(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), unknown if machine.scene.unknown is not None else 0.0
+    drive, moving, resistance, rows = (0.0, 0.0), 0.0, 0.0, list[Any]()
+    for stage in machine.stages:
+        station = stage.reduction.at(phi, anchor, NAMESPACE)
+        contributions = station.contributions(Jet(omega, 1.0), 0.0, omega)
+        own = [(effort, factor) for _, effort, factor in contributions]
+        rows += [*at_speeds(station.reduced, own, omega, balance), station.reduced.inertia, station.reduced.slope]
+        moving, resistance = moving + at_speeds(nothing, own, omega, balance)[0], resistance + station.reduced.resistance
+        if stage.drives:
+            driving = [(effort, factor) for element, effort, factor in contributions if element.name.startswith(DRIVE)]
+            still, beside = (station.moments(number).get("drive", 0.0) for number in (0.0, 1.0))
+            of_position = nothing._replace(moment=still, per_unknown=beside - still)
+            drive = at_speeds(of_position, driving, omega, balance)[:2]
+    return recorder.program([*drive, moving, resistance, *rows])
 
 
 def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:

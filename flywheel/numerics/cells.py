@@ -89,7 +89,14 @@ def middles(edges: Array, phi: Any) -> Any:
 
 
 def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
-    """Cell and local abscissa of angles; those beyond the mesh are taken to its ends."""
+    """Cell and local abscissa of angles; those beyond the mesh are taken to its ends.
+
+    Of many meshes each has angles of its own, (meshes, angles).
+    """
+    if mesh.edges.ndim > 1:
+        cell = (phi[:, :, None] >= mesh.edges[:, None, 1:-1]).sum(axis=-1)
+        middle, half = (np.take_along_axis(row[..., 0], cell, -1) for row in (mesh.middle, mesh.half))
+        return cell, np.clip((phi - middle) / half, -1.0, 1.0)
     cell = mesh.edges[1:-1].searchsorted(phi, side="right")
     t = (phi - mesh.middle.take(cell)) / mesh.half.take(cell)
     return cell, np.minimum(np.maximum(t, -1.0), 1.0)

@@ -387,13 +387,16 @@ def carried(solved: Periodic, moments: Moments) -> State:
     """The states of a motion on another mesh."""
     old, new = solved.moments.mesh, moments.mesh
     series = cells.fit(solved.state.nodes)
+    lead = new.edges.shape[:-1]
+    motions = np.arange(lead[0])[:, None] if lead else None
 
     def at(phi: Array) -> Array:
         cell, t = cells.located(old, phi)
-        return np.asarray((series[cell] * cells.basis(t, ORDER)[:, None, :]).sum(axis=-1))
+        rows = series[cell] if motions is None else series[motions, cell]
+        return np.asarray((rows * cells.basis(t, ORDER)[..., None, :]).sum(axis=-1))
 
-    nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
-    return solved.state._replace(nodes=np.moveaxis(nodes, -1, 1), edges=at(new.edges))
+    nodes = at(new.phi.reshape(*lead, -1)).reshape(*new.phi.shape, -1)
+    return solved.state._replace(nodes=np.moveaxis(nodes, -1, -2), edges=at(new.edges))
 
 
 def speeds(state: State, moments: Moments, reference: float) -> Array | None:

@@ -83,6 +83,8 @@ def test_designs_whose_loads_are_the_same_break_at_the_same_angles_and_others_at
 
 MOTOR = {"type": "induction", "power": "3 kW", "speed": "1440 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.8}
 
+LOSSY = {"wheel": {"ratio": 4, "efficiency": 0.95}, "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.97}}
+
 
 def motor_driven(**changes):
     """A press on a motor's belt, with oil in its guides."""
@@ -98,8 +100,9 @@ def motor_driven(**changes):
         ({"flywheel": {"inertia": 150}}, "flywheel.inertia", np.linspace(60.0, 400.0, 12)),
         ({"drive": {"torque": "balance"}, "regime": {"speed": 12}}, SPEED, np.linspace(6.0, 20.0, 12)),
         ({"drive": {"torque": "700 - 50*omega"}, "flywheel": {"irregularity": 1.2}}, EPS, np.linspace(0.9, 1.4, 12)),
+        ({"shafts": LOSSY, "flywheel": {"on": "wheel", "irregularity": 0.1}}, EPS, np.linspace(0.05, 0.25, 12)),
     ],
-    ids=["motor", "given flywheel", "balance", "no flywheel needed"],
+    ids=["motor", "given flywheel", "balance", "no flywheel needed", "meshes with losses"],
 )
 def test_motions_found_at_once_are_those_that_size_finds(changes, path, values):
     """Torques that depend on speed: every figure of the motion within both estimates, those without a flywheel as well."""
