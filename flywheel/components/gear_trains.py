@@ -115,7 +115,7 @@ def geared_acceleration(
     (0.215867971, True)
 
     """
-    train = _Train(shafts, stages, on)
+    train = _GearTrain(shafts, stages, on)
     if direction not in (1, -1, 0):
         raise SceneError([Fault("direction", f"{direction!r}", "1, -1 or 0")])
     if direction:
@@ -124,7 +124,7 @@ def geared_acceleration(
         running = train.free(sense)
         if running.accelerations[running.on] * sense > 0.0:
             return running
-    still = _Train(shafts, [stage._replace(efficiency=1.0) for stage in stages], train.root).at(0.0, 1)
+    still = _GearTrain(shafts, [stage._replace(efficiency=1.0) for stage in stages], train.root).at(0.0, 1)
     return Running(train.root, 0, dict.fromkeys(train.order, 0.0), still.inertia, 0.0, 0.0, ())
 
 
@@ -153,14 +153,14 @@ def geared_torque(
     31.392
 
     """
-    train = _Train(shafts, stages, on)
+    train = _GearTrain(shafts, stages, on)
     refuse(number_faults("acceleration", acceleration, ANY, "rad/s²"))
     if direction not in (1, -1):
         raise SceneError([Fault("direction", f"{direction!r}", "1 or -1")])
     return train.at(acceleration, direction)
 
 
-class _Train:
+class _GearTrain:
     """A tree of shafts, ordered from its root outwards."""
 
     def __init__(self, shafts: Mapping[str, Shaft], stages: Sequence[Stage], on: str | None) -> None:

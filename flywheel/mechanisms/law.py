@@ -26,7 +26,7 @@ from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
 Array = NDArray[np.float64]
 
 
-class Curve(Protocol):
+class PositionCurve(Protocol):
     """A position against an angle in [0, period), smooth between its breakpoints."""
 
     @property
@@ -127,7 +127,7 @@ class LawPosition:
     formula, also where the period or a switch ends it. The anchor holds floats; psi may hold any numbers.
     """
 
-    def __init__(self, curves: Mapping[str, Curve], period: float, psi: Any, ns: Any, anchor: Any = None) -> None:
+    def __init__(self, curves: Mapping[str, PositionCurve], period: float, psi: Any, ns: Any, anchor: Any = None) -> None:
         middle = np.asarray(present(psi if anchor is None else anchor), dtype=float)
         self.psi, self.ns = psi, ns
         self.turns = np.floor(middle / period)
@@ -149,7 +149,7 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     jumps while it carries mass, since the reduced inertia would jump with it.
     """
     faults: list[Fault] = []
-    curves: dict[str, Curve] = {}
+    curves: dict[str, PositionCurve] = {}
     ports: dict[str, Port] = {}
 
     def velocity(output: Output) -> Velocity:
@@ -178,7 +178,7 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     )
 
 
-def followed(output: Output, period: float, parameters: Mapping[str, float], path: str) -> Curve:
+def followed(output: Output, period: float, parameters: Mapping[str, float], path: str) -> PositionCurve:
     """The curve of one output that carries inertia and comes back after the period (rad).
 
     Raises SceneError for a position that is not finite, that jumps or whose slope jumps, or that does not come back.
@@ -190,7 +190,7 @@ def followed(output: Output, period: float, parameters: Mapping[str, float], pat
     return curve
 
 
-def _curve(output: Output, period: float, parameters: Mapping[str, float], path: str) -> Curve:
+def _curve(output: Output, period: float, parameters: Mapping[str, float], path: str) -> PositionCurve:
     """An output's curve; it ends a piece where its law switches, and where cells must end for the law to be followed."""
     if output.name == "crank":
         raise SceneError([Fault(path, "'crank'", "another name", "that is the mechanism's own shaft")])
@@ -218,7 +218,7 @@ def _key(output: Output, path: str) -> str:
     return f"{path}.{'theta' if output.rotating else 'x'}"
 
 
-def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
+def _port(output: Output, curve: PositionCurve, period: float, path: str) -> Port:
     """The output's port, once its curve is known to be finite, not to jump, to return and, with mass, to have no corner."""
     path, unit = _key(output, path), "rad" if output.rotating else "m"
     edges = np.unique([0.0, *curve.breakpoints, period])

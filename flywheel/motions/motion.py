@@ -103,16 +103,10 @@ class Motion(NamedTuple):
         return notebook.html(self)
 
 
-class Works(NamedTuple):
-    """Works along a motion, J: by part, what meshes lost, and of all together from the start to the end of every step."""
+def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
+    """The works (J) along a motion: of every part, what meshes lost, and of all together up to the end of every step.
 
-    parts: dict[str, float]
-    meshes: float
-    total: Array
-
-
-def works_of(trail: Trail) -> Works:
-    """The works along a motion, as its positions and speeds have them: the integral of moment times speed over every step.
+    They are what positions and speeds make of them: the integral of moment times speed over every step.
 
     By Gauss quadrature of the dense output. The law of every load is evaluated apart: where stepping decides a branch once
     for a stretch, at an anchor, in a direction, it is decided here at every instant by position, speed and time themselves.
@@ -131,7 +125,7 @@ def works_of(trail: Trail) -> Works:
         meshes += float(way @ now.loss)
         rows.append(way * (sum(moments.values()) - now.loss))
     steps = np.concatenate(rows).reshape(-1, NODES.size).sum(axis=1)
-    return Works(parts, meshes, np.append(0.0, np.cumsum(steps)))
+    return parts, meshes, np.append(0.0, np.cumsum(steps))
 
 
 _TOPS = 64  # number of the highest samples that are refined

@@ -200,7 +200,7 @@ def motion_from(
     cycle = machine.scene.cycle
     inside = np.clip(states[0], 0.0, cycle) if machine.scene.stroke is not None else states[0] % cycle
     kinetic = 0.5 * (dynamics.inertia + machine.reduce(inside).inertia + np.zeros_like(inside)) * states[1] ** 2
-    missing = np.abs(kinetic - kinetic[0] - works_of(fine).total)
+    missing = np.abs(kinetic - kinetic[0] - works_of(fine)[2])
     residual = float(missing.max() / max(float(kinetic.max()), 1e-300))
     phi, omega, work, *rows = states
     own = {} if dynamics.circuit is None else dict(zip((one.name for one in dynamics.circuit.names), rows, strict=True))

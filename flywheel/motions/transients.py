@@ -268,7 +268,7 @@ def run_down(
     return transient(machine, start=start, end=end, drive=False, **given)
 
 
-def _reversal(setting: Setting, trail: Trail, goes_on: bool) -> list[str]:
+def _reversal(setting: TransientSetting, trail: Trail, goes_on: bool) -> list[str]:
     """Messages on a driven machine that turns back: the place, and the opposing moment."""
     states, machine = trail.ends(), setting.machine
     back = np.flatnonzero(states[1] < -_CREEPING * np.abs(states[1]).max())
@@ -333,7 +333,7 @@ def _is_driven_freely(scene: Scene) -> bool:
     return scene.stroke is None and not scene.has_speed and scene.unknown is None
 
 
-class Setting(NamedTuple):
+class TransientSetting(NamedTuple):
     """A machine as it is followed, and what is known of it before, with relative errors of flywheel and balance."""
 
     machine: Machine
@@ -357,7 +357,7 @@ class Setting(NamedTuple):
         motor = self.machine.scene.motor
         return None if motor is None else as_started(motor).own
 
-    def started(self, times: Sequence[float]) -> Setting:
+    def started(self, times: Sequence[float]) -> TransientSetting:
         """The same with its motor as it is started, switched at `times` (s) so far."""
         scene, motor = self.machine.scene, self.motor
         assert motor is not None
@@ -372,7 +372,7 @@ class Setting(NamedTuple):
         return goal.value * (self.needed().speed if goal.kind == "share" else 1.0)
 
 
-def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> Setting:
+def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> TransientSetting:
     """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value.
 
     regimes: whether the regime is looked for.
@@ -421,10 +421,12 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         unknown = None if scene.unknown == "drive" else scene.unknown
         machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
     dynamics = dynamics_of(machine, inertia * scene.flywheel_ratio**2, balance)
-    return Setting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
+    return TransientSetting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
 
 
-def _switched(setting: Setting, begin: Start, goal: Until, rtol: float, watching: Watching | None) -> tuple[Setting, str]:
+def _switched(
+    setting: TransientSetting, begin: Start, goal: Until, rtol: float, watching: Watching | None
+) -> tuple[TransientSetting, str]:
     """A machine whose motor goes through its connections at known times, and what is to be said where one does not end.
 
     A switch at a speed is found by following the motion up to it, by all that it takes: its time is as good as rtol.
@@ -459,7 +461,7 @@ def _switched(setting: Setting, begin: Start, goal: Until, rtol: float, watching
     return setting.started(times), ""
 
 
-def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool) -> Start:
+def _start(setting: TransientSetting, start: float | str, at: float | None, goes_on: bool) -> Start:
     """The start; a SceneError for a machine that stays at rest, or goes back for ever, when it is let go.
 
     goes_on: whether it is followed wherever it goes.
@@ -501,7 +503,7 @@ def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
     return Fault("from", found, "a moment that sets it going", advice)
 
 
-def _own_states(setting: Setting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
+def _own_states(setting: TransientSetting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
     """A motor's own states at the start: the regime's own, as steady as the speed (rad/s) is, or of one just switched on."""
     dynamics, circuit = setting.dynamics, setting.dynamics.circuit
     if circuit is None:
@@ -511,7 +513,7 @@ def _own_states(setting: Setting, phi: float, omega: float, of_regime: bool) -> 
     return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
 
 
-def _held_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
+def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start:
     """The start of a machine that dry friction may hold, where nothing changes with time; goes_on: as for `_start`."""
     machine, dynamics = setting.machine, setting.dynamics
     phi = within(machine, begin.phi)
@@ -529,7 +531,7 @@ def _held_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
     raise SceneError([_unmoved(machine.scene, found, advice)])
 
 
-def _never_started(setting: Setting, trail: Trail) -> Fault:
+def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
     """The fault of a machine that dry friction holds at rest to the end of the time that was looked at."""
     machine, last = setting.machine, trail.ends()[:, -1]
     phi = within(machine, float(last[0]))
@@ -538,7 +540,7 @@ def _never_started(setting: Setting, trail: Trail) -> Fault:
     return _unmoved(machine.scene, found, "a larger drive, less friction, or a start at a speed")
 
 
-def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
+def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
     """End conditions of the motion, with a stop where no time was wanted; and that time (s), or the limit of the search.
 
     What starts from rest may go back at first: a stop is then one beyond the start.
@@ -562,7 +564,7 @@ def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], flo
     return found, _MOST_TIME * MOST_CYCLES * machine.scene.cycle / speed
 
 
-def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
+def _settling(setting: TransientSetting, goal: Until, rtol: float) -> Passing | None:
     """Check, at the end of every cycle, whether the speed there has settled.
 
     Three speeds in turn tell the rate at which they settle, and with it how much is still missing. Where laws depend on
@@ -592,7 +594,7 @@ def _settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
     return passing
 
 
-def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: float) -> tuple[str, str]:
+def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until, limit: float) -> tuple[str, str]:
     """Description of a motion's end: in one word, and in a sentence."""
     machine, scene = setting.machine, setting.machine.scene
     last, phi, omega = float(trail.t[-1]), float(motion.phi[-1]), float(motion.omega[-1])

@@ -42,7 +42,7 @@ from flywheel.sizing.motor import drive_moment
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import balance_error, places, stream_name
 from flywheel.tables.rows import RPM, irregularity
-from flywheel.tables.sizing import candidates, inertia_errors
+from flywheel.tables.sizing import candidates, inertia_error
 
 if TYPE_CHECKING:  # the door of linkages, which a flywheel's diagrams leave shut
     from flywheel.mechanisms.linkages.equations import Track
@@ -478,11 +478,11 @@ def _constant_inertia(sizing: Sizing, inertia: float) -> str:
         lines.append(_("with I = {given} kg m² on the crank", given=written(sizing.run.inertia)))
         return "\n".join(lines)
     net, ratio = fluctuation / (eps * square) - inertia, scene.flywheel_ratio**2
-    lines.append(f"I = ΔW/(ε ω²) − I* = {written(net, _DIGITS, inertia_errors(sizing).exact * ratio)} kg m²")
+    lines.append(f"I = ΔW/(ε ω²) − I* = {written(net, _DIGITS, inertia_error(sizing) * ratio)} kg m²")
     if net <= 0.0:
         lines.append(_("Below 0: the machine's own inertia suffices."))
     elif scene.flywheel_on != "crank":
-        here = written(net / ratio, _DIGITS, inertia_errors(sizing).exact)
+        here = written(net / ratio, _DIGITS, inertia_error(sizing))
         lines.append(_("on the crank, {inertia} kg m² on shaft {name}", inertia=here, name=scene.flywheel_on))
     return "\n".join(lines)
 
@@ -526,7 +526,7 @@ def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
         runs = [("given", sizing.inertia or 0.0, name, run)]
     else:
         if not part.rest:
-            name = f"{names['exact']} {written(sizing.inertia or 0.0, _DIGITS, inertia_errors(sizing).exact)} kg m²"
+            name = f"{names['exact']} {written(sizing.inertia or 0.0, _DIGITS, inertia_error(sizing))} kg m²"
             runs = [("exact", sizing.inertia or 0.0, name if sizing.inertia else _("no flywheel"), run)]
         for each in candidates(sizing) if part.rest else ():
             bare = each.inertia == 0.0

@@ -36,7 +36,7 @@ from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of, part_of_s
 from flywheel.pictures.samples import roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
-from flywheel.tables.sizing import inertia_errors, limit_names
+from flywheel.tables.sizing import inertia_error, limit_names
 
 Array = NDArray[np.float64]
 Later = Callable[[], None] | None
@@ -169,7 +169,7 @@ def headline(sizing: Sizing) -> str:
     elif scene.limits and sizing.binding is not None:
         what = _(
             "flywheel {inertia} kg m² on {shaft}, decided by {limit}, crank at {speed} rpm",
-            inertia=written(wheel.exact or 0.0, 6, inertia_errors(sizing).exact),
+            inertia=written(wheel.exact or 0.0, 6, inertia_error(sizing)),
             shaft=on,
             limit=limit_names()[sizing.binding],
             speed=speed,
@@ -177,7 +177,7 @@ def headline(sizing: Sizing) -> str:
     elif wheel.needed is False:
         what = _("no flywheel needed for irregularity {eps}, crank at {speed} rpm", eps=asked, speed=speed)
     else:
-        inertia = written(wheel.exact or 0.0, 6, inertia_errors(sizing).exact)
+        inertia = written(wheel.exact or 0.0, 6, inertia_error(sizing))
         what = _(
             "flywheel {inertia} kg m² on {shaft} for irregularity {eps}, crank at {speed} rpm",
             inertia=inertia,

@@ -183,7 +183,7 @@ MOST_ROWS = 40_000
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
-class Line(NamedTuple):
+class CsvLine(NamedTuple):
     """A line of the file that holds data: its number, from 1, and its fields."""
 
     number: int
@@ -278,7 +278,7 @@ def is_utf16(content: bytes) -> bool:
     return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
 
 
-def lines_of(text: str) -> list[Line]:
+def lines_of(text: str) -> list[CsvLine]:
     """The lines that hold something besides a comment, split by the separator that the last of them shows.
 
     Separators between double quotes do not count.
@@ -294,7 +294,7 @@ def lines_of(text: str) -> list[Line]:
 
             with suppress(csv.Error):
                 fields = next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
-        lines.append(Line(i, [field.strip() for field in fields]))
+        lines.append(CsvLine(i, [field.strip() for field in fields]))
     return lines
 
 
@@ -303,7 +303,7 @@ def torn_number(fields: Sequence[str]) -> bool:
     return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in fields)
 
 
-def _column(column: object, header: Line | None, width: int, path: str, faults: Faults) -> int | None:
+def _column(column: object, header: CsvLine | None, width: int, path: str, faults: Faults) -> int | None:
     """Index of the chosen column, from 0, by its name in the header or its number."""
     names = list(header.fields) if header else []
     number = 2 if column is None else column
@@ -327,7 +327,7 @@ def _column(column: object, header: Line | None, width: int, path: str, faults: 
 
 
 def _numbers(
-    lines: list[Line], header: Line | None, index: int, path: str, faults: Faults
+    lines: list[CsvLine], header: CsvLine | None, index: int, path: str, faults: Faults
 ) -> tuple[list[str], list[str]] | None:
     """Both columns, once every row has proved to have the right width and numbers in them."""
     width, wrong = len(header.fields if header else lines[0].fields), 0

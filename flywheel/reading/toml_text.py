@@ -146,7 +146,7 @@ class Value(NamedTuple):
     good: bool
 
 
-class Block(NamedTuple):
+class TomlBlock(NamedTuple):
     """A heading, from its first bracket `at` to behind its last, and the path of the table that follows."""
 
     path: Path
@@ -164,7 +164,7 @@ class Outline(NamedTuple):
     text: str
     mapping: dict[str, Any]
     values: Mapping[Path, Value]
-    blocks: tuple[Block, ...]
+    blocks: tuple[TomlBlock, ...]
     lines: Mapping[Path, int]
     places: Mapping[str, Path]
     troubles: int
@@ -182,7 +182,7 @@ def outline(text: str) -> Outline:
     ({'regime': {'speed': '60 rpm'}}, 1, "'60 rpm'")
     """
     if len(text) > _LARGEST:
-        return Outline(text, {}, {}, (Block((), 0, 0),), {}, {}, 0)
+        return Outline(text, {}, {}, (TomlBlock((), 0, 0),), {}, {}, 0)
     scanner, readable = _Scanner(text), True
     try:
         troubles = sum(1 for _ in islice(scanner.troubles(), _MOST_COUNTED))
@@ -234,7 +234,7 @@ class _Scanner:
         self.tables: dict[Path, int] = {}  # lines of the headings of tables
         self.dotted: dict[Path, int] = {}  # lines of tables that came to be by a dotted key
         self.pairs: dict[Path, Value] = {}
-        self.blocks = [Block((), 0, 0)]
+        self.blocks = [TomlBlock((), 0, 0)]
         self.prefix: Path = ()
         self.braces = 0  # inline tables that are open
         self.repeated: set[Path] = set()  # tables with a second heading
@@ -323,7 +323,7 @@ class _Scanner:
             self.prefix = path
             self.tables[path] = self.lines[path] = line
         self.again = False
-        self.blocks.append(Block(self.prefix, at, match.end()))
+        self.blocks.append(TomlBlock(self.prefix, at, match.end()))
         return match.end()
 
     def _pair(self, at: int, prefix: Path, match: re.Match[str] | None = None) -> int:

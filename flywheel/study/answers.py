@@ -187,15 +187,8 @@ class _Curve:
         return sign * (sign * values).max()
 
 
-class Extended(NamedTuple):
-    """A figure, and how far it is off at most: what the last halving changed, and what rounding leaves."""
-
-    value: float
-    doubt: float
-
-
-def flywheel_inertia(machine: Machine) -> Extended:
-    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0).
+def flywheel_inertia(machine: Machine) -> tuple[float, float]:
+    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0), and how far it is off at most.
 
     I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)².
 
@@ -212,8 +205,8 @@ def flywheel_inertia(machine: Machine) -> Extended:
     return _settled(machine, figure, lambda curve: 2 * curve.rounding / float(eps * speed**2))
 
 
-def irregularity(machine: Machine, inertia: float) -> Extended:
-    """The irregularity of a machine with a given flywheel (kg m² on the crank), at its mean of extremes w.
+def irregularity(machine: Machine, inertia: float) -> tuple[float, float]:
+    """The irregularity of a machine with a flywheel (kg m² on the crank), at its mean of extremes w, and its greatest error.
 
     At the level e of energy, omega² = w² + (2 e + 2 W - w² (I* - I*(0)))/(J + I*): e is where the mean of extremes is w.
     """
@@ -264,8 +257,11 @@ def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
     return 2 * (s[0] - s[1]) / ratio.sum() ** 2
 
 
-def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> Extended:
-    """A figure on panels, which end wherever anything breaks or bends, halved until it no longer changes."""
+def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> tuple[float, float]:
+    """A figure on panels, which end wherever anything breaks or bends, halved until it no longer changes; and its error.
+
+    The error is what the last halving changed, and what rounding leaves.
+    """
     known = np.asarray(machine.mesh, dtype=np.longdouble)
     parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(known)]
     edges = np.append(np.concatenate(parts), known[-1])
@@ -282,7 +278,7 @@ def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callab
             break
     if last <= _SAME_VALUE * abs(float(before)):
         changed = max(changed, last)
-    return Extended(float(before), changed + ROUNDING * abs(float(before)) + rounding(curve))
+    return float(before), changed + ROUNDING * abs(float(before)) + rounding(curve)
 
 
 # -- the reference, verified ------------------------------------------------------------------------------------------
@@ -378,7 +374,7 @@ Array = NDArray[np.float64]
 # -- a plain grid ------------------------------------------------------------------------------------------------------
 
 
-class Samples(NamedTuple):
+class GridSamples(NamedTuple):
     """A cycle on evenly spaced angles: W (J) and I* (kg m²) there, the crank's speed w (rad/s), and the unknown's value.
 
     `unit` is the unknown's change (SI) that changes the cycle's net work by one joule; 0 without an unknown.
@@ -392,7 +388,7 @@ class Samples(NamedTuple):
     unit: float
 
 
-def sampled(machine: Machine, count: int) -> Samples:
+def sampled(machine: Machine, count: int) -> GridSamples:
     """The cycle at `count` angles and its end; torques that depend on speed are taken at a constant one."""
     phi = np.linspace(0.0, machine.scene.cycle, count + 1)
     reduced = machine.reduce(phi)
@@ -409,7 +405,7 @@ def sampled(machine: Machine, count: int) -> Samples:
         balance, unit = -float(np.trapezoid(moment, phi)) / net, 1.0 / net
         moment = moment + balance * share
     steps = 0.5 * (moment[1:] + moment[:-1]) * np.diff(phi)
-    return Samples(phi, np.concatenate(([0.0], np.cumsum(steps))), inertia, speed, balance, unit)
+    return GridSamples(phi, np.concatenate(([0.0], np.cumsum(steps))), inertia, speed, balance, unit)
 
 
 def by_grid(question: Question, count: int) -> float:
@@ -421,7 +417,7 @@ def by_grid(question: Question, count: int) -> float:
     return _irregularity(omega.max(), omega.min())
 
 
-def _flywheel(samples: Samples, eps: float) -> float:
+def _flywheel(samples: GridSamples, eps: float) -> float:
     """Wittenbauer's flywheel (kg m² on the crank) of samples: [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²)."""
     square = samples.speed**2
     energy = 0.5 * square * samples.inertia
@@ -430,7 +426,7 @@ def _flywheel(samples: Samples, eps: float) -> float:
     return float((high - low) / (eps * square))
 
 
-def _speeds(samples: Samples, inertia: float) -> Array:
+def _speeds(samples: GridSamples, inertia: float) -> Array:
     """Speeds (rad/s) at the samples with a flywheel (kg m² on the crank), at the level where their mean of extremes is w."""
     total = inertia + samples.inertia
 

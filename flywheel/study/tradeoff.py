@@ -348,14 +348,6 @@ class Run(NamedTuple):
         return min(self.times, default=float("inf"))
 
 
-class Measured(NamedTuple):
-    """Every method's run, whether the user stopped it, and how long all took (s)."""
-
-    runs: list[Run]
-    interrupted: bool
-    seconds: float
-
-
 class OutOfTimeError(Exception):
     """A method that was not done when the time was over."""
 
@@ -372,8 +364,12 @@ def limited(end: float) -> Iterator[Tally]:
         yield tally
 
 
-def measured(methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0) -> Measured:
+def measured(
+    methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0
+) -> tuple[list[Run], bool, float]:
     """Runs methods until all are done, the budget (s) is spent, or the user interrupts.
+
+    Returns every method's run, whether the user stopped it, and how long all took (s).
 
     What is `spent` already counts, but half of the budget is left for methods whatever it was. A method is left out where a
     rougher setting of the same has already taken too long.
@@ -396,7 +392,7 @@ def measured(methods: Sequence[Method], budget: float, progress: Progress | None
     except KeyboardInterrupt:
         interrupted = True
     runs += [Run(method, LEFT, reason="interrupted") for method in methods[len(runs) :]]
-    return Measured(runs, interrupted, time.perf_counter() - begun)
+    return runs, interrupted, time.perf_counter() - begun
 
 
 def _run(method: Method, limit: float) -> Run:

@@ -29,7 +29,7 @@ _MOST_ROWS = 6  # rows of one kind
 _DIGITS = 6
 
 
-class Part(NamedTuple):
+class SceneLine(NamedTuple):
     """A part of the machine: its kind, the label of its row, where it acts or what it is, its figures; its phase or "".
 
     `phase` (an angle as text) is that of a mechanism, so that cylinders of one engine can be told together.
@@ -67,49 +67,49 @@ def scene_rows(scene: Scene) -> list[str]:
     return lines
 
 
-def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
+def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
     """The parts of the machine in the order of the scene's kinds, and how it runs."""
     if scene.areas is not None:
         values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST_ROWS])
         more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST_ROWS else ""
         told = _("{values}, times {scale}", values=values + more, scale=units.read(scene.areas.scale, "energy"))
-        yield Part("areas", _("areas"), "", told)
+        yield SceneLine("areas", _("areas"), "", told)
     for m in scene.mechanisms:
         yield _mechanism(m, units)
     for name, ratio in scene.shafts.items():
         if name not in ("crank", "slide"):
-            yield Part("shaft", _("shaft {name}", name=name), "", _shaft(name, ratio, scene, units))
+            yield SceneLine("shaft", _("shaft {name}", name=name), "", _shaft(name, ratio, scene, units))
     for i in scene.inertias:
         value = _mass(i.value, _turns(i.on, scene), units)
-        yield Part("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=place(i.on)))
+        yield SceneLine("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=place(i.on)))
     for load in scene.loads:
         if load.drag and load.on in scene.transmissions:
             continue  # told with its shaft
-        yield Part("load", _("load"), _on(load.on), _load(load, scene, units))
+        yield SceneLine("load", _("load"), _on(load.on), _load(load, scene, units))
     for s in scene.springs:
         kind = "angular_stiffness" if _turns(s.on, scene) else "stiffness"
-        yield Part("spring", _("spring"), _on(s.on), str(units.read(s.stiffness, kind)))
+        yield SceneLine("spring", _("spring"), _on(s.on), str(units.read(s.stiffness, kind)))
     for d in scene.dampers:
         kind = "angular_damping" if _turns(d.on, scene) else "damping"
-        yield Part("damper", _("damper"), _on(d.on), str(units.read(d.coefficient, kind)))
+        yield SceneLine("damper", _("damper"), _on(d.on), str(units.read(d.coefficient, kind)))
     if scene.drive is not None:
-        yield Part("drive", _("drive"), _on(scene.drive.on), _load(scene.drive, scene, units))
+        yield SceneLine("drive", _("drive"), _on(scene.drive.on), _load(scene.drive, scene, units))
     if scene.single_stroke is not None:
         yield from _clutch_and_brake(scene.single_stroke, units)
-    yield Part("runs", _("runs"), "", ", ".join([*running(scene, units), *_flywheel(scene, units)]))
+    yield SceneLine("runs", _("runs"), "", ", ".join([*running(scene, units), *_flywheel(scene, units)]))
 
 
-def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[Part]:
+def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLine]:
     """Torque, angle and times of both."""
     clutch, brake = plan.clutch, plan.brake
     words = {"torque": units.read(clutch.torque, "torque"), "angle": units.read(clutch.disengage, "angle")}
     told = [_("{torque}, released at {angle}", **words)]
     if clutch.static_torque != clutch.torque:
         told.append(_("holds {torque}", torque=units.read(clutch.static_torque, "torque")))
-    yield Part("clutch", _("clutch"), _on(clutch.on), ", ".join([*told, *_ramps(clutch, units)]))
+    yield SceneLine("clutch", _("clutch"), _on(clutch.on), ", ".join([*told, *_ramps(clutch, units)]))
     words = {"torque": units.read(brake.torque, "torque"), "angle": units.read(brake.engage, "angle")}
     told = [_("{torque}, put on at {angle}", **words)]
-    yield Part("brake", _("brake"), _on(brake.on), ", ".join([*told, *_ramps(brake, units)]))
+    yield SceneLine("brake", _("brake"), _on(brake.on), ", ".join([*told, *_ramps(brake, units)]))
 
 
 def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
@@ -146,15 +146,15 @@ def _turns(place: str, scene: Scene) -> bool:
     return next(known.rotating for known in KINDS[mechanism.type].ports if known.name == port)
 
 
-def _mechanism(mechanism: Mechanism, units: TradeUnits) -> Part:
+def _mechanism(mechanism: Mechanism, units: TradeUnits) -> SceneLine:
     label = _("mechanism") if mechanism.name == mechanism.type else mechanism.name
     head = mechanism.type + ("" if mechanism.shaft in ("crank", "slide") else " " + _on(mechanism.shaft))
     phase = str(units.read(mechanism.phase, "angle")) if mechanism.phase and mechanism.stroke is None else ""
     if mechanism.linkage is not None:
-        return Part("mechanism", label, head, "; ".join(_links(mechanism.linkage, units)), phase)
+        return SceneLine("mechanism", label, head, "; ".join(_links(mechanism.linkage, units)), phase)
     outputs = [f"{o.name} {_mass(o.inertia, o.rotating, units)}" if o.inertia else o.name for o in mechanism.outputs]
     told = "; ".join([*_parts(mechanism.geometry, mechanism.bodies, units), *outputs])
-    return Part("mechanism", label, head, told, phase)
+    return SceneLine("mechanism", label, head, told, phase)
 
 
 def _parts(geometry: Mapping[str, float], bodies: Mapping[str, Body], units: TradeUnits) -> Iterator[str]:

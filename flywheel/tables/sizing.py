@@ -53,21 +53,11 @@ _DIGITS = 6
 # -- figures and their absolute errors -------------------------------------------------------------------------------
 
 
-class InertiaErrors(NamedTuple):
-    """Absolute errors (kg m²) of the flywheel figures, at the flywheel's own shaft."""
-
-    exact: float
-    approximate: float
-    inertia_torque: float
-    inertia_torque_flywheel: float
-
-
-def inertia_errors(sizing: Sizing) -> InertiaErrors:
-    """Absolute errors of the flywheel figures: the estimates are relative to the larger of the figure and its scale."""
+def inertia_error(sizing: Sizing, name: str = "exact") -> float:
+    """Absolute error (kg m², at its own shaft) of a figure of the flywheel: estimates are relative to the larger scale."""
     wheel, error = sizing.flywheel, sizing.error
     scale = max(wheel.exact or 0.0, wheel.approximate_total or 0.0)
-    own = [(getattr(error, name) or 0.0, getattr(wheel, name) or 0.0) for name in InertiaErrors._fields]
-    return InertiaErrors(*(part * max(scale, figure) for part, figure in own))
+    return (getattr(error, name) or 0.0) * max(scale, getattr(wheel, name) or 0.0)
 
 
 class Candidate(NamedTuple):
@@ -101,15 +91,15 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
     Without `motions` it is not looked for what irregularity the approximate ones give, which is then NaN.
     """
     wheel = sizing.flywheel
-    exact, errors = wheel.exact or 0.0, inertia_errors(sizing)
+    exact, exact_error = wheel.exact or 0.0, inertia_error(sizing)
     if sizing.scene.areas is not None:
         wanted = (sizing.scene.irregularity or 0.0, 0.0)
-        return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, wanted, None)]
+        return [Candidate("approximate", "accumulated areas", exact, exact_error, None, 0.0, wanted, None)]
     found = []
     for key, (name, _label) in _CANDIDATES.items() if sizing.approximated else (("exact", _CANDIDATES["exact"]),):
-        inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
+        inertia, error = getattr(wheel, key) or 0.0, inertia_error(sizing, key)
         off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
-        off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
+        off_error = 2 * (error + exact_error) / exact if exact > 0.0 else 0.0
         looked = motions or key == "exact"
         motion = _motion_with(sizing, inertia) if looked else None
         confirmed, simulated = sizing.simulation, None
@@ -215,12 +205,15 @@ def _cells(candidate: Candidate) -> tuple[str, ...]:
 
 def _proven(sizing: Sizing) -> Iterator[str]:
     """Proven bounds of the exact flywheel."""
-    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    wheel = sizing.flywheel
     if wheel.proven_bounds is None or wheel.proven_bounds_torque is None or not wheel.needed:
         return
     areas, torque = (
         " and ".join(figure(max(bound, 0.0), error, 7) for bound in pair)
-        for pair, error in ((wheel.proven_bounds, errors.approximate), (wheel.proven_bounds_torque, errors.inertia_torque))
+        for pair, error in (
+            (wheel.proven_bounds, inertia_error(sizing, "approximate")),
+            (wheel.proven_bounds_torque, inertia_error(sizing, "inertia_torque")),
+        )
     )
     yield f"Proven bounds: exact between {areas} by the areas, {torque} by the torque."
 
@@ -230,10 +223,10 @@ def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
     if any(candidate.inertia > 0.0 for candidate in found):
         each = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_CANDIDATES[c.key][1]}" for c in found]
         yield f"GD² = 4 J: {', '.join(each)}, kg m²."
-    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    wheel = sizing.flywheel
     if len(found) > 1 and wheel.approximate_total and wheel.inertia_torque:
-        areas = or_unknown(wheel.approximate_total, errors.approximate, _DIGITS)
-        torque = or_unknown(wheel.inertia_torque, errors.inertia_torque, _DIGITS)
+        areas = or_unknown(wheel.approximate_total, inertia_error(sizing, "approximate"), _DIGITS)
+        torque = or_unknown(wheel.inertia_torque, inertia_error(sizing, "inertia_torque"), _DIGITS)
         yield f"With the machine's own least inertia, as totals: {areas} by the areas, {torque} by the torque."
 
 
@@ -446,7 +439,7 @@ def headline(sizing: Sizing) -> str:
     elif wheel.needed is False:
         what = f"no flywheel needed for {asked}, {speed}"
     else:
-        inertia = figure(wheel.exact or 0.0, inertia_errors(sizing).exact, 6)
+        inertia = figure(wheel.exact or 0.0, inertia_error(sizing), 6)
         what = f"flywheel {inertia} kg m² on {wheel.on} for {asked}, {speed}"
     title = " ".join(printable(scene.title or "").split())
     title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
@@ -488,23 +481,18 @@ def _scene(sizing: Sizing) -> list[str]:
 # -- speeds ----------------------------------------------------------------------------------------------------------
 
 
-class SpeedBand(NamedTuple):
-    """The greatest and the least speed of the crank (rad/s), and their error."""
+def speed_band(sizing: Sizing) -> tuple[float, float, float] | None:
+    """The greatest and the least speed of the crank (rad/s), and their error; None where there is no motion.
 
-    greatest: float
-    least: float
-    error: float
-
-
-def speed_band(sizing: Sizing) -> SpeedBand | None:
-    """The speeds of the crank as simulated, or else those of the periodic motion; None where there is no motion."""
+    They are the simulated ones, or else those of the periodic motion.
+    """
     confirmed, motion = sizing.simulation, sizing.run
     if confirmed is not None and confirmed.speed_max is not None and confirmed.speed_min is not None:
         off = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
-        return SpeedBand(confirmed.speed_max, confirmed.speed_min, off)
+        return confirmed.speed_max, confirmed.speed_min, off
     if motion is None:
         return None
-    return SpeedBand(motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed)
+    return motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed
 
 
 def _speeds(sizing: Sizing) -> list[str]:
@@ -512,16 +500,17 @@ def _speeds(sizing: Sizing) -> list[str]:
     scene, confirmed, band = sizing.scene, sizing.simulation, speed_band(sizing)
     if band is None:
         return []
+    greatest, least, off = band
     rows: list[tuple[str, float, float, float | None]] = []
     if sizing.cyclic is not None and scene.unknown is None and scene.speed is not None:  # it takes a speed of its own
         rows.append(("asked for", scene.speed, 0.0, None))
     rows += [
         ("mean of extremes", sizing.speed, 0.0, None),
-        ("greatest", band.greatest, band.error, sizing.angle_speed_max),
-        ("least", band.least, band.error, sizing.angle_speed_min),
+        ("greatest", greatest, off, sizing.angle_speed_max),
+        ("least", least, off, sizing.angle_speed_min),
     ]
     if confirmed is not None and confirmed.speed_time_mean is not None:
-        rows.append(("mean over time", confirmed.speed_time_mean, band.error, None))
+        rows.append(("mean over time", confirmed.speed_time_mean, off, None))
     if scene.flywheel_on != "crank":
         rows.append((f"mean, shaft {scene.flywheel_on}", sizing.speed * scene.flywheel_ratio, 0.0, None))
     cells = []

@@ -26,7 +26,7 @@ from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
 from flywheel.tables import power
 from flywheel.tables.rows import DEGREES, NOTHING, SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits, printable
-from flywheel.tables.scene import Part, parts, place, running
+from flywheel.tables.scene import SceneLine, parts, place, running
 from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_names, remarks, settles, speed_band
 
 if TYPE_CHECKING:
@@ -121,15 +121,15 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
     return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(scene, units)))))
 
 
-def _at_phases(alike: list[Part]) -> str:
+def _at_phases(alike: list[SceneLine]) -> str:
     if not any(part.phase for part in alike):
         return ""
     return " " + _("at {angles}", angles=", ".join(part.phase or "0" for part in alike))
 
 
-def _alike(found: Iterable[Part]) -> Iterator[list[Part]]:
+def _alike(found: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
     """Parts of a kind that say the same of themselves, such as the cylinders of an engine."""
-    groups: dict[tuple[str, ...], list[Part]] = {}
+    groups: dict[tuple[str, ...], list[SceneLine]] = {}
     for k, part in enumerate(found):
         own = (str(k),) if part.kind in ("shaft", "areas", "inertia") else ()
         what = (part.head,) if part.kind == "mechanism" else ()
@@ -534,7 +534,7 @@ def _run(sizing: Sizing, units: TradeUnits) -> Block:
     band, scene = speed_band(sizing), sizing.scene
     rows = []
     if band is not None:
-        least, greatest = (units.shown(speed, "speed", band.error) for speed in (band.least, band.greatest))
+        greatest, least = (units.shown(speed, "speed", band[2]) for speed in band[:2])
         told = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
         rows.append(Row(_("speed of the crank"), told, greatest.unit, _where(sizing)))
     other = scene.flywheel_on != "crank"

@@ -23,7 +23,6 @@ from flywheel.study.tradeoff import (
     FAMILIES,
     LEFT,
     OUT_OF_TIME,
-    Measured,
     Method,
     MethodRow,
     OutOfTimeError,
@@ -160,7 +159,7 @@ def choice(monkeypatch, **times):
     def measured(found, budget, progress, spent):
         by_name = {own.name: own for own in found}
         runs = [Run(by_name[names[key]], "done", TRUE * (1 + 1e-8), (seconds,)) for key, seconds in times.items()]
-        return Measured(runs, False, 0.0)
+        return runs, False, 0.0
 
     monkeypatch.setattr(tradeoff, "measured", measured)
     monkeypatch.setattr(tradeoff, "decided", lambda runs: (list(runs), False))
@@ -217,7 +216,7 @@ def test_every_method_has_a_name_of_its_own(scene):
 def test_no_method_is_helped_by_what_another_evaluated():
     found, _ = every_method(press())
     again = [own for own in found if own.family == tradeoff.COLLOCATION]
-    first, second = (run.evaluations for run in tradeoff.measured([again[0], again[0]], 10.0).runs)
+    first, second = (run.evaluations for run in tradeoff.measured([again[0], again[0]], 10.0)[0])
     assert first == second > 0
 
 
@@ -232,7 +231,7 @@ def test_no_method_is_helped_by_what_another_evaluated():
 def test_a_proof_is_a_method_or_says_why_it_is_none(scene, reason):
     extra("flint")
     found, _ = every_method(scene)
-    run = tradeoff.measured([own for own in found if own.family == tradeoff.PROOF], 10.0).runs[0]
+    run = tradeoff.measured([own for own in found if own.family == tradeoff.PROOF], 10.0)[0][0]
     assert (run.outcome, run.reason) == ("no answer" if reason else "done", reason)
     if not reason:
         true = answer(flywheel.size(flywheel.load(scene)))
@@ -312,7 +311,7 @@ def endless():
 
 
 def run_of(answer, budget=10.0):
-    return tradeoff.measured([method(answer)], budget).runs[0]
+    return tradeoff.measured([method(answer)], budget)[0][0]
 
 
 def test_an_answer_has_its_times_and_evaluations():
@@ -345,9 +344,9 @@ def test_a_slow_method_is_run_once(monkeypatch):
     ],
 )
 def test_a_method_that_fails_says_why(error, reason):
-    found = tradeoff.measured([raising(error), method(lambda: 1.0)], 10.0)
-    assert [(run.outcome, run.reason) for run in found.runs] == [(FAILED, reason), (DONE, "")]
-    assert (found.runs[0].value, found.runs[0].seconds) == (None, None)
+    runs, *_ = tradeoff.measured([raising(error), method(lambda: 1.0)], 10.0)
+    assert [(run.outcome, run.reason) for run in runs] == [(FAILED, reason), (DONE, "")]
+    assert (runs[0].value, runs[0].seconds) == (None, None)
 
 
 def test_an_answer_that_is_not_finite_is_none():
@@ -361,9 +360,9 @@ def test_a_method_ends_with_its_time():
 
 def test_finer_settings_of_a_method_that_took_too_long_are_not_begun():
     rough, fine, other = method(endless, "a", "rough"), method(lambda: 1.0, "a", "fine"), method(lambda: 1.0, "b", "fine")
-    found = tradeoff.measured([rough, fine, other], 1.0)
-    assert [run.outcome for run in found.runs] == [OUT_OF_TIME, LEFT, DONE]
-    assert "took too long" in found.runs[1].reason
+    runs, *_ = tradeoff.measured([rough, fine, other], 1.0)
+    assert [run.outcome for run in runs] == [OUT_OF_TIME, LEFT, DONE]
+    assert "took too long" in runs[1].reason
 
 
 def test_nothing_is_begun_when_the_budget_is_spent(monkeypatch):
@@ -374,17 +373,17 @@ def test_nothing_is_begun_when_the_budget_is_spent(monkeypatch):
         now[0] += 2.0
         return 1.0
 
-    found = tradeoff.measured([method(slow), method(slow, "other")], 1.0)
-    assert [run.outcome for run in found.runs] == [DONE, LEFT]
-    assert not found.interrupted
+    runs, interrupted, _ = tradeoff.measured([method(slow), method(slow, "other")], 1.0)
+    assert [run.outcome for run in runs] == [DONE, LEFT]
+    assert not interrupted
 
 
 def test_what_was_finished_before_an_interruption_stays():
     third = method(lambda: 3.0)
-    found = tradeoff.measured([method(lambda: 1.0), raising(KeyboardInterrupt()), third], 10.0)
-    assert [run.outcome for run in found.runs] == [DONE, LEFT, LEFT]
-    assert found.interrupted
-    assert found.runs[2].method is third
+    runs, interrupted, _ = tradeoff.measured([method(lambda: 1.0), raising(KeyboardInterrupt()), third], 10.0)
+    assert [run.outcome for run in runs] == [DONE, LEFT, LEFT]
+    assert interrupted
+    assert runs[2].method is third
 
 
 def test_progress_is_told_before_each():

@@ -12,7 +12,7 @@ import pytest
 import flywheel
 from flywheel import Machine
 from flywheel.study import answers
-from flywheel.study.answers import Extended, NoAnswerError, Question, Revolution, Trial, by_shooting, stretches_of
+from flywheel.study.answers import NoAnswerError, Question, Revolution, Trial, by_shooting, stretches_of
 from tests import regimes
 from tests.limits import sample
 from tests.scenes import press, rotor, shaper, yoke
@@ -128,7 +128,7 @@ def test_two_routes_that_agree():
 
 
 def test_two_routes_that_do_not(monkeypatch):
-    monkeypatch.setattr(answers, "flywheel_inertia", lambda machine: Extended(353.5214 * (1 + 1e-6), 1e-12))
+    monkeypatch.setattr(answers, "flywheel_inertia", lambda machine: (353.5214 * (1 + 1e-6), 1e-12))
     _, found = verified(yoke())
     assert found.doubt == pytest.approx(1e-6, rel=0.1)
     assert "more than both estimates allow" in found.verified

@@ -623,13 +623,6 @@ class Interpolant:
 # -- equations of motion as one linear system ------------------------------------------------------------------------------
 
 
-class Accelerations(NamedTuple):
-    """Accelerations of every coordinate, shape (3 bodies,), and the reactions, shape (equations,)."""
-
-    accelerations: Array
-    reactions: Array
-
-
 def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[Array, Array]:
     """Matrix and right side of [[M, -B], [Phi_x, 0]] (a, R) = (Q, gamma), of one state or of many.
 
@@ -654,11 +647,11 @@ def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
     return np.asarray(model.unit * np.maximum(every.max(axis=1), bends).max(axis=0))
 
 
-def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> Accelerations:
-    """Accelerations and reactions, by the wrenches of unit reactions."""
+def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> tuple[Array, Array]:
+    """Accelerations of every coordinate, shape (3 bodies,), and reactions, (equations,), by wrenches of unit reactions."""
     matrix, right = system(model, model.forces(t, state), state, wrenches)
     found = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
-    return Accelerations(found[..., : model.masses.size], found[..., model.masses.size :])
+    return found[..., : model.masses.size], found[..., model.masses.size :]
 
 
 _PROJECTED = 4e-16  # of the length: rounding of a closure

@@ -24,7 +24,6 @@ from flywheel.mechanisms.linkages.bodies import (
     COMPONENTS,
     LEAST_MARGIN,
     RANK,
-    Accelerations,
     Actions,
     Closure,
     Interpolant,
@@ -71,7 +70,7 @@ Array = NDArray[np.float64]
 # -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
 
 
-def by_newton(model: Model, t: Any, state: State) -> Accelerations:
+def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     """Accelerations and reactions together, from Newton's law of every body cut free.
 
     m a_G = sum F, J alpha = sum M_G for every body, reactions entering as the forces they are (`reaction_wrenches`), and
@@ -92,7 +91,7 @@ def by_newton(model: Model, t: Any, state: State) -> Accelerations:
     return accelerations(model, t, state, model.reaction_wrenches(state))
 
 
-def by_multipliers(model: Model, t: Any, state: State) -> Accelerations:
+def by_multipliers(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     """Accelerations and Lagrange's multipliers of the closure equations: M a - Phi_x^T lambda = Q, Phi_x a = gamma.
 
     A multiplier is the reaction itself: the force (N) or moment (N m) that does work on what its equation keeps at zero.
@@ -172,7 +171,7 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
         q, qdot, _ = steps.at(t).tolist()
         return q, qdot
 
-    reactions = by_newton(model, steps.s, states).reactions if newton else None
+    reactions = by_newton(model, steps.s, states)[1] if newton else None
     return Solution(steps.s, states, steps.states[:, 2], steps.evaluations, 0.0, at, reactions)
 
 
@@ -242,7 +241,7 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         state = projection(model, y[:n], y[n : 2 * n])[0]
         return float(state.q), float(state.qdot)
 
-    reactions = by_multipliers(model, steps.s, states).reactions
+    reactions = by_multipliers(model, steps.s, states)[1]
     return Solution(steps.s, states, steps.states[:, 2 * n], steps.evaluations, max(drifts), at, reactions)
 
 
