@@ -73,6 +73,8 @@ def _refusal(scene: Scene) -> str:
         return "a scene that was not read has no numbers as written"
     if scene.areas is not None:
         return "a diagram of areas has no machine"
+    if scene.depends_on_speed:
+        return "torques depend on speed"
     if any(mechanism.linkage is not None for mechanism in scene.mechanisms):
         return "positions of linkages are solved for, not given by formulas"
     for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
