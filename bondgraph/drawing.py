@@ -640,6 +640,7 @@ COLOURS = {
     "magnetic": "#E69F00",
     "hydraulic": "#56B4E9",
     "thermal": "#CC79A7",
+    "heat": "#882255",
     "chemical": "#6E6E6E",
 }
 _INK, _FAINT = "#000000", "#555555"

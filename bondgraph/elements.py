@@ -9,12 +9,12 @@ quantities (`bondgraph.laws.Function`), or, where a mechanism gives the position
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.laws import OWN, Function, GraphError, function, is_symbolic, law_of
+from bondgraph.laws import OWN, TIME, Function, GraphError, function, is_symbolic, law_of
 
 
 class Quantity(NamedTuple):
@@ -26,6 +26,8 @@ class Quantity(NamedTuple):
 
 class Domain(NamedTuple):
     """An energy domain: effort times flow is power; momentum and displacement are their integrals over time.
+
+    Except in `heat`, whose pseudo bonds carry temperature and heat flow: the power audit leaves them out.
 
     >>> DOMAINS["hydraulic"].effort, DOMAINS["hydraulic"].displacement.unit
     (Quantity(name='pressure', unit='Pa'), 'm^3')
@@ -45,9 +47,11 @@ electric: voltage [V], current [A], flux linkage [V s], charge [C]
 magnetic: magnetomotive force [A], flux rate [Wb/s], - [-], magnetic flux [Wb]
 hydraulic: pressure [Pa], volume flow [m^3/s], pressure momentum [Pa s], volume [m^3]
 thermal: temperature [K], entropy flow [W/K], - [-], entropy [J/K]
+heat: temperature [K], heat flow [W], - [-], heat [J]
 chemical: chemical potential [J/mol], molar flow [mol/s], - [-], amount of substance [mol]
 """
 
+HEAT = "heat"
 DOMAINS: dict[str, Domain] = {
     name: Domain(name, *(Quantity(*pair) for pair in re.findall(r"([^,[]+) \[([^]]+)\],? ?", quantities)))
     for name, quantities in (line.split(": ") for line in _QUANTITIES.strip().splitlines())
@@ -241,7 +245,8 @@ def RS(name: str, law: Any, domain: str = "", part: str = "") -> Element:
     """A resistor with a thermal port: what it dissipates heats the body that it has its second bond to.
 
     Hung on a junction as R is, and bonded to the 0-junction of a body: `b.on("shaft", RS("rub", 0.5)).bond("rub", "body")`.
-    In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat.
+    In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat; in the
+    domain `heat` a source of the heat flow e f.
     """
     return Element("RS", name, law_of(law), domain, part)
 
@@ -254,6 +259,18 @@ def TF(name: str, ratio: Any) -> Element:
 def GY(name: str, ratio: Any) -> Element:
     """A gyrator: e_out = G f_in, e_in = G f_out; with a function, a modulated one (MGY)."""
     return Element("GY", name, law_of(ratio))
+
+
+def renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
+    """Gives an element's law with other names of elements and displacements, old -> new."""
+    law = element.law
+    if isinstance(law, Function):
+        fixed = (TIME, OWN.get(element.kind))
+        read = {f"{letter}_{old}": f"{letter}_{new}" for old, new in elements.items() for letter in "fepq"}
+        return law.renamed({old: new for old, new in {**read, **displacements}.items() if old not in fixed})
+    if isinstance(law, Modulus | Law):
+        return law._replace(motion=law.motion._replace(of=elements.get(law.motion.of, law.motion.of)))
+    return law
 
 
 # -- fields: several ports of one energy, or of one matrix ---------------------------------------------------------------
@@ -273,14 +290,17 @@ def _shared(where: str, law: Any, energy: Any) -> Any:
     return Field(law) if rows or len(getattr(law, "shape", ())) == 2 else law_of(law)
 
 
-def ports_of(element: Element, ports: Sequence[str], parameters: Iterable[str]) -> Iterator[Element]:
-    """The one-ports of a field, NAME_PORT each, whose laws read one another's states (of a resistor: flows).
+def ports_of(
+    element: Any, junctions: Sequence[str], named: Mapping[str, str], parameters: Iterable[str]
+) -> Iterator[tuple[str, Element]]:
+    """Yields the one-ports of a field, NAME_PORT each, whose laws read one another's states (of a resistor: flows).
 
     e = C^-1 q, f = I^-1 p, e = R f with a matrix; with an energy, its derivative by each port's own state.
 
     Args:
         element: the field.
-        ports: their names; of an energy those of its arguments.
+        junctions: those of its ports in order.
+        named: more of them by name; of an energy, by its argument.
         parameters: names that an energy may hold besides.
 
     Raises:
@@ -289,12 +309,22 @@ def ports_of(element: Element, ports: Sequence[str], parameters: Iterable[str]) 
     """
     import sympy
 
+    if not isinstance(element, Element):
+        raise GraphError(f"found {element!r}, expected an element, such as I('coils', [[2.0, 1.0], [1.0, 3.0]])")
     where, field = f"{element.kind}:{element.name}", element.law
     if not isinstance(field, Field):
         raise GraphError(f"{where}: found {field!r}, expected a matrix, or energy=...; hang a one-port by on(...)")
+    arguments = [n for n in field.energy.of if n not in parameters] if field.energy is not None else []
+    known = arguments or list(map(str, range(1, 1 + len(junctions))))
+    known += [n for n in named if n not in arguments]
+    ports = {**dict(zip(known, junctions, strict=False)), **named}
+    if len(junctions) > len(known) or set(known[: len(junctions)]) & set(named):
+        raise GraphError(
+            f"{where}: found {len(junctions) + len(named)} junctions for {len(known)} ports ({', '.join(known)})"
+        )
     kinds = dict.fromkeys(ports, element.kind)
     if field.energy is not None:
-        _check_arguments(where, field.energy, ports, parameters)
+        _check_arguments(where, field.energy, list(ports), parameters)
         for port in ports:
             told = _OF_STATE.fullmatch(port)
             kinds[port] = ("I" if told[1] == "p" else "C") if told else element.kind
@@ -318,10 +348,8 @@ def ports_of(element: Element, ports: Sequence[str], parameters: Iterable[str]) 
         mine = symbols[port]
         read = sorted({s.name for s in law.free_symbols} - {mine.name})
         given = law.xreplace({s: sympy.Symbol(own[port] if s == mine else s.name) for s in law.free_symbols})
-        arguments = (own[port], *read)
-        yield Element(
-            kinds[port], f"{element.name}_{port}", Function(given, arguments, arguments), element.domain, element.part
-        )
+        of, name = (own[port], *read), f"{element.name}_{port}"
+        yield ports[port], Element(kinds[port], name, Function(given, of, of), element.domain, element.part)
 
 
 def _check_arguments(where: str, energy: Function, ports: Sequence[str], parameters: Iterable[str]) -> None:

@@ -1,8 +1,6 @@
-"""A bond graph: its elements, bonds and declared names, what keeps them from being one, and the relations of its junctions.
+"""A bond graph: its elements, bonds and declared names, what keeps them from being one, and the builder that writes it.
 
-Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable. Transformers and the other
-junctions are linear relations between variables. `plan` turns relations and what is known into local steps, none of which
-divides by a modulus (it vanishes at dead centres); what loops leave over is one linear system.
+Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 from bondgraph.elements import (
     DOMAINS,
     GY,
+    HEAT,
     JUNCTIONS,
     ONE_PORTS,
     SOURCES,
@@ -32,8 +31,9 @@ from bondgraph.elements import (
     One,
     Zero,
     ports_of,
+    renamed,
 )
-from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, own_name, refuse
+from bondgraph.laws import TIME, Function, GraphError, law_of, own_name, refuse
 
 T = TypeVar("T", bound=Hashable)
 
@@ -107,7 +107,13 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
-    yield from _without_momentum(elements, bonds)
+    for element in graph.of_kind(*TWO_PORTS):
+        ends = [b for b in bonds if element.name in b[1:]]
+        if len(ends) == 2 and len({b.number in graph.pseudo for b in ends}) > 1:
+            yield (
+                f"bond {ends[0].number}, {ends[1].number}: {element.symbol}:{element.name} joins heat, whose bonds carry no "
+                "power, to another domain: give the heat flow as a source, such as Sf(..., lambda e_R, f_R: e_R * f_R)"
+            )
     yield from _rival_sources(elements, bonds)
 
 
@@ -221,16 +227,11 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
             meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]  # none: through unnamed ones
             numbers = ", ".join(str(bond.number) for bond in meet or region)
             yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
-
-
-def _without_momentum(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
-    for region, names in _regions(elements, bonds):
-        domain = DOMAINS.get(names[0][0]) if names else None
-        if domain is None or domain.momentum.name != "-":
-            continue
-        for name in dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind == "I"):
-            number = next(b.number for b in region if name in b[1:])
-            yield f"I:{name} (bond {number}): the {domain.name} domain has no momentum, and so no inertia: take it out"
+        still = bool(names) and names[0][0] in DOMAINS and DOMAINS[names[0][0]].momentum.name == "-"
+        for bond in region if still else ():
+            for name in (n for n in bond[1:] if elements[n].kind == "I"):
+                where = f"I:{name} (bond {bond.number})"
+                yield f"{where}: the {names[0][0]} domain has no momentum, and so no inertia: take it out"
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
@@ -433,6 +434,11 @@ class BondGraph:
     def domain(self, bond: Bond) -> Domain | None:
         """The energy domain of a bond; None where nobody named it."""
         return DOMAINS.get(self._domains.get(bond.number, ""))
+
+    @cached_property
+    def pseudo(self) -> frozenset[int]:
+        """The bonds of the domain `heat`, whose temperature times heat flow is no power."""
+        return frozenset(number for number, name in self._domains.items() if name == HEAT)
 
     @cached_property
     def _domains(self) -> Mapping[int, str]:
@@ -778,19 +784,8 @@ class Builder:
         (['a', 'b', 'u', 'coils_1', 'coils_2'], ('coils_2',))
 
         """
-        if not isinstance(element, Element):
-            raise GraphError(f"found {element!r}, expected an element, such as I('coils', [[2.0, 1.0], [1.0, 3.0]])")
-        energy = getattr(element.law, "energy", None)
-        arguments = [n for n in energy.of if n not in self._parameters] if energy is not None else []
-        names = [*(arguments or map(str, range(1, 1 + len(junctions)))), *(n for n in ports if n not in arguments)]
-        places = dict(zip(names, junctions, strict=False)) | ports
-        if len(junctions) > len(names) or set(names[: len(junctions)]) & set(ports):
-            raise GraphError(
-                f"{element.kind}:{element.name}: found {len(junctions) + len(ports)} junctions for {len(names)} ports "
-                f"({', '.join(names)}), expected one for each"
-            )
-        for port in ports_of(element, list(places), self._parameters):
-            self.port(places[port.name[len(element.name) + 1 :]], port)
+        for junction, port in ports_of(element, junctions, ports, self._parameters):
+            self.port(junction, port)
         return self
 
     def between(self, first: str, second: str, *elements: Element, name: str | None = None) -> Builder:
@@ -831,7 +826,7 @@ class Builder:
         own |= {junction: f"{name}.{port}" for port, junction in part.ports.items()}
         measured = {old: f"{name}.{old}" for old in part.displacements}
         for element in part.elements.values():
-            self.add(element._replace(name=own[element.name], law=_renamed(element, own, measured)))
+            self.add(element._replace(name=own[element.name], law=renamed(element, own, measured)))
         for displacement in part.displacements.values():
             self.displacement(measured[displacement.name], own.get(displacement.of, displacement.of), displacement.initial)
         for bond in part.bonds:
@@ -882,8 +877,9 @@ class Builder:
 
 
 def _heated(element: Element, elements: dict[str, Element], bonds: list[Bond]) -> None:
-    """Write a resistor with a thermal port as R and a source of the entropy that its power makes: S' = e f/T."""
+    """Write a resistor with a thermal port as R and a source of the entropy (or heat) that its power makes: S' = e f/T."""
     name, own = element.name, [k for k, b in enumerate(bonds) if element.name in b[1:]]
+    regions = _regions(elements, bonds)
     hot = next((k for k in reversed(own) if bonds[k].tail == name and elements[bonds[k].head].kind == "0"), None)
     if len(own) != 2 or hot is None:
         raise GraphError(
@@ -891,19 +887,10 @@ def _heated(element: Element, elements: dict[str, Element], bonds: list[Bond]) -
             f'of the body that it heats, as bond("{name}", BODY)'
         )
     side = next(bonds[k] for k in own if k != hot)
-    body, source = bonds[hot].head, f"{name}.heat"
+    body, source, sign = bonds[hot].head, f"{name}.heat", side.sign(name)
     elements[name] = element._replace(kind="R")
-    law = Function(lambda e, f, T: side.sign(name) * e * f / T, ("e", "f", "T"), (f"e_{name}", f"f_{name}", f"e_{body}"))
+    law = Function(lambda e, f, T: sign * e * f / T, ("e", "f", "T"), (f"e_{name}", f"f_{name}", f"e_{body}"))
+    if any(bonds[hot] in region and names and names[0][0] == HEAT for region, names in regions):
+        law = Function(lambda e, f: sign * e * f, ("e", "f"), (f"e_{name}", f"f_{name}"))
     elements[source] = Element("Sf", source, law, "", element.part)
     bonds[hot] = bonds[hot]._replace(tail=source)
-
-
-def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
-    law = element.law
-    if isinstance(law, Function):
-        fixed = (TIME, OWN.get(element.kind))
-        read = {f"{letter}_{old}": f"{letter}_{new}" for old, new in elements.items() for letter in "fepq"}
-        return law.renamed({old: new for old, new in {**read, **displacements}.items() if old not in fixed})
-    if isinstance(law, Modulus | Law):
-        return law._replace(motion=law.motion._replace(of=elements.get(law.motion.of, law.motion.of)))
-    return law

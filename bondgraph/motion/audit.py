@@ -43,7 +43,7 @@ class Audit(NamedTuple):
         """Three lines: power, energy, and what became of the energy in the run."""
         gained = self.stored[-1] - self.stored[0]
         return (
-            f"power: {self.power:.2g} of the greatest is not accounted for, at {self.power_at}\n"
+            f"power: {self.power:.2g} of the greatest is not accounted for, at {self.power_at or 'no bond'}\n"
             f"energy: {self.energy:.2g} of the greatest is missing\n"
             f"supplied {self.supplied[-1]:.6g} J, stored {gained:.6g} J more, dissipated {self.dissipated[-1]:.6g} J"
         )
@@ -161,14 +161,16 @@ def audit(
 ) -> Audit:
     """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there.
 
-    What linear stores lose where one of the stretches `impacts` begins counts as dissipated.
+    What linear stores lose where one of the stretches `impacts` begins counts as dissipated. Bonds of heat carry no
+    power, and are left out.
     """
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
     inside = Auditor(looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size)))
     graph = inside.graph
-    power = {e.name: inside.power(e.name) for e in graph.of_kind(*ONE_PORTS)}
+    real = {n for b in graph.bonds if b.number not in graph.pseudo for n in b[1:]}
+    power = {e.name: inside.power(e.name) for e in graph.of_kind(*ONE_PORTS) if e.name in real}
 
     def since_start(names: Sequence[str]) -> Array:
         total = sum((power[name] for name in names), start=np.zeros(times.size))
@@ -176,7 +178,7 @@ def audit(
         return np.concatenate(([0.0], np.cumsum(by_step)))
 
     def of(*kinds: str) -> list[str]:
-        return [e.name for e in graph.of_kind(*kinds)]
+        return [e.name for e in graph.of_kind(*kinds) if e.name in real]
 
     edges = np.append(starts, stretches[-1].end)
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
@@ -184,11 +186,14 @@ def audit(
     kept = [name for name in of("I", "C") if graph.is_linear(name)]
     linear = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
     stored = linear + since_start([name for name in of("I", "C") if name not in kept])
-    imbalances = {name: float(np.abs(value).max()) for name, value in inside.wrong_power().items()}
-    where = max(imbalances, key=lambda name: imbalances[name])
-    flows, efforts = inside.flows, inside.efforts
-    greatest = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
-    usual = max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
+    imbalances = {name: float(np.abs(value).max()) for name, value in inside.wrong_power().items() if name in real}
+    where = max(imbalances, key=lambda name: imbalances[name], default="")
+    largest = [
+        {n: float(np.abs(value).max()) for n, value in of.items() if n not in graph.pseudo}
+        for of in (inside.efforts, inside.flows)
+    ]
+    greatest = max((float(np.abs(inside.efforts[n] * inside.flows[n]).max()) for n in largest[0]), default=0.0)
+    usual = max(largest[0].values(), default=0.0) * max(largest[1].values(), default=0.0)
     usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)
     nothing = greatest <= max(_NO_POWER, 1e-13 * usual)  # flows but the rounding of the usual power
     worst = 0.0 if nothing else imbalances[where] / greatest

@@ -329,7 +329,10 @@ def _through_modes(
 
 
 def _lost_heat(graph: BondGraph) -> Iterator[str]:
-    """A line for every resistor that takes power out of a thermal network, in which energy is kept."""
+    """Yields a line for heat bonds, and for every resistor that takes power out of a thermal network, where it is kept."""
+    if graph.pseudo:
+        numbers = ", ".join(map(str, sorted(graph.pseudo)))
+        yield f"bonds {numbers} carry temperature and heat flow, which is no power: the power audit leaves them out"
     for element in graph.of_kind("R"):
         domain = graph.domain(graph.bond_of(element.name))
         if domain is not None and domain.name == "thermal" and f"{element.name}.heat" not in graph.elements:

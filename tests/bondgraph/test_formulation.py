@@ -343,3 +343,28 @@ def test_a_chain_of_fifty_masses_has_its_equations_term_by_term():
     assert len(found.states) == 99
     p, q, m, c, r = (sympy.Symbol(name) for name in ("p_m0", "q_c1", "m0", "c1", "r0"))
     assert found.derivatives[0] == -p * r / m - q / c
+
+
+def test_heat_flows_through_pseudo_bonds_outside_the_audit():
+    """A brake heats its drum: C T' = M w - (T - 293)/h; w' = (3 - w/2)/2."""
+    b = Builder().one("shaft", "rotation").zero("drum", "heat").one("out", "heat").zero("room", "heat")
+    b.on("shaft", I("J", 2.0), Se("M", 3.0), RS("rub", 0.5)).bond("rub", "drum").on("drum", C("Cb", 50.0))
+    graph = b.bond("drum", "out").on("out", R("h", 0.2)).bond("out", "room").on("room", Se("T0", 293.0)).build()
+    run = simulate(graph, 20.0, initial={"q_Cb": 50 * 293.0})
+    truth = solve_ivp(
+        lambda t, y: [(3.0 - 0.5 * y[0]) / 2.0, (0.5 * y[0] ** 2 - (y[1] - 293.0) / 0.2) / 50.0],
+        (0, 20.0),
+        [0.0, 293.0],
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-10,
+    ).y[:, -1]
+    assert_allclose([run.flow("shaft", 20.0)[0], run.states(20.0)["q_Cb"][0] / 50.0], truth, rtol=1e-9)
+    assert run.audit.energy < 1e-9
+    assert_allclose(run.audit.supplied[-1] - run.audit.dissipated[-1], truth[0] ** 2, rtol=1e-8)  # the shaft's alone
+    assert "bonds 4, 5, 6, 7, 8, 9 carry temperature and heat flow, which is no power" in run.messages[0]
+    assert run.audit.power_at in graph.elements
+    with pytest.raises(GraphError, match="TF:a->b joins heat, whose bonds carry no power, to another domain"):
+        Builder().zero("a", "heat").zero("b", "thermal").on("a", C("c", 1.0)).on("b", C("d", 1.0)).transform(
+            "a", "b", 1.0
+        ).build()
