@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     )
     from bondgraph.graph import Bond, BondGraph, Builder, Part
     from bondgraph.laws import Function, GraphError, function
-    from bondgraph.linear import Linear, Mode, equilibrium, linearize
+    from bondgraph.linear import Linear, Mode, Reach, equilibrium, linearize, reach
     from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
     from bondgraph.motion.simulation import Run, simulate
@@ -61,20 +61,20 @@ if TYPE_CHECKING:
         simplify,
     )
     from bondgraph.storage import as_data, from_data, load, save
-    from bondgraph.strokes import Causality, Table, causality, table
+    from bondgraph.strokes import Causality, Path, Table, causality, table, zero_order_paths
 
 _NAMES = {
     "elements": "DOMAINS Domain C Displacement Element GY I Law Modulus Motion One R RS Se Sf TF Zero",
     "laws": "GraphError Function function",
     "graph": "Bond BondGraph Builder Part",
     "reduction": "Reduced Reduction reduce",
-    "strokes": "Causality Table causality table",
+    "strokes": "Causality Path Table causality table zero_order_paths",
     "rules": (
         "Action Procedure Simplified absorb_junctions drop_dangling drop_two_bond_junctions drop_zero_sources "
         "drop_zero_velocity merge_double_differences merge_equal_junctions procedure simplify"
     ),
     "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
-    "linear": "Linear Mode equilibrium linearize",
+    "linear": "Linear Mode Reach equilibrium linearize reach",
     "motion.audit": "Audit",
     "motion.simulation": "Run simulate",
     "motion.switching": "Event mode",
@@ -85,13 +85,75 @@ _NAMES = {
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
-    "DOMAINS", "GY", "RS", "TF", "Action", "Audit", "Bond", "BondGraph", "Builder", "C", "Causality", "Displacement",
-    "Domain", "Dynamics", "Element", "Event", "Function", "GraphError", "I", "Law", "Linear", "Mode", "Modulus", "Motion",
-    "MotionEquation", "One", "Part", "Procedure", "R", "Reduced", "Reduction", "Run", "Se", "Sf", "Simplified",
-    "StateEquations", "Table", "Zero", "absorb_junctions", "as_data", "causality", "draw", "drop_dangling",
-    "drop_two_bond_junctions", "drop_zero_sources", "drop_zero_velocity", "equilibrium", "from_data", "function",
-    "generic", "generic_equation", "linearize", "load", "merge_double_differences", "merge_equal_junctions",
-    "mode", "motion_equation", "procedure", "reduce", "save", "simplify", "simulate", "state_equations", "svg", "table",
+    "DOMAINS",
+    "GY",
+    "RS",
+    "TF",
+    "Action",
+    "Audit",
+    "Bond",
+    "BondGraph",
+    "Builder",
+    "C",
+    "Causality",
+    "Displacement",
+    "Domain",
+    "Dynamics",
+    "Element",
+    "Event",
+    "Function",
+    "GraphError",
+    "I",
+    "Law",
+    "Linear",
+    "Mode",
+    "Modulus",
+    "Motion",
+    "MotionEquation",
+    "One",
+    "Part",
+    "Path",
+    "Procedure",
+    "R",
+    "Reach",
+    "Reduced",
+    "Reduction",
+    "Run",
+    "Se",
+    "Sf",
+    "Simplified",
+    "StateEquations",
+    "Table",
+    "Zero",
+    "absorb_junctions",
+    "as_data",
+    "causality",
+    "draw",
+    "drop_dangling",
+    "drop_two_bond_junctions",
+    "drop_zero_sources",
+    "drop_zero_velocity",
+    "equilibrium",
+    "from_data",
+    "function",
+    "generic",
+    "generic_equation",
+    "linearize",
+    "load",
+    "merge_double_differences",
+    "merge_equal_junctions",
+    "mode",
+    "motion_equation",
+    "procedure",
+    "reach",
+    "reduce",
+    "save",
+    "simplify",
+    "simulate",
+    "state_equations",
+    "svg",
+    "table",
+    "zero_order_paths",
 ]  # fmt: skip
 
 

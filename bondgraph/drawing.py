@@ -32,6 +32,7 @@ from bondgraph.elements import DOMAINS, JUNCTIONS, ONE_PORTS, STORES, TWO_PORTS
 from bondgraph.files import replacement
 from bondgraph.graph import Bond, BondGraph, as_graph, reached_from
 from bondgraph.laws import Function, GraphError, refuse
+from bondgraph.strokes import causality as strokes_of
 from bondgraph.strokes import is_integral
 
 if TYPE_CHECKING:
@@ -643,7 +644,7 @@ COLOURS = {
     "heat": "#882255",
     "chemical": "#6E6E6E",
 }
-_INK, _FAINT = "#000000", "#555555"
+_INK, _FAINT, _MARKED = "#000000", "#555555", "#F0E442"
 _MARGIN, _LINE = 18.0, 15.0  # points: around the picture, per line of the legend
 _CAPTION_WIDTH = 300.0  # points: room for the caption
 _DPI = 200
@@ -660,6 +661,7 @@ def draw(
     causality: Causality | Mapping[int, str] | None = None,
     numbers: bool = True,
     title: str | None = None,
+    loops: bool = False,
 ) -> Figure:
     """Draw a graph, and save the picture if a file is named; the same graph gives the same file every time.
 
@@ -673,6 +675,7 @@ def draw(
             element at the stroke's end by bond number; an empty mapping draws no strokes.
         numbers: whether to number the bonds.
         title: a line above the picture.
+        loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
 
     Raises:
         GraphError: for another file ending, or strokes at elements that their bonds do not have.
@@ -683,17 +686,18 @@ def draw(
     ['1', 'shaft', 'I:$J$', 'Se:$M$', '1', '2']
 
     """
-    kind = Path(file).suffix.lower().lstrip(".") if file is not None else ""
-    if file is not None and kind not in _DATES:
-        raise GraphError(f"found {str(file)!r}, expected a file name ending in .png, .svg or .pdf")
+    _kind(file)
     graph = as_graph(graph)
     strokes, derivative = _causes(graph, causality)
     drawn = layout(graph)
     notes = _notes(graph, derivative)
+    marked = {n for loop in strokes_of(graph).loops for n in loop.bonds} if loops else ()
     axes = _canvas(drawn, title, len(notes))
     for bond in graph.bonds:
         line, domain = drawn.bonds[bond.number], graph.domain(bond)
         colour = COLOURS[domain.name] if domain is not None else _INK
+        if bond.number in marked:
+            _plot(axes, line, _MARKED, 7.0)
         _plot(axes, line, colour, 1.2)
         _plot(axes, half_arrow(line), colour, 1.2)
         if bond.number in strokes:
@@ -715,13 +719,43 @@ def draw(
             _write(axes, str(number), box.x, box.y, NUMBER_SIZE, _FAINT)
     _draw_notes(axes, notes)
     figure: Figure = axes.figure  # type: ignore[assignment]
+    _save(figure, file)
+    return figure
+
+
+def _kind(file: str | Path | None) -> str:
+    kind = Path(file).suffix.lower().lstrip(".") if file is not None else ""
+    if file is not None and kind not in _DATES:
+        raise GraphError(f"found {str(file)!r}, expected a file name ending in .png, .svg or .pdf")
+    return kind
+
+
+def _save(figure: Figure, file: str | Path | None) -> None:
+    """Saves a picture if a file is named."""
     if file is not None:
         from matplotlib import rc_context
 
-        style = rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42})
+        kind, style = _kind(file), rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42})
         with replacement(Path(file), kind) as fresh, style, warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a name; the picture has a box there
             figure.savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])
+
+
+def bode_figure(omega: Array, magnitude: Array, phase: Array, title: str, file: str | Path | None) -> Figure:
+    """Returns a Bode diagram: magnitude (dB) and phase (degrees) over angular frequency (rad/s)."""
+    from matplotlib.figure import Figure as Empty
+
+    _kind(file)
+    figure = Empty(figsize=(6.0, 4.8), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for axes, values, label in ((upper, magnitude, "magnitude (dB)"), (lower, phase, "phase (degrees)")):
+        axes.semilogx(omega, values, color=_INK, linewidth=1.4)
+        axes.set_ylabel(label)
+        axes.grid(True, which="both", color="#D8D8D8", linewidth=0.5)
+    upper.set_title(title)
+    lower.set_xlabel("angular frequency (rad/s)")
+    lower.set_xlim(float(omega.min()), float(omega.max()))
+    _save(figure, file)
     return figure
 
 
@@ -751,9 +785,7 @@ def svg(graph: BondGraph) -> str:
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
     """The strokes, and the stores whose causality is derivative: those with their stroke at the wrong end."""
     if given is None:
-        from bondgraph.strokes import causality
-
-        given = causality(graph)
+        given = strokes_of(graph)
     strokes = given if isinstance(given, Mapping) else given.strokes
     bonds = {bond.number: bond for bond in graph.bonds}
     wrong = {n: name for n, name in strokes.items() if n not in bonds or name not in bonds[n][1:]}

@@ -11,17 +11,21 @@ flows `f_NAME` and efforts `e_NAME` as laws read them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.elements import JUNCTIONS, Element
 from bondgraph.equations import Reading
-from bondgraph.graph import BondGraph, as_graph
+from bondgraph.graph import Bond, BondGraph, as_graph, reached_from
 from bondgraph.laws import TIME, GraphError, full_digits, refuse
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.formulation import Formulation
+from bondgraph.strokes import Causality, Signal, causality, giver
+from bondgraph.strokes import inputs as computed_from
 
 Array = NDArray[np.float64]
 
@@ -110,6 +114,18 @@ class Linear:
         ratio = self.response(u, y, omega)
         return 20.0 * np.log10(np.abs(ratio)), np.degrees(np.unwrap(np.angle(ratio)))
 
+    def draw_bode(self, u: str, y: str, omega: Any, file: str | Path | None = None) -> Any:
+        """Draws magnitude and phase of y/u over angular frequency (rad/s), and saves the picture if a file is named.
+
+        >>> from bondgraph import Builder, I, R, Se
+        >>> found = linearize(Builder().one("m").on("m", I("M", 2.0), R("d", 1.0), Se("F", 4.0)).build(), outputs=["f_m"])
+        >>> [axes.get_ylabel() for axes in found.draw_bode("F", "f_m", np.logspace(-2, 2)).axes]
+        ['magnitude (dB)', 'phase (degrees)']
+        """
+        from bondgraph.drawing import bode_figure
+
+        return bode_figure(np.atleast_1d(np.asarray(omega, dtype=float)), *self.bode(u, y, omega), f"{y} / {u}", file)
+
     def unreachable(self) -> tuple[str, ...]:
         """The states that take part in what no input moves, by the rank of [B, AB, ...]; none of a controllable graph."""
         return _out_of_reach(self.A, self.B, self.states)
@@ -123,6 +139,18 @@ class Linear:
         from scipy.signal import StateSpace
 
         return StateSpace(self.A, self.B, self.C, self.D)
+
+    def to_control(self) -> Any:
+        """The same as a `StateSpace` of python-control, with its names (`pip install 'flywheel-design[control]'`).
+
+        Raises:
+            ImportError: where that is not installed.
+
+        """
+        import control  # type: ignore[import-not-found,import-untyped,unused-ignore]
+
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
+        return control.ss(self.A, self.B, self.C, self.D, **names)
 
     def _between(self, u: str, y: str) -> tuple[Array, Array, Array]:
         for name, known, what in ((u, self.inputs, "input"), (y, self.outputs, "output")):
@@ -142,6 +170,108 @@ def _out_of_reach(matrix: Array, inlet: Array, names: Sequence[str]) -> tuple[st
         basis, fresh = np.hstack([basis, new]), matrix @ new
     beyond = np.eye(len(names)) - basis @ basis.T
     return tuple(name for name, share in zip(names, np.abs(beyond).max(axis=1, initial=0.0), strict=True) if share > 1e-6)
+
+
+class Reach(NamedTuple):
+    """Stores that no value of the parameters lets the inputs move, or the outputs show, a reason by name of each.
+
+    Empty of a structurally controllable (observable) graph. Made by `reach`.
+    """
+
+    unreachable: Mapping[str, str]
+    unobservable: Mapping[str, str]
+
+
+def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Reach:
+    """Returns the stores that inputs cannot move, and outputs not show, by causal paths and derivative preference alone.
+
+    A store is within reach of inputs where a causal path leads to it from one, and where it takes derivative causality as
+    all stores prefer it, with inputs of either causality; likewise from it to an output, with sensors of either.
+
+    Args:
+        graph: the graph; parameters may be open.
+        inputs: names of sources; None: all of them.
+        outputs: `f_NAME`, `e_NAME`, or states `p_NAME`, `q_NAME`; None: nothing is asked of outputs.
+
+    Raises:
+        GraphError: for unknown names, and strokes that contradict each other.
+
+    Source: C. Sueur and G. Dauphin-Tanguy, Journal of the Franklin Institute 328 (1991) 463-494.
+
+    >>> from bondgraph import Builder, C, I, R, Se
+    >>> b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("m", 1.0)).on("b", I("n", 2.0), R("d", 1.0))
+    >>> reach(b.zero("s").bond("b", "s").on("s", R("r", 1.0), Se("G", lambda f_a: f_a)).build(), inputs=["F"]).unreachable
+    {}
+
+    """
+    graph = as_graph(graph)
+    known = [e.name for e in graph.of_kind("Se", "Sf")]
+    told = {name: graph.reading(name) for name in outputs or ()}
+    refuse(
+        [f"input {n!r}: no such source; they are {', '.join(known) or 'none'}" for n in inputs or () if n not in known]
+        + [f"output {n!r}: expected f_NAME, e_NAME or a state p_NAME, q_NAME" for n, found in told.items() if found is None]
+    )
+    found = causality(graph)
+    refuse(found.conflicts)
+    needs = _needs(graph, found)
+    ahead: dict[Signal, set[Signal]] = {v: set() for v in needs}
+    for variable, others in needs.items():
+        for other in others:
+            ahead[other].add(variable)
+    stores = {n: _given(graph, n, found.strokes) for n in found.integral}
+    moved = list(known if inputs is None else inputs)
+    reached = set[Signal]().union(*(reached_from(_given(graph, n, found.strokes), ahead) for n in moved))
+    free = {n: graph.elements[n]._replace(kind="R", law=1.0) for n in moved}
+    stiff = causality(replace(graph, elements={**graph.elements, **free}, parts=True), "derivative").integral
+    path = ", ".join(graph.title(n) for n in moved) or "any input"
+    lost = {n: f"no causal path leads to {graph.title(n)} from {path}" for n, v in stores.items() if v not in reached}
+    lost |= {n: _STIFF.format(graph.title(n)) for n in stiff if n not in lost}
+    if outputs is None:
+        return Reach(lost, {})
+    at = {name: Signal(*place) if place[0] in "fe" else stores.get(name[2:]) for name, place in told.items() if place}
+    shown = set[Signal]().union(*(reached_from(v, needs) for v in at.values() if v is not None))
+    elements, bonds = dict(graph.elements), list(graph.bonds)
+    for name in told:
+        junction = name[2:]
+        if elements[junction].kind not in JUNCTIONS:  # one in its bond, that shares what is shown
+            port, junction = junction, f"{name} shown"
+            elements[junction] = Element("1" if name[0] in "fp" else "0", junction)
+            place = next(k for k, b in enumerate(bonds) if port in b[1:])
+            number, tail, head = 1 + max(b.number for b in bonds), bonds[place].tail, bonds[place].head
+            bonds.append(Bond(number, junction, port) if head == port else Bond(number, port, junction))
+            bonds[place] = Bond(bonds[place].number, *((tail, junction) if head == port else (junction, head)))
+        elements[f"{name} sensor"] = Element("R", f"{name} sensor", 1.0)
+        bonds.append(Bond(1 + max(b.number for b in bonds), junction, f"{name} sensor"))
+    stiff = causality(replace(graph, elements=elements, bonds=tuple(bonds), parts=True), "derivative").integral
+    path = ", ".join(told) or "any output"
+    hidden = {n: f"no causal path leads from {graph.title(n)} to {path}" for n, v in stores.items() if v not in shown}
+    return Reach(lost, hidden | {n: _STIFF.format(graph.title(n)) for n in stiff if n not in hidden})
+
+
+_STIFF = "{} keeps integral causality where all prefer derivative"
+
+
+def _given(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
+    """What a one-port gives."""
+    bond = graph.bond_of(name).number
+    return Signal("f" if strokes[bond] == name else "e", bond)
+
+
+def _needs(graph: BondGraph, found: Causality) -> dict[Signal, set[Signal]]:
+    """Of every effort and flow those that it is computed from, at once, over time, or because a law reads them."""
+    needs = {variable: set(others) for variable, others in computed_from(graph, found.strokes).items()}
+    for name, element in graph.elements.items():
+        answers = [Signal(x, b.number) for b in graph.at(name) for x in "ef" if giver(b, x, found.strokes) == name]
+        read = [n for n in graph.depends_on(name) if element.kind not in JUNCTIONS]
+        read = [f"f_{graph.displacements[n].of}" if n in graph.displacements else n for n in read]
+        places = [place for n in read if (place := graph.reading(n)) is not None]
+        also = {Signal({"p": "f", "q": "e"}.get(letter, letter), bond) for letter, bond in places}
+        if name in found.integral:
+            bond = graph.bond_of(name).number
+            also.add(Signal("e" if element.kind == "I" else "f", bond))
+        for answer in answers:
+            needs[answer] |= also
+    return needs
 
 
 def equilibrium(

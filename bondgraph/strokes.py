@@ -18,11 +18,12 @@ resistor or a store turns the sign of its law.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Law
 from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, as_graph, flow_variables, reached_from
@@ -32,6 +33,7 @@ COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
+_MOST_PATHS = 1000
 _MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
 
 
@@ -140,6 +142,83 @@ def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[
         text = f"algebraic loop through {through}: {' -> '.join(map(str, circle))}{more}"
         circles.append(Circle(elements, tuple(sorted({v.bond for v in group})), text))
     return tuple(circles)
+
+
+class Path(NamedTuple):
+    """A zero-order causal path: efforts and flows round a loop, the elements that pass them on, and the loop's gain.
+
+    gain: a SymPy expression of the elements' names; value: the same in numbers, None where a law is no constant.
+    """
+
+    signals: tuple[Signal, ...]
+    elements: tuple[str, ...]
+    gain: Any
+    value: float | None
+
+    def __str__(self) -> str:
+        around = " -> ".join(map(str, (*self.signals, self.signals[0])))
+        return f"{around}: gain {self.gain}" + ("" if self.value is None else f" = {self.value:.6g}")
+
+
+def zero_order_paths(graph: BondGraph) -> tuple[Path, ...]:
+    """Returns every causal path that leads back to where it began without passing a store: what makes a loop algebraic.
+
+    Raises:
+        GraphError: if the strokes contradict each other, or there are more than a thousand such paths.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("a").one("b").on("a", Se("u", 1.0), R("r", 2.0)).on("b", R("s", 3.0), I("m", 1.0))
+    >>> b = b.zero("node").bond("a", "node").bond("node", "b").on("node", R("leak", 4.0))
+    >>> for path in zero_order_paths(b.build()):
+    ...     print(path)
+    e_5 -> e_7 -> f_7 -> f_5 -> f_2 -> e_2 -> e_5: gain -r/leak = -0.5
+
+    """
+    import sympy  # type: ignore[import-untyped]
+
+    found = causality(graph)
+    refuse(found.conflicts)
+    known = inputs(graph, found.strokes)
+    cycles: dict[frozenset[Signal], list[Signal]] = {}
+    numbers = {e: k for k, e in enumerate(known)}
+    for circle in found.loops:
+        inside = {v: [n for n in known[v] if n.bond in circle.bonds] for v in known if v.bond in circle.bonds}
+        for start in inside:
+            work = [(start, iter(inside[start]))]
+            walk = [start]
+            while work:
+                for other in work[-1][1]:
+                    if other == start:
+                        cycles.setdefault(frozenset(walk), walk[::-1])
+                    elif other not in walk and numbers[other] > numbers[start]:
+                        walk.append(other)
+                        work.append((other, iter(inside[other])))
+                        break
+                else:
+                    work.pop()
+                    walk.pop()
+                if len(cycles) > _MOST_PATHS:
+                    raise GraphError(f"more than {_MOST_PATHS} zero-order causal paths: list those of a part of the graph")
+    paths = []
+    bonds = {b.number: b for b in graph.bonds}
+    for cycle in cycles.values():
+        gain, value, passed = sympy.Integer(1), 1.0, []
+        for cause, answer in zip(cycle, [*cycle[1:], cycle[0]], strict=True):
+            bond, before = bonds[answer.bond], bonds[cause.bond]
+            name = giver(bond, answer.letter, found.strokes)
+            kind = graph.elements[name].kind
+            passed.append(name)
+            if kind in JUNCTIONS:
+                sign = -1 if answer.letter != COMMON[kind] and before.sign(name) == bond.sign(name) else 1
+                gain, value = sign * gain, sign * value
+                continue
+            constant = graph.is_linear(name) and None not in graph.parameters.values()
+            down = answer.letter == "f" if kind != "TF" else (answer.letter == "f") == (bond.head == name)
+            sign, power = int(bond.sign(name)) if kind == "R" else 1, -1 if down else 1
+            gain = sign * gain * sympy.Symbol(name) ** power
+            value = sign * value * (graph.constant(name) ** power if constant else math.nan)
+        paths.append(Path(tuple(cycle), tuple(dict.fromkeys(passed)), gain, None if math.isnan(value) else value))
+    return tuple(paths)
 
 
 def _givers(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Signal, str]:

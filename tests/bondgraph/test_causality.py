@@ -4,10 +4,29 @@ import itertools
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from bondgraph import GY, TF, Builder, C, GraphError, I, Law, Modulus, Motion, One, R, Se, Sf, Zero, causality, table
+from bondgraph import (
+    GY,
+    TF,
+    Builder,
+    C,
+    GraphError,
+    I,
+    Law,
+    Modulus,
+    Motion,
+    One,
+    R,
+    Se,
+    Sf,
+    Zero,
+    causality,
+    table,
+    zero_order_paths,
+)
 from bondgraph.graph import CONVENTION
 from bondgraph.strokes import Signal
 
@@ -303,6 +322,27 @@ def test_two_resistors_form_a_named_loop():
     assert loop.bonds == (2, 3)
     assert loop.text == "algebraic loop through R:a and R:b: e_2 -> e_3 -> f_3 -> f_2 -> e_2"
     assert "an algebraic loop" in causality(divider()).reasons[2].text
+
+
+def test_zero_order_paths_have_their_gains():
+    """Seen through T, leak is leak T^2 (e_in = T e_out, f_out = T f_in): its loop with r has the gain -r/(leak T^2)."""
+    b = Builder().one("a").zero("node").zero("far").bond("a", "node").on("a", Se("u", 1.0), R("r", 2.0))
+    b.transform("node", "far", 3.0, name="T").on("far", R("leak", 4.0)).one("b").bond("node", "b").on("b", I("m", 1.0))
+    (path,) = zero_order_paths(b.build())
+    r, leak, T = sympy.symbols("r leak T")
+    assert sympy.simplify(path.gain * leak * T**2 + r) == 0
+    assert path.value == pytest.approx(-2.0 / (4.0 * 9.0))
+    assert {"r", "leak", "T"} < set(path.elements)
+    assert str(path).endswith("= -0.0555556")
+    assert zero_order_paths(Builder().one("a").on("a", Se("u", 1.0), R("r", 2.0), I("m", 1.0)).build()) == ()
+
+
+def test_a_ladder_has_all_its_paths_once():
+    """e_x = u - r1 (e_x/g1 + f_b), e_y = e_x - r2 f_b, f_b = e_y/g2 + ...: r1 and r2 meet g2, r1 meets g1."""
+    b = Builder().one("a").zero("x").one("b").zero("y").bond("a", "x").bond("x", "b").bond("b", "y")
+    b.on("a", Se("u", 1.0), R("r1", 2.0)).on("x", R("g1", 3.0)).on("b", R("r2", 5.0)).on("y", R("g2", 7.0))
+    found = zero_order_paths(b.one("c").bond("y", "c").on("c", I("m", 1.0)).build())
+    assert sorted(path.value for path in found) == pytest.approx([-5.0 / 7.0, -2.0 / 3.0, -2.0 / 7.0])
 
 
 @pytest.mark.parametrize("join", ["transform", "gyrate"])

@@ -11,7 +11,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from bondgraph import Builder, C, Dynamics, GraphError, I, Law, Modulus, Motion, R, Se, Sf, causality, function
+from bondgraph import (
+    Builder,
+    C,
+    Dynamics,
+    GraphError,
+    I,
+    Law,
+    Modulus,
+    Motion,
+    R,
+    Se,
+    Sf,
+    causality,
+    function,
+    linearize,
+    reach,
+)
 from bondgraph.laws import Dual
 from bondgraph.motion.algebra import settle, solve, solve_symmetric
 from bondgraph.motion.formulation import Formulation
@@ -196,6 +212,24 @@ def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_to
         following += any(graph.coupled(name) for name in strokes.derivative)
     assert compared > 30
     assert following > 10
+
+
+def test_structure_alone_tells_what_is_out_of_reach():
+    """Of random graphs with numbers in no relation: just where the ranks of [B, AB, ...] and [C; CA; ...] tell it."""
+    told = {True: 0, False: 0}
+    for seed in range(60):
+        try:
+            graph = random_graph(seed)
+            found = linearize(graph, at={})
+        except GraphError:
+            continue
+        if found.states and found.inputs:
+            shown = linearize(graph, at={}, outputs=found.states[:1]).unobservable()
+            structure = reach(graph, outputs=found.states[:1])
+            assert bool(structure.unreachable) == bool(found.unreachable()), seed
+            assert bool(structure.unobservable) == bool(shown), seed
+            told[bool(shown)] += 1
+    assert min(told.values()) > 1
 
 
 def test_an_owner_of_a_displacement_without_inertia_is_no_state():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bondgraph import Builder, C, Dynamics, GraphError, I, R, Se, equilibrium, linearize
+from bondgraph import Builder, C, Dynamics, GraphError, I, R, Se, equilibrium, linearize, reach
+from tests.extras import extra
 
 
 def motor():
@@ -105,3 +106,43 @@ def test_wrong_requests_are_told_what_there_is():
     ):
         with pytest.raises(GraphError, match=match):
             linearize(varying, **({"at": {}} | given))
+
+
+def test_the_same_in_python_control():
+    extra("control")
+    found = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"]).to_control()
+    ours = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
+    assert found.input_labels == ["U"]
+    assert found.output_labels == ["f_rotor"]
+    assert found.state_labels == list(ours.states)
+    assert_allclose(found(3.0j), ours.response("U", "f_rotor", 3.0)[0], rtol=1e-12)
+
+
+def test_a_bode_diagram_is_drawn_and_saved(tmp_path):
+    found = linearize(motor(), at={}, outputs=["f_rotor"])
+    omega = np.logspace(-1, 3, 50)
+    figure = found.draw_bode("U", "f_rotor", omega, tmp_path / "bode.svg")
+    upper, lower = figure.axes
+    magnitude, phase = found.bode("U", "f_rotor", omega)
+    assert_allclose(upper.lines[0].get_ydata(), magnitude)
+    assert_allclose(lower.lines[0].get_ydata(), phase)
+    assert upper.get_title() == "f_rotor / U"
+    assert (tmp_path / "bode.svg").read_text().startswith("<?xml")
+    with pytest.raises(GraphError, match="expected a file name ending in"):
+        found.draw_bode("U", "f_rotor", omega, "bode.txt")
+
+
+def test_what_is_out_of_reach_has_a_reason():
+    """Two circuits of a store each, the second of which pushes the first: no input of the first gets to the second."""
+    b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("m", 1.0), R("d", 1.0), Se("G", lambda f_b: 2.0 * f_b))
+    graph = b.on("b", I("n", 2.0), C("k", 1.0), R("e", 1.0)).build()
+    found = reach(graph, inputs=["F"], outputs=["f_b"])
+    assert found.unreachable == {n: f"no causal path leads to {k}:{n} from Se:F" for k, n in (("I", "n"), ("C", "k"))}
+    assert found.unobservable == {"m": "no causal path leads from I:m to f_b"}
+    assert reach(graph, outputs=["p_m"]).unobservable == {}
+    twins = Builder().one("a").on("a", Se("F", 1.0), I("m", 1.0), C("k", 1.0), C("l", 2.0)).build()
+    assert list(reach(twins).unreachable.values()) == ["C:l keeps integral causality where all prefer derivative"]
+    assert linearize(twins, at={}).unreachable() == ("q_k", "q_l")
+    for wrong, match in (({"inputs": ["x"]}, "'x': no such source"), ({"outputs": ["x"]}, "'x': expected f_NAME")):
+        with pytest.raises(GraphError, match=match):
+            reach(graph, **wrong)
