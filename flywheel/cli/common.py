@@ -316,7 +316,7 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
 
 
 _END = (
-    '"5 s", "2 turns", "90 deg" or "50 mm" of way, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
+    '"5 s", "2 turns", "90 deg" or "50 mm" of travel, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
     "regime; with --no-drive stop; on a stroke its end)."
 )
 

@@ -90,7 +90,7 @@ def size(
 ) -> None:
     """Size (or analyse) the flywheel of the machine in SCENE, a TOML file, and print a summary.
 
-    --full prints every figure there is, areas and reduced inertia among them.
+    --full prints all figures, including areas and reduced inertia.
     """
     for option, given in (("units", units), ("language", language)):
         if given is not None and (full or as_json):
@@ -182,7 +182,7 @@ def _angle(context: click.Context, parameter: click.Parameter, text: str | None)
     "--speed",
     callback=_speed,
     metavar="SPEED",
-    help='A constant speed such as "60 rpm", at which to take what depends on it (default: the scene\'s, or its own).',
+    help="A constant speed such as \"60 rpm\", for figures that depend on it (default: the scene's, or the machine's own).",
 )
 @plot_option(
     "Draw I*, M* with the share of every load, and influence coefficients over the whole cycle or stroke into a file."
@@ -208,8 +208,8 @@ def reduce(
 ) -> None:
     """Print I*, dI*/dphi, M*, every influence coefficient and position of SCENE over the crank angle.
 
-    Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke whose speed is known there are also
-    the driving action, and the speeds and accelerations that go with the driver's. A mechanism alone will do.
+    If the driver slides, these are m*, dm*/dx and F* over its position. Along a stroke of known speed the driving action,
+    speeds and accelerations are added. A scene with a mechanism alone is enough.
     """
     exclusive(json=as_json, csv=as_csv)
     exclusive(at=at, points=points)
@@ -243,7 +243,7 @@ def reduce(
     show_default=True,
     help="Format of the table of bonds.",
 )
-@click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list what they did.")
+@click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list their effects.")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     spare(scene, plot)
@@ -271,9 +271,9 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
 @plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
 @click.option("--language", type=click.Choice([*LANGUAGES]), help="Of table and picture (default en).")
 def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
-    """Print where the power of SCENE goes, from its input through every mesh to the loads, with all that is lost.
+    """Print the power flow of SCENE from its input through every mesh to the loads, with all losses.
 
-    Over the mean of the steady cycle, with the flywheel that is given or sized. Losses and loads sum to the input.
+    The powers are means over the steady cycle with the given or sized flywheel. Losses and loads sum to the input.
     """
     if language is not None and as_json and plot is None:
         raise click.UsageError("--language is for table and picture: --json is SI, in English.")
@@ -325,7 +325,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     type=click.IntRange(1, MOST_POINTS),
     help="Number of positions, or of times (default 24; 360 for CSV, JSON and the picture).",
 )
-@at_option("repeatable. Of a motion in time: where it starts.")
+@at_option("repeatable. With --from: the starting position.")
 @click.option(
     "--speed",
     callback=_speed,
@@ -347,17 +347,17 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     callback=_components,
     metavar="NAME",
     help="x, y, normal, moment, resultant, driving, friction, ...; repeatable, or with commas (default: all but x and y of "
-    "what is no pin).",
+    "joints that are no pins).",
 )
 @click.option("--together", is_flag=True, help="Draw one panel for each component with all joints, not one for each joint.")
-@click.option("--hodograph", is_flag=True, help="Draw the reactions as hodographs where curves would be drawn.")
+@click.option("--hodograph", is_flag=True, help="Draw the reactions as hodographs instead of curves.")
 @click.option(
     "--breaks", is_flag=True, help="Add to CSV and JSON both sides of the positions or times at which laws switch."
 )
 @course_options(start=None)
 @plot_option(
-    "Draw the reactions: as curves with --over, or along a motion in time; else polar for pins, over the motion for slides, "
-    "several mechanisms then into a file each, named after them: FILE-NAME.png."
+    "Draw the reactions: as curves with --over or along a motion in time; else polar for pins, over the motion for slides, "
+    "with one file for each of several mechanisms: FILE-NAME.png."
 )
 @OUTPUT
 def reactions(
@@ -382,10 +382,10 @@ def reactions(
     plot: Path | None,
     output: Path | None,
 ) -> None:
-    """Print the driving action of every mechanism in SCENE and the reactions in its joints, as the machine runs.
+    """Print the driving action of every mechanism in SCENE and the reactions in its joints.
 
-    That is in the steady regime, along the stroke, at a constant --speed, or along a motion in time: --from rest --until
-    "5 s", as in `flywheel simulate`.
+    The motion is the steady regime, the stroke, a constant --speed, or a motion in time: --from rest --until "5 s", as in
+    `flywheel simulate`.
     """
     course = CourseOptions(start, end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
@@ -540,9 +540,9 @@ def _seconds(context: click.Context, parameter: click.Parameter, budget: float) 
 @plot_option("Draw errors over times into a file.")
 @json_flag()
 def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, as_json: bool) -> None:
-    """Run every method that can answer SCENE, and tell the true error and the time of each, and which is the cheapest.
+    """Run every method that applies to SCENE; print the true error and time of each, and the cheapest one.
 
-    Ctrl-C ends the comparison: what was finished is told.
+    Ctrl-C ends the comparison and prints the finished methods.
     """
     spare(scene, plot)
     with reported(scene):
@@ -621,10 +621,10 @@ class _Progress:
 @click.option("--no-browser", is_flag=True, help="Print the page's address without opening a browser.")
 @click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
 def open_page(scene: Path | None, port: int, no_browser: bool, language: str) -> None:
-    """Show SCENE, a TOML file, as a page in the browser: a form of its values, and figures that follow them.
+    """Open SCENE, a TOML file, as a live page in the browser: a form of its values, and figures that follow them.
 
-    Without SCENE the page offers starters. The page is served on this machine alone, at an address with a secret in it,
-    until Ctrl+C ends the command. The file is changed only where the page is told to save.
+    Without SCENE the page offers starters. The server is reachable only from this computer, at an address with a secret;
+    Ctrl+C ends it. Only Save on the page changes the file.
     """
     from flywheel.page.server import PageServer
     from flywheel.page.session import Session
@@ -669,7 +669,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
 @click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
 @click.option("--cover-sheet", is_flag=True, help="The cover sheet alone, to sign.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
-@click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as of size.")
+@click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as for size.")
 @click.option(
     "--printed",
     type=click.Path(path_type=Path),
@@ -688,9 +688,8 @@ def report(
 ) -> None:
     """Write the worked report of SCENE, a TOML file: every step as formula, substitution with numbers, and result.
 
-    Its cover sheet has what a designer signs: machine, motor, train, flywheel, limits, speeds, remarks.
-    One file without anything from the network, to be printed on A4 and handed out. A scene without a flywheel gives the
-    steps that it has.
+    The cover sheet for the signatures has machine, motor, drive train, flywheel, limits, speeds and remarks.
+    The report is one file for A4 that needs no network. For a scene without a flywheel it has the steps that apply.
     """
     spare(scene, output)
     with reported(scene):

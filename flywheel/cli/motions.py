@@ -48,7 +48,7 @@ def _place(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.command(short_help="Follow a machine in time: run-up, run-down, load step, stall.")
 @SCENE
 @course_options(start="rest")
-@click.option("--at", "place", callback=_place, metavar="ANGLE", help='Where it starts, such as "90 deg" (default 0).')
+@click.option("--at", "place", callback=_place, metavar="ANGLE", help='Starting position, such as "90 deg" (default 0).')
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
 @json_flag("Print JSON, SI throughout, with the motion.")
 @plot_option("Draw speed, torques and energy over time into a file.")
@@ -79,9 +79,9 @@ def simulate(
     rtol: float,
     output: Path | None,
 ) -> None:
-    """Follow the machine in SCENE in time, from a start to an end, and tell what became of it.
+    """Follow the machine in SCENE in time, from a start to an end, and print the result.
 
-    A machine that stalls is told with its angle and time. The table of energies says where the work went.
+    A stall is reported with its angle and time. The table of energies lists all works and heats.
     """
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, output, table, plot)
@@ -125,7 +125,7 @@ def simulate(
     "--at",
     multiple=True,
     metavar="PLACE",
-    help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from an angle is where it starts.',
+    help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from an angle is the start.',
 )
 @click.option(
     "--points",
@@ -169,10 +169,10 @@ def motion(
     with_centres: bool,
     output: Path | None,
 ) -> None:
-    """Position, velocity and acceleration of everything that moves in SCENE, over the driver or over time.
+    """Print position, velocity and acceleration of all moving parts of SCENE, over the driver or over time.
 
-    Per unit of the driver (g and g'), unless it moves at a constant --speed, in the steady --regime, by a --law of time
-    that lasts --until "2 s", or along a motion in time: --from rest --until "5 s", as in `flywheel simulate`.
+    They are per unit of the driver (g and g') by default. The driver may also move at a constant --speed, in the steady
+    --regime, by a --law of time with --until "2 s", or as in `flywheel simulate`: --from rest --until "5 s".
     """
     course = CourseOptions(start, None if law else end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
@@ -284,7 +284,7 @@ def _tell(output: Path | None, target: Path) -> None:
 
 @click.command("draw", short_help="Draw the mechanisms of a scene and the paths of their points.")
 @SCENE
-@at_option("repeatable, the first one is drawn bold (default: a handful over the motion).")
+@at_option("repeatable, the first one is drawn bold (default: several over the motion).")
 @click.option(
     "--path",
     "points",
@@ -324,8 +324,8 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
 def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) -> None:
     """Animate the mechanisms of SCENE over a cycle or stroke, with a marker that runs along the speed curve.
 
-    The speed is that of the steady cycle with the flywheel given or sized; along a stroke the curve is the velocity of what
-    the mechanism drives, at the stroke's own speed.
+    The speed is that of the steady cycle with the given or sized flywheel. Along a stroke the curve is the velocity of the
+    driven part at the stroke's own speed.
     """
     spare(scene, output)
     with reported(scene):

@@ -141,10 +141,10 @@ def sweep(
     engine: str | None,
     rows: int,
 ) -> None:
-    """Size every design of SCENE in which the numbers given with --vary take their values, in all combinations.
+    """Size all designs of SCENE with the values given by --vary, in all combinations.
 
-    A number is named by its path: keys joined by dots, in arrays the place counted from 0 (load.0.from). A design at fault
-    is refused alone, with its reason. Ctrl-C ends a sweep and keeps what is finished.
+    A number is named by its path: keys joined by dots, items of arrays counted from 0 (load.0.from). A faulty design is
+    refused alone, with its reason. Ctrl-C ends a sweep and keeps the finished designs.
     """
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, table, plot, npz, parquet)
@@ -293,8 +293,8 @@ def sensitivities(
 ) -> None:
     """Print the derivatives of the figures of SCENE by its numbers at PATHS (such as load.0.from), or by all of them.
 
-    They are good to 1e-8 where the figures are smooth. Where two lobes are equal, or a number is at the end of its range,
-    the slopes of both sides are given, with the reason.
+    Their error is about 1e-8 where the figures are smooth. If two lobes are equal, or a number is at the end of its range,
+    the slopes on both sides are given, with the reason.
     """
     spare(scene, plot)
     with reported(scene):
@@ -341,10 +341,10 @@ def tolerance(
     plot: Path | None,
     engine: str | None,
 ) -> None:
-    """Print how the figures of SCENE spread as some of its numbers do, and which of these cause it.
+    """Print the effect of tolerances of some numbers on the figures of SCENE, and the share of each number.
 
     Intervals: the least and greatest value of every figure, by optimisation. Deviations: mean, deviation and quantiles.
-    Ctrl-C ends it: the designs until then are shown.
+    Ctrl-C ends the command and prints the results of the designs so far.
     """
     spare(scene, plot)
     with reported(scene):
@@ -409,10 +409,10 @@ def optimize(
     plot: Path | None,
     engine: str | None,
 ) -> None:
-    """Find the numbers of SCENE, within bounds, that make a figure least or greatest while others keep their limits.
+    """Find the numbers of SCENE, within bounds, that minimize or maximize a figure and keep limits of other figures.
 
-    The best design is sized by itself, and designs around it are sized too: none of them may be better. Ctrl-C ends the
-    search: the best design until then is shown.
+    The best design is confirmed by sizing it and designs around it, none of which may be better. Ctrl-C ends the search and
+    prints the best design so far.
     """
     if (minimize is None) == (maximize is None):
         raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
@@ -468,13 +468,13 @@ def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[
 @click.option(
     "--ratio",
     type=click.Choice(["adjusted", "fixed"]),
-    help="adjusted (default where the motor has a shaft of its own): the ratio of its shaft is chosen with each motor, so "
-    "that the crank keeps its speed; fixed: it is the scene's.",
+    help="adjusted (default if the motor has a shaft of its own): the ratio of its shaft is adapted to each motor, so that "
+    "the crank keeps its speed; fixed: the ratio is the scene's.",
 )
 @click.option(
     "--at",
     metavar="ANGLE",
-    help='Crank angle from which the machine starts, such as "30 deg" (default: 0); worst: the one that needs most.',
+    help='Crank angle at the start, such as "30 deg" (default: 0); worst: the angle with the greatest load.',
 )
 @click.option("--start-time", metavar="TIME", help='Longest time that a start may take, such as "10 s" (default: any).')
 @click.option(
@@ -493,7 +493,7 @@ def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[
     metavar="NAME=PRICE",
     help='Price of the flywheel for each kg m^2 of inertia, kg of mass, m of diameter, such as "mass=3.5"; repeatable.',
 )
-@click.option("--skip-faulty", is_flag=True, help="Leave out rows of the table that are at fault, instead of refusing it.")
+@click.option("--skip-faulty", is_flag=True, help="Leave faulty rows of the table out instead of refusing it.")
 @click.option("--rtol", type=float, callback=within(*_RTOL), help="Relative error asked of each flywheel.")
 @click.option("--rows", type=click.IntRange(1, 10_000), default=_ROWS, show_default=True, help="Motors in the table shown.")
 @json_flag()
@@ -514,9 +514,9 @@ def motor(
 ) -> None:
     """Size SCENE with every motor of a table in place of its drive; list the suitable ones, the cheapest first.
 
-    The others are told with the reason: too weak to start the machine, or to carry it; too hot, running or on starting; a
-    limit that no flywheel reaches. Each stays within its rated heat and torque unless [flywheel.limits] say otherwise.
-    Ctrl-C ends the search and shows what is finished.
+    The others are listed with the reason: too weak to start or drive the machine; too hot in operation or during the
+    start; a limit that no flywheel reaches. Limits are rated heat and torque, or [flywheel.limits]. Ctrl-C ends the search
+    and prints the finished motors.
     """
     exclusive(json=as_json, csv=as_csv)
     angle = 0.0 if at is None else at if at == "worst" else quantity(at, "angle")
