@@ -14,12 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.numerics import root
 from flywheel.components.motors import Connection, Motor, Started, Switch
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import ONSET, Dynamics, Start, Trail
+from flywheel.machine.dynamics import NODES, ONSET, Dynamics, Start, Trail
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import DRIVE, Anchor, Machine
 from flywheel.numerics import cells
+from flywheel.numerics.cells import Index
+from flywheel.sizing.results import Trip
 
 Array = NDArray[np.float64]
 
@@ -31,7 +34,9 @@ _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
 _SEEN = 9  # speeds, and times, at which the push of a drive is evaluated
 _OFF = 0.01  # of the greatest push of a drive: below it the drive is off
 _MOST_TURNS = 5_000  # of a run-up
+_NO_POWER = 1e-9  # share of the greatest power: less that is returned is rounding
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0  # of a square at both ends of a step and in its middle
+_ON_A_RAMP = 257  # times at which the torque of a connection is taken at rest
 _SAME_SPEED = 1e-9  # share of the energy below which a cycle leaves the speed constant
 
 
@@ -52,7 +57,8 @@ def torque_at_rest(motor: Motor) -> float:
     found = []
     for connection in connections:
         own = Started(own=motor, connections=(connection,), times=())
-        found.append(float(own.torque_at(0.0, connection.ramp or connection.until.time or 0.0)))
+        over = np.linspace(0.0, connection.ramp or connection.until.time or 0.0, _ON_A_RAMP)
+        found.append(float(own.torque_at(0.0, over).max()))
         if connection.until.time is None:
             return max(found)
     return max([*found, motor.starting_torque])
@@ -165,7 +171,7 @@ class RunUp(NamedTuple):
 
 def maps(motor: Motor) -> bool:
     """Tests whether a start may be followed through torque maps: the torque depends on speed alone in each connection."""
-    return motor.start is None or not any(connection.ramp for connection in motor.start.connections)
+    return motor.start is None or not any(one.ramp or one.motor.law().uses_time for one in motor.start.connections)
 
 
 def mapped_run_up(machine: Machine, inertia: float, at: float, target: float) -> RunUp:
@@ -293,8 +299,8 @@ class _Map:
             slope = (row[below + 1] - row[below]) / spacing
             moment = row[below] + slope * (omega - below * spacing)
             linear, square = 0.5 * weight * slope, energy + weight * (moment - 0.5 * slope * omega)
-            root = linear * linear + 4.0 * half * square
-            after = (linear + math.sqrt(root)) / (2.0 * half) if root >= 0.0 else 0.0
+            under = linear * linear + 4.0 * half * square
+            after = (linear + math.sqrt(under)) / (2.0 * half) if under >= 0.0 else 0.0
             if after <= 0.0:
                 stop = float(self.phi[node])
                 break
@@ -432,3 +438,41 @@ def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None
     heats = running.heat_at(omega, times, within), running.added_heat_at(omega, times, within)
     winding, added = (0.0 if heat is None else float(lasting @ heat) for heat in heats)
     return (None if current is None else float(lasting @ current**2)), winding, added
+
+
+# -- what trips an inverter ----------------------------------------------------------------------------------------------
+
+
+def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
+    """What trips a motor's inverter along a motion, each at the first time at which it does; none of other drives."""
+    dynamics = trail.dynamics
+    motor = dynamics.machine.scene.motor
+    running = None if motor is None else as_started(motor)
+    inverter = None if running is None else running.own.inverter
+    if running is None or inverter is None or dynamics.circuit is not None or not trail.stretches:
+        return ()
+
+    def figures(times: Array, owners: Index) -> tuple[Array, Array]:
+        """Current over the rated one, and power (W) that the motor returns."""
+        omega, within = dynamics.ratio * trail.states(times, owners)[1], trail.anchors(owners)[1].time
+        returned = -running.input_power_at(omega, times, within)
+        share = running.windings_at(omega, times, within)
+        return (np.zeros_like(returned) if share is None else share), returned
+
+    times, owners = trail.within(NODES)
+    rows, found = figures(times, owners), list[Trip]()
+    for k, (kind, limit) in enumerate(inverter.limits):
+        beyond = np.flatnonzero(rows[k] > limit + k * _NO_POWER * float(np.abs(rows[1]).max()))
+        if not beyond.size:
+            continue
+        first = int(beyond[0])
+        owner, before, at = owners[first : first + 1], float(times[first - 1]) if first else 0.0, float(times[first])
+
+        def above(t: float, owner: Index = owner, k: int = k, limit: float = limit) -> float:
+            return float(figures(np.array([t]), owner)[k][0]) - limit
+
+        if before < at and above(before) < 0.0:  # equal on both sides of a switch
+            at = root(above, before, at)
+        phi = float(trail.states(np.array([at]), owner)[0, 0])
+        found.append(Trip(kind, float(rows[k].max()), limit, phi, at))
+    return tuple(found)

@@ -37,7 +37,7 @@ from flywheel.motions.motion import (
     states_at,
 )
 from flywheel.motions.simulation import Regime, actual, motion_from, regime_of
-from flywheel.motions.starting import drive_acts, moment_at_rest, start_heat, within
+from flywheel.motions.starting import drive_acts, inverter_trips, moment_at_rest, start_heat, within
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
@@ -46,6 +46,7 @@ from flywheel.regime.free_motion import Goal, Passing, Watching, end_of_stroke, 
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
+from flywheel.sizing.motor import trip_messages
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
@@ -217,6 +218,7 @@ def transient(
     messages += _reversal(setting, trail, goes_on)
     if held:
         messages.append(held)
+    messages += trip_messages(inverter_trips(trail))
     expected = scene.has_flywheel or goal.kind == "regime"
     if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
         messages.append(f"no regime: {setting.no_regime}")

@@ -199,6 +199,7 @@ INVERTER = Section(
         Key("frequency", "frequency", "of the steady regime", None, POSITIVE, True),
         Key("field_weakening_from", "frequency", "from which its voltage stays; default: that of the motor", None, POSITIVE),
         Key("torque_limit", "number", "over the motor's rated torque", None, POSITIVE, example="1.5"),
+        Key("ramp", "time", "in which its frequency rises evenly from 0", None, POSITIVE),
         Key("braking", "choice", "what becomes of power that the motor returns", "none", choices=BRAKING),
         Key("chopper_power", "power", "greatest of the braking resistor", None, POSITIVE),
         Key("overcurrent", "number", "current at which it trips, over the motor's rated one", OVERCURRENT, POSITIVE),
@@ -370,7 +371,7 @@ def _inverter(item: Item) -> Inverter | None:
         return None
     given = read_item(table, INVERTER, path, item.faults)
     if "start" in item.raw:
-        item.add("start", "a start beside an inverter", "none", "its frequency starts the motor")
+        item.add("start", "a start beside an inverter", "a ramp of the inverter", "its frequency starts the motor")
     if not given.clean or not item.clean:
         return None
     fields = given.fields
@@ -378,6 +379,7 @@ def _inverter(item: Item) -> Inverter | None:
         fields["frequency"],
         fields["field_weakening_from"] or item.fields["frequency"],
         fields["torque_limit"],
+        ramp=fields["ramp"] or 0.0,
         braking=fields["braking"],
         chopper_power=fields["chopper_power"],
         overcurrent=fields["overcurrent"],
@@ -421,7 +423,7 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
         if inverter is None:
             return static
         own = {one.name: getattr(static, one.name) for one in dataclass_fields(static)}
-        return InverterInduction(**own | {"inverter": inverter})
+        return InverterInduction(**own | {"inverter": inverter}).started()
     except SceneError as error:
         if isinstance(bare, str):
             raise

@@ -30,7 +30,7 @@ from flywheel.machine.loads import Effort
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count
 from flywheel.numerics.cells import Array
-from flywheel.numerics.expressions import Expression, Node, renamed, written
+from flywheel.numerics.expressions import Expression, Node, composed, numeral, renamed, written
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
@@ -57,7 +57,8 @@ class SwitchingTimes:
         for effort in machine.efforts:
             law = effort.load.law
             if isinstance(law, Expression) and effort.uses_time:
-                parts = [part for part in (*law.switches(), *law.branch_points()) if effort.is_timed(part)]
+                at_rest = [_at_rest(part) for part in (*law.switches(), *law.branch_points())]
+                parts = [part for part in at_rest if effort.is_timed(part)]
                 self._switches += [(effort, Expression(p.text, Node("sign", (renamed(p.tree, "t", "phi"),)))) for p in parts]
                 self._smooth += [(effort, Expression(p.text, renamed(p.tree, "t", "phi"))) for p in _timed(effort, law.tree)]
         self._window = min(until, _WINDOW * machine.scene.cycle / machine.typical_speed)
@@ -84,6 +85,11 @@ class SwitchingTimes:
             self._times = sorted({*roots, *steep, end})
             self._seen = end
         return min(later[0], self.until)
+
+
+def _at_rest(part: Expression) -> Expression:
+    """An expression at a speed of 0, where it then depends on time: a machine at rest may be released by its switch."""
+    return Expression(part.text, composed(part.tree, {"omega": numeral(0.0)})) if part.names >= {"omega", "t"} else part
 
 
 def _timed(effort: Effort, node: Node) -> Iterator[Expression]:

@@ -8,7 +8,7 @@ the cycle, also of an engine, whose gas drives; `synchronism` the load angle of 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -228,11 +228,25 @@ def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
         if current > inverter.overcurrent + errors["current"]:
             at = float(mesh.phi.flat[np.argmax(shaft.current_law(mesh, omega)[0])])
             trips.append(Trip("overcurrent", current, inverter.overcurrent, at))
-    allowed = {"none": 0.0, "resistor": inverter.chopper_power or 0.0, "regenerative": np.inf}[inverter.braking]
-    if -least > allowed + off:
+    if -least > (returned := inverter.limits[1])[1] + off:
         at = float(mesh.phi.flat[np.argmin(power(mesh, omega)[0])])
-        trips.append(Trip("chopper_power" if allowed else "overvoltage", -least, allowed, at))
+        trips.append(Trip(returned[0], -least, returned[1], at))
     return InverterLoad(mean, most, least, current, tuple(trips), errors)
+
+
+def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:
+    """Messages on an inverter that trips: by what, where, and what would mend it."""
+    for kind, value, limit, angle, time in trips:
+        at = f"at crank angle {np.degrees(angle):.4g} deg" if time is None else f"after {time:.5g} s"
+        if kind == "overcurrent":
+            told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
+            yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
+        elif kind == "overvoltage":
+            told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
+            yield f'{told}; give it a resistor, braking = "regenerative", or a load that drives less'
+        else:
+            told = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
+            yield f"{told}; give it a larger resistor, or a lower torque_limit"
 
 
 def states_on(run: Run, mesh: Cells) -> tuple[Array, ...]:

@@ -447,13 +447,15 @@ class Synchronism(NamedTuple):
 class Trip(NamedTuple):
     """What trips an inverter: "overcurrent" (over the rated current), "overvoltage" or "chopper_power" (W returned).
 
-    `value` is the greatest along the motion, `limit` what it bears, `angle` that of the crank where it is greatest (rad).
+    `value` is the greatest along the motion, `limit` what it bears, `angle` that of the crank where it is greatest (rad). Of
+    a motion in time `time` is the first at which it trips (s), and `angle` the one there; None of a cycle.
     """
 
     kind: str
     value: float
     limit: float
     angle: float
+    time: float | None = None
 
 
 class InverterLoad(NamedTuple):

@@ -25,7 +25,7 @@ from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
-from flywheel.sizing.motor import MotorShaft, drive_work, energy, engine, inverter_load, synchronism
+from flywheel.sizing.motor import MotorShaft, drive_work, energy, engine, inverter_load, synchronism, trip_messages
 from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.proof import proven
 from flywheel.sizing.results import (
@@ -38,7 +38,6 @@ from flywheel.sizing.results import (
     Derivations,
     ElectricalTransients,
     Errors,
-    InverterLoad,
     JointFriction,
     Limit,
     Regime,
@@ -184,7 +183,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         *regime.messages,
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
-        *_trips(inverter),
+        *trip_messages(() if inverter is None else inverter.trips),
         *confirmed.messages,
         *_of_friction(regime, friction, flywheel.exact),
         *of_wheel,
@@ -333,21 +332,6 @@ def _at_constant_speed(regime: Regime) -> ConstantSpeed:
         balance=regime.cycle.balance,
         energy_fluctuation=regime.figures.fluctuation,
     )
-
-
-def _trips(load: InverterLoad | None) -> Iterator[str]:
-    """Messages on an inverter that trips: by what, where, and what would mend it."""
-    for kind, value, limit, angle in () if load is None else load.trips:
-        at = f"at crank angle {np.degrees(angle):.4g} deg"
-        if kind == "overcurrent":
-            told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
-            yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
-        elif kind == "overvoltage":
-            told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
-            yield f'{told}; give it a resistor, braking = "regenerative", or a load that drives less'
-        else:
-            told = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
-            yield f"{told}; give it a larger resistor, or a lower torque_limit"
 
 
 def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | None) -> Iterator[str]:

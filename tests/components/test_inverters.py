@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
@@ -198,3 +199,76 @@ def test_overcurrent_tells_where():
     slowest = float(motor.current_share(sizing.run.speed_min))
     assert (trip.kind, trip.value) == ("overcurrent", pytest.approx(slowest, rel=1e-6))
     assert "a torque_limit keeps the current down" in " ".join(sizing.messages)
+
+
+# A start on the ramp of frequency.
+
+STARTED = """
+inertia = [{on = "crank", value = 2.0}]
+[[load]]
+on = "crank"
+torque = "-15*sign(omega) - 0.0004*omega*abs(omega)"
+[drive.motor]
+type = "induction"
+power = "7.5 kW"
+speed = "1450 rpm"
+poles = 4
+frequency = "50 Hz"
+breakdown_ratio = 2.5
+voltage = "400 V"
+current = "15 A"
+power_factor = 0.83
+inverter = {%s}
+[flywheel]
+inertia = 0.05
+"""
+
+
+@pytest.mark.parametrize(("more", "end"), [("", 5.9), (", torque_limit = 2.3", 4.0)])
+def test_a_start_on_the_ramp_follows_the_circuit_at_the_frequency_of_the_moment(more, end):
+    run = flywheel.transient(flywheel.load(STARTED % f'frequency = "70 Hz", ramp = "6 s"{more}'), end=f"{end} s")
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        torque, heat, gap = rotor_circuit(max(70.0 * t / 6.0, 1e-9), y[0])
+        driven = (torque - 15.0 - 0.0004 * y[0] ** 2) / 2.05
+        return [driven, heat, gap, torque * y[0]] if y[0] > 0.0 or driven > 0.0 else [0.0, heat, gap, 0.0]
+
+    free = brentq(lambda t: rotor_circuit(70.0 * t / 6.0, 0.0)[0] - 15.0, 1e-4, 0.5)  # when it breaks away
+    held = solve_ivp(lambda t, y: [0.0, *rotor_circuit(max(70.0 * t / 6.0, 1e-9), 0.0)[1:], 0.0], (0.0, free), [0.0] * 4,
+                     method="DOP853", rtol=1e-11, atol=1e-12)  # fmt: skip
+    found = solve_ivp(rates, (free, end), held.y[:, -1], method="DOP853", rtol=1e-11, atol=1e-10)
+    omega, heat, gap, shaft = found.y[:, -1]
+    assert run.omega == pytest.approx(omega, rel=1e-8)
+    assert run.energy.rotor_heat == pytest.approx(heat, rel=1e-7)
+    assert run.energy.drive == pytest.approx(shaft, rel=1e-7)
+    assert gap == pytest.approx(shaft + heat, rel=1e-9)  # what the field gives is the shaft's and the rotor's
+    assert run.messages[0] == "held at rest by dry friction for " + f"{free:.6g} s"
+
+
+@pytest.mark.parametrize("limit", [1.2, 2.2])
+def test_a_limit_on_the_ramp_is_that_of_the_frequency_of_the_moment(limit):
+    motor = flywheel.load(STARTED % f'frequency = "90 Hz", ramp = "4 s", torque_limit = {limit}').motor
+    ramped = motor.start.connections[0].motor
+    times = np.array([0.5, 1.0, 2.0, 3.0, 3.9])
+    for share in (0.1, 0.5, 0.8, 0.97, 1.1):
+        fields = motor.field_speed * times / 4.0
+        at_times = ramped.at(times)
+        for k, field in enumerate(fields):
+            own = fed(50.0 * field / FIELD, limit)
+            omega = share * field
+            assert float(at_times.torque(np.full(5, omega))[k]) == pytest.approx(float(own.torque(omega)), rel=1e-12)
+            for name in ("slip_speed", "current_share", "rotor_heat", "constant_share"):
+                found = getattr(at_times, name)(np.full(5, omega))[k]
+                assert float(found) == pytest.approx(float(getattr(own, name)(omega)), rel=1e-9), name
+
+
+def test_a_ramp_too_short_trips_by_overcurrent_when_the_current_comes_to_its_limit():
+    run = flywheel.transient(flywheel.load(STARTED % 'frequency = "50 Hz", ramp = "0.5 s"'), end="0.4 s")
+    (line,) = [message for message in run.messages if "TRIPS" in message]
+    at = float(line.split("after ")[1].split(" s")[0])
+    motor = flywheel.load(STARTED % 'frequency = "50 Hz", ramp = "0.5 s"').motor.start.connections[0].motor
+    omega = float(np.interp(at, run.motion.t, run.motion.omega))
+    assert float(motor.at(np.array([at])).current_share([omega])[0]) == pytest.approx(2.0, rel=1e-3)
+    assert "overcurrent" in line
+    slower = flywheel.transient(flywheel.load(STARTED % 'frequency = "50 Hz", ramp = "8 s"'), end="0.4 s")
+    assert not any("TRIPS" in message for message in slower.messages)

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import OMEGA, Array, Fact, Inverter, Motor, Point, Span, product
+from flywheel.components.motors.motor import Array, Connection, Fact, Inverter, Motor, Point, Span, Start, Switch
 from flywheel.language import text as _
 from flywheel.numerics.arguments import refuse
-from flywheel.numerics.expressions import Expression, Node, between, compiled, composed, numeral
+from flywheel.numerics.expressions import Expression, compiled, composed
 from flywheel.numerics.faults import Fault, SceneError
 
 OWN_FAN = 0.8
@@ -141,10 +141,11 @@ class InverterInduction(Induction):
         return Point(self.field_speed - slip_speed, heat / slip_speed)
 
     @cached_property
-    def corner(self) -> float:
+    def corner(self) -> Any:
         """Slip speed (rad/s) at the set frequency beyond which the limit acts, or the motor breaks down."""
-        share = min(self.torque_limit / self.breakdown_torque, 1.0)
-        return self._breakdown_reach * share / (1.0 + math.sqrt((1.0 - share) * (1.0 + share)))
+        breakdown = self.flux(self.field_speed) ** 2 * self.mains.breakdown_torque
+        share = np.minimum(self.torque_limit / breakdown, 1.0)
+        return self._breakdown_reach * share / (1.0 + np.sqrt((1.0 - share) * (1.0 + share)))
 
     @property
     def no_load_speed(self) -> float:
@@ -154,7 +155,7 @@ class InverterInduction(Induction):
     @property
     def stable(self) -> Span:
         """The range of speeds from the torque limit, or breakdown, as a motor to the same as a generator, rad/s."""
-        return self.field_speed - self.corner, self.field_speed + self.corner
+        return self.field_speed - float(self.corner), self.field_speed + float(self.corner)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -167,30 +168,36 @@ class InverterInduction(Induction):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        field, shift = self.field_speed, self.synchronous_speed - self.field_speed
-        on_mains = composed(self.mains.law().tree, {"omega": compiled("omega + {shift}", shift=shift).tree})
-        tree = product(numeral(float(self.flux(field)) ** 2), on_mains)
-        return Expression(f"torque of an {self.title}", self._limited(tree))
+        return self._torque_law(compiled("{field}", field=self.field_speed))
 
-    def _limited(self, law: Node) -> Node:
-        """The torque at the set frequency within the limit: see the class."""
+    def _torque_law(self, field: Expression) -> Expression:
+        """The torque where the speed of the field, as it is set, is this (rad/s).
+
+        With a limit the slip speed stays within u_b: the field is then no faster than the rotor and that.
+        """
+        mains, reach = self.mains, self._breakdown_reach
+        slip = compiled("{field} - omega", field=field)
         if self.inverter.torque_limit is None:
-            return law
-        field = self.field_speed
-        limit, reach, corner = self.torque_limit, self._breakdown_reach, self.corner
-        widest = self.weakening_speed * math.sqrt(self.mains.breakdown_torque / limit)  # field at which breakdown is that
-        knots, leaves = [field - corner, field + corner], [numeral(limit), law, numeral(-limit)]
-        if widest - reach < knots[0]:
-            knots, leaves = [widest - reach, *knots], [leaves[0], self._broken(1.0), *leaves[1:]]
-        knots, leaves = [*knots, max(widest + reach, knots[-1])], [*leaves, self._broken(-1.0)]
-        if knots[-1] == knots[-2]:  # the limit is never reached as a generator
-            del knots[-1], leaves[-2]
-        return between(OMEGA, knots, leaves)
+            at_mains = {"omega": compiled("{mains} - {slip}", mains=self.synchronous_speed, slip=slip).tree}
+            law = Expression("", composed(mains.law().tree, at_mains))
+        else:
+            slip = compiled("min({reach}, max(-{reach}, {slip}))", reach=reach, slip=slip)
+            field = compiled("omega + {slip}", slip=slip)
+            top = 2.0 * mains.breakdown_torque * reach
+            law = compiled("{top}*{slip}/({slip}**2 + {square})", top=top, slip=slip, square=reach**2)
+        if self.weakened:
+            flux = compiled(
+                "min(1, {w}/max({field}, {half}))", w=self.weakening_speed, field=field, half=0.5 * self.weakening_speed
+            )
+            law = compiled("{flux}**2*{law}", flux=flux, law=law)
+        if self.inverter.torque_limit is not None:
+            law = compiled("min({most}, max(-{most}, {law}))", most=self.torque_limit, law=law)
+        return Expression(f"torque of an {self.title}", law.tree)
 
-    def _broken(self, way: float) -> Node:
-        """The torque of a motor kept at breakdown, (omega_w/(omega ± u_b))² T_b as a motor (1) or a generator (-1)."""
-        top = way * self.mains.breakdown_torque * self.weakening_speed**2
-        return compiled("{top}/(omega + {reach})**2", top=top, reach=way * self._breakdown_reach).tree
+    @property
+    def weakened(self) -> bool:
+        """Whether the field may be weakened: at the set frequency, or where a limit lets it turn faster."""
+        return self.inverter.frequency > self.inverter.weakening or self.inverter.torque_limit is not None
 
     def slip_speed(self, omega: ArrayLike) -> Array:
         """Slip speed u (rad/s) at speeds omega (rad/s), of their shape: in the limit that which its torque needs."""
@@ -229,6 +236,14 @@ class InverterInduction(Induction):
         constant = self.constant_losses
         return power if stator is None or constant is None else power + stator + constant * self.constant_share(omega)
 
+    def started(self) -> InverterInduction:
+        """The motor with a start by its ramp of frequency, where it has one."""
+        if not self.inverter.ramp:
+            return self
+        ramped = RampedInduction(**{one.name: getattr(self, one.name) for one in fields(InverterInduction)})
+        connection = Connection(ramped, Switch(time=self.inverter.ramp))
+        return replace(self, start=Start("ramp of frequency", (connection,)))
+
     def with_resistance(self, share: float) -> Induction:
         """Refuses resistors behind slip rings."""
         raise SceneError([Fault("type", f"an {self.title}", "a motor on its mains")])
@@ -248,3 +263,51 @@ class InverterInduction(Induction):
             yield Fact(_("Flux over the rated one"), "phi_i", flux, "", "phi_i = f_w/f_i", (weakening, frequency))
         yield Fact(_("Rated torque at that frequency, by the rotor's heat"), "T_f", self.rated.torque, "N m")
         yield Fact(_("At the same slip speed torque and heat are φ² times those on the mains, the current φ times."))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RampedInduction(InverterInduction):
+    """The motor while the frequency rises: at t it is f t/ramp, and the rest as at a set frequency.
+
+    Args:
+        time: t of the figures, s, one for each speed.
+
+    >>> plate = {"power": 7500.0, "speed": 1450 * math.pi / 30, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
+    >>> motor = InverterInduction(**plate, inverter=Inverter(50.0, 50.0, ramp=10.0)).started()
+    >>> ramped = motor.start.connections[0].motor.at(np.array([5.0]))
+    >>> ramped.rotor_heat([700 * math.pi / 30]).round(4).tolist(), round(motor.rated_heat, 4)
+    ([258.6207], 258.6207)
+
+    """
+
+    time: Any = 0.0
+
+    def __post_init__(self) -> None:
+        """Does nothing: the motor at its set frequency was checked."""
+
+    def at(self, time: Array) -> RampedInduction:
+        """The motor at times, s."""
+        return replace(self, time=time)
+
+    @property
+    def field_speed(self) -> Any:
+        """Speed of the field at the times, rad/s."""
+        return super().field_speed * np.minimum(1.0, np.asarray(self.time) / self.inverter.ramp)
+
+    @cached_property
+    def rated(self) -> Point:
+        """The rated point on the mains: it has none of its own."""
+        return self.mains.rated
+
+    def law(self) -> Expression:
+        """The torque on the shaft, N m, by `omega` and `t`."""
+        return self._torque_law(compiled("{rate}*t", rate=super().field_speed / self.inverter.ramp))
+
+    def torque(self, omega: ArrayLike) -> Array:
+        """Torque on the shaft (N m) at speeds omega (rad/s) and the times."""
+        speeds = np.asarray(omega, dtype=float)
+        return np.asarray(np.zeros_like(speeds) + self._law.evaluate({"omega": speeds, "t": np.asarray(self.time)}, np))
+
+    def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
+        """Line current over the rated one."""
+        return self.current_share(omega)

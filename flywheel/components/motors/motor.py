@@ -293,6 +293,7 @@ class Inverter(NamedTuple):
         frequency: f of the steady regime, Hz.
         weakening: frequency from which its voltage stays constant, Hz.
         torque_limit: over the motor's rated torque; None without one.
+        ramp: time in which the frequency rises from 0 to f, s; 0 where it is f at once.
         braking: what becomes of power that the motor returns: `none`, `resistor` or `regenerative`.
         chopper_power: greatest power of the braking resistor, W.
         overcurrent: current at which it trips, over the motor's rated one.
@@ -302,15 +303,24 @@ class Inverter(NamedTuple):
     frequency: float
     weakening: float
     torque_limit: float | None = None
+    ramp: float = 0.0
     braking: str = "none"
     chopper_power: float | None = None
     overcurrent: float = OVERCURRENT
+
+    @property
+    def limits(self) -> tuple[tuple[str, float], tuple[str, float]]:
+        """What trips it, with the greatest values that do not: the current over the rated one, the power returned (W)."""
+        kind = "chopper_power" if self.braking == "resistor" else "overvoltage"
+        power = {"none": 0.0, "resistor": self.chopper_power or 0.0}.get(self.braking, math.inf)
+        return ("overcurrent", self.overcurrent), (kind, power)
 
     def faults(self) -> list[Fault]:
         """The faults of its own numbers, by the scene's keys."""
         named = {"frequency": self.frequency, "field_weakening_from": self.weakening, "overcurrent": self.overcurrent}
         named |= {name: value for name in ("torque_limit", "chopper_power") if (value := getattr(self, name)) is not None}
         found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
+        found += number_faults("ramp", self.ramp, NOT_NEGATIVE)
         if self.braking not in BRAKING:
             found.append(Fault("braking", f'"{self.braking}"', '"none", "resistor" or "regenerative"'))
         elif (self.braking == "resistor") != (self.chopper_power is not None):
@@ -419,6 +429,10 @@ class Motor(ABC):
         """Current (A) along a motion, at speeds (rad/s) and times (s); `switched` are times that tell the connection."""
         found = self.current(omega)
         return None if found is None else np.asarray(found)
+
+    def at(self, time: Array) -> Motor:
+        """The motor at times (s) of a connection: itself, unless its data change with time."""
+        return self
 
     def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
         """Current of the windings over the rated one of the motor as it is `running`, as connected with other torques.

@@ -257,6 +257,10 @@ class Started(Motor):
         """Heat (W) in an induction motor's rotor or a DC motor's armature itself, without resistors that are added."""
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[0])
 
+    def input_power_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array:
+        """Power (W) that the motor takes from its inverter."""
+        return np.asarray(self._by_connection(omega, time, within, lambda one, *at: one.motor.input_power(*at)))
+
     def added_heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Heat (W) in the resistors that are added to rotor or armature."""
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[1])
@@ -281,8 +285,9 @@ class Started(Motor):
         found = np.zeros(speeds.shape)
         held = [*self.connections, Connection(self.own, Switch(time=math.inf))][: len(self.times) + 1]
         owner = np.searchsorted(np.asarray(self.times), sides, side="right")
-        for k, connection in enumerate(held):
+        for k, one in enumerate(held):
             here = owner == k
+            connection = one._replace(motor=one.motor.at(times[here]))
             law = Expression("", connection.law())
             torque = np.zeros(speeds[here].shape) + law.evaluate({"omega": speeds[here], "t": times[here]}, np)
             value = figure(connection, speeds[here], torque)
