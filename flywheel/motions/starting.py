@@ -444,7 +444,7 @@ def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None
 
 
 def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
-    """What trips a motor's inverter along a motion, each at the first time at which it does; none of other drives."""
+    """Causes that trip a motor's inverter along a motion, each at its first time; none of other drives."""
     dynamics = trail.dynamics
     motor = dynamics.machine.scene.motor
     running = None if motor is None else as_started(motor)

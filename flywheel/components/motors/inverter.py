@@ -196,7 +196,7 @@ class InverterInduction(Induction):
 
     @property
     def weakened(self) -> bool:
-        """Whether the field may be weakened: at the set frequency, or where a limit lets it turn faster."""
+        """Tells whether the field may be weakened: at the set frequency, or where a limit lets it turn faster."""
         return self.inverter.frequency > self.inverter.weakening or self.inverter.torque_limit is not None
 
     def slip_speed(self, omega: ArrayLike) -> Array:

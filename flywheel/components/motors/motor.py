@@ -310,7 +310,7 @@ class Inverter(NamedTuple):
 
     @property
     def limits(self) -> tuple[tuple[str, float], tuple[str, float]]:
-        """What trips it, with the greatest values that do not: the current over the rated one, the power returned (W)."""
+        """Limits beyond which it trips: of the current over the rated one, of the power returned (W)."""
         kind = "chopper_power" if self.braking == "resistor" else "overvoltage"
         power = {"none": 0.0, "resistor": self.chopper_power or 0.0}.get(self.braking, math.inf)
         return ("overcurrent", self.overcurrent), (kind, power)
