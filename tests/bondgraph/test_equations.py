@@ -1,5 +1,7 @@
 """Equations of state and of motion, in symbols and in numbers."""
 
+import re
+
 import numpy as np
 import pytest
 import sympy
@@ -25,12 +27,14 @@ from bondgraph import (
     motion_equation,
     simplify,
     state_equations,
+    to_modelica,
 )
 from bondgraph.laws import exact
 from bondgraph.motion.algebra import solve_symmetric
 from bondgraph.motion.formulation import Formulation
 from bondgraph.planar import Bar, four_bar
 from bondgraph.twin import Names, clean, numeric_function, twin
+from tests.extras import extra
 
 # What the tests of symbolic equations share: a slider-crank, and whether formulas agree with numbers.
 
@@ -587,3 +591,64 @@ def test_a_function_known_by_its_values_has_another_as_its_derivative():
     called = numeric_function("T", lambda q: q**2, slope)
     assert str(called(x).diff(x)) == "T_slope(x)"
     assert sympy.lambdify(x, [called(x), called(x).diff(x)], modules="numpy")(3.0) == [9.0, 6.0]
+
+
+# Equations handed over: machine code and Modelica.
+
+
+def handed_over():
+    """A spring that pushes only, drag, and a force of a signal that switches with the position."""
+    b = Builder().signal("load").parameter(k=3.0, end=0.7).one("m", displacement="x").on("m", I("M", 2.0))
+    b.on("m", R("d", lambda f, end: end * f * abs(f)), C("s", lambda q, k: k * np.maximum(q, 0) ** 3))
+    b.on("m", Se("F", lambda load, t, x: np.where(x > 1, load * np.cos(t), -load) * np.sqrt(1 + x**2)))
+    return b.build()
+
+
+def test_machine_code_gives_the_rates():
+    extra("numba")
+    code = state_equations(handed_over()).machine_code()
+    for t, y in ((0.3, [0.7, 0.5, 1.2]), (1.9, [-0.7, -0.5, 0.2])):
+        expected = state_equations(handed_over()).numeric({"load": 2.0})(t, y)
+        assert_allclose(code(t, np.array(y), np.array([2.0])), expected, rtol=1e-14)
+    bridge = Builder().one("a").zero("node").bond("a", "node").on("a", Se("u", 2.0), R("r", 2.0)).on("node", R("leak", 4.0))
+    graph = bridge.one("b").bond("node", "b").on("b", I("m", 1.5), R("s", 1.0)).build()
+    flow, node = 0.7 / 1.5, (2.0 / 2.0 - 0.7 / 1.5) / (1.0 / 2.0 + 1.0 / 4.0)
+    assert_allclose(state_equations(graph).machine_code()(0.0, np.array([0.7])), [node - flow], rtol=1e-14)
+
+
+def read_back(text, t, signals):
+    """The rates that a Modelica model gives at its start, by its own text."""
+    lines = text.splitlines()
+    space = {name: getattr(np, name) for name in ("sqrt", "cos", "sin")} | {"time": t, "max": max, **signals}
+    for line in lines:
+        if "parameter Real" in line or "(start =" in line:
+            name, value = re.match(r"\s*(?:parameter )?Real (\w+)(?: = |\(start = )([-\d.e]+)", line).groups()
+            space[name] = float(value)
+    rates = []
+    for line in (line for line in lines if "der(" in line):
+        right = line.split(" = ", 1)[1].rstrip(";").replace("^", "**")
+        right = re.sub(r"if (.*?) then (.*?) else (.*?)\)", r"(\2) if (\1) else (\3))", right)
+        rates.append(eval(right, space))
+    return rates
+
+
+@pytest.mark.parametrize("start", [{"p_M": 0.7, "q_s": 0.5, "x": 1.2}, {"p_M": -0.7, "q_s": -0.5, "x": 0.2}])
+def test_a_modelica_model_says_the_same(start):
+    text = to_modelica(handed_over(), name="Press", initial=start)
+    assert text.splitlines()[0] == "model Press"
+    assert text.endswith("end Press;")
+    assert "  parameter Real end_ = 0.7;" in text
+    assert "  input Real load;" in text
+    expected = state_equations(handed_over()).numeric({"load": 2.0})(0.3, list(start.values()))
+    assert_allclose(read_back(text, 0.3, {"load": 2.0}), expected, rtol=1e-13)
+
+
+def test_what_cannot_be_handed_over_is_named():
+    with pytest.raises(GraphError, match=r"initial 'z': no such state; they are p_M, q_s, x"):
+        to_modelica(handed_over(), initial={"z": 1.0})
+    law = Law(lambda here, anchor: -here.q, Motion("m"))
+    graph = Builder().one("m", displacement="x").on("m", I("M", 2.0), Se("F", law)).build()
+    with pytest.raises(GraphError, match="F has no form in Modelica"):
+        to_modelica(graph)
+    with pytest.raises(GraphError, match="the rate of p_M holds F, which is known by values, not by a formula"):
+        state_equations(graph).machine_code()
