@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.numerics import root, threshold
+from bondgraph.numerics import root, summit, threshold
 from flywheel.components import press_work
 from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
@@ -23,6 +23,8 @@ from flywheel.regime.state import DRIVE
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.findings import Finding
+from flywheel.sizing.limits import asked_of
+from flywheel.sizing.results import Limit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of those that they are compared with
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
 _RATE = 1e-6  # of a limit, to which the greatest rate is found
+_SIGNALS, _SIGNAL_WIDTH = 25, 1e-6  # stop signals tried, and the width of time, of the stroke, to which the worst is found
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-4  # of a speed: to which that is found below which a stroke fails
 _SLOWER = 0.93  # of a speed: the next that is tried
@@ -45,7 +48,7 @@ _TIME = "time of the stroke"
 _MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
 _SAFETY = 2.0
-_LARGEST = 1e9  # kg m², of a flywheel that is looked for
+_HEAVIEST = 1e5  # times the inertia on either side of the clutch, of a flywheel that is looked for
 
 
 FINDINGS: tuple[Finding, ...] = (
@@ -69,6 +72,9 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("brake_angle", "rad", "of the crank from putting the brake on to standstill", words=lambda: _("braking angle")),
     Finding("stopping_time", "s", "from putting the brake on to standstill", words=lambda: _("stopping time")),
     Finding("overrun", "rad", "how far past stop_at the crank stands", words=lambda: _("overrun past stop_at")),
+    Finding("emergency_time", "s", "from a stop signal to standstill at most", words=lambda: _("emergency stop within")),
+    Finding("emergency_angle", "rad", "crank angle of that signal", words=lambda: _("longest from a signal at")),
+    Finding("safety_distance", "m", "K T + C by ISO 13855", words=lambda: _("safety distance")),
     Finding("holding_torque", "N m", "of the brake at standstill, on its shaft", words=lambda: _("brake torque at rest")),
     Finding("mean_power", "W", "of the drive", words=lambda: _("mean power of the drive")),
     Finding("motor_torque_mean", "N m", "of the drive, over time", words=lambda: _("drive torque, mean")),
@@ -108,6 +114,8 @@ class SingleStroke:
     error: Mapping[str, Any]
     phases: Phases
     strokes: Strokes = field(repr=False)
+    limits: Mapping[str, Limit]
+    binding: str | None
 
     def __getattr__(self, name: str) -> Any:
         figures = self.__dict__.get("figures", {})
@@ -133,6 +141,8 @@ class SingleStroke:
         """For JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
         given, exact = (self.inertia, None) if self.given else (None, self.inertia)
         wheel = {"on": self.on, "inertia": given, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
+        if self.limits:
+            wheel |= {"limits": {name: limit.as_dict() for name, limit in self.limits.items()}, "binding": self.binding}
         off, power = self.error.get("inertia"), self.figures["mean_power"]
         error = {
             "exact": None if off is None else off / self.inertia,
@@ -187,9 +197,13 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
         raise SceneError(faults)
     tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
     with np.errstate(all="ignore"):
-        inertia = scene.inertia if scene.inertia is not None else _sized(scene, tolerance)
+        limits, binding, inertia = dict[str, Limit](), None, scene.inertia
+        if inertia is None:
+            inertia, limits, binding = _sized(scene, tolerance)
         strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
         tight, loose = (_Run.of(each, periodic(each)) for each in (strokes, rougher))
+        for each, one in ((strokes, tight), (rougher, loose)):
+            one.figures.update(_emergency(each, one.phases))
         greatest, decides, off = _greatest_rate(rougher, loose)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares
@@ -198,7 +212,9 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
     if figures["keeps_up"] is not None:
         error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in shares)
     if scene.inertia is None:
-        error["inertia"] = inertia * (_SIZED + _SAFETY * abs(tight.figures["irregularity"] / scene.irregularity - 1.0))
+        name = binding or "irregularity"
+        kept = _limited(strokes, tight.phases, [name])[name] / asked_of(scene)[name]
+        error["inertia"] = inertia * (_SIZED + _SAFETY * abs(kept - 1.0) * (inertia > 0.0))
     return SingleStroke(
         scene,
         scene.flywheel_on,
@@ -211,6 +227,8 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
         error,
         tight.phases,
         strokes,
+        limits,
+        binding,
     )
 
 
@@ -421,6 +439,36 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     return found | {"speed_least": stroke.speed * strokes.wheel}
 
 
+def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
+    """The longest stop from a signal while the clutch holds, and the distance that a hand needs meanwhile (ISO 13855).
+
+    At the signal the clutch holds for its `fall`; then it lets go, and the brake is put on.
+    """
+    plan = strokes.plan
+    if plan.approach is None:
+        return dict.fromkeys(("emergency_time", "emergency_angle", "safety_distance"))
+    locked, wait = found.locked, strokes.clutch.fall
+    last = float(locked.t[-1]) - wait
+
+    def lasts(signal: float) -> float:
+        phi, omega = locked.states(np.array([signal + wait]))[:2, 0].tolist()
+        return wait + float(strokes.braked_from(phi, omega).t[-1])
+
+    signals = np.linspace(0.0, last, _SIGNALS)
+    times = [lasts(signal) for signal in signals.tolist()]
+    top = int(np.argmax(times))
+    ends = float(signals[max(top - 1, 0)]), float(signals[min(top + 1, _SIGNALS - 1)])
+    when, longest = summit(lasts, *ends, _SIGNAL_WIDTH * last)
+    if times[top] >= longest:
+        when, longest = float(signals[top]), times[top]
+    stopping = plan.response + longest
+    return {
+        "emergency_time": stopping,
+        "emergency_angle": float(locked.states(np.array([when]))[0, 0]),
+        "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
+    }
+
+
 _Side = tuple[Trail, float, float]
 """A motion of the driving side, what its speed is to be multiplied with to be the clutch shaft's, and when it begins (s)."""
 
@@ -615,55 +663,90 @@ def clutch_heat(strokes: Strokes, driving: Trail, slipping: Trail) -> float:
 # -- searches ----------------------------------------------------------------------------------------------------------
 
 _SIZED = 1e-8  # relative, to which a flywheel is found
+_BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
-def _sized(scene: Scene, tolerance: float) -> float:
-    """The smallest flywheel (kg m² at its own shaft) with which the irregularity is that asked for."""
-    asked = scene.irregularity
-    if asked is None:
-        raise SceneError([Fault("flywheel", "no irregularity", "irregularity or inertia")])
+def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str | None]:
+    """The smallest flywheel (kg m² at its own shaft) that keeps what is asked, each limit with its own, and which decides.
+
+    Every limit is kept the better the heavier the flywheel is: the largest of those that keep one alone keeps all.
+    """
     last: list[SceneError] = []
     begin: list[Phases] = []  # the last stroke that returns, from which the next is looked for
-    known: dict[float, float] = {}
+    known: dict[float, Mapping[str, float]] = {}
+    asked = asked_of(scene)
 
-    def above(inertia: float) -> float:
-        """The irregularity beyond what is asked, relative; infinite where the stroke does not go through."""
+    def reached(inertia: float) -> Mapping[str, float]:
+        """What the limits are compared with; nothing where the stroke does not go through."""
         if inertia not in known:
             tried = Strokes(scene, inertia, tolerance)
             try:
-                found = periodic(tried, guess=begin[0] if begin else None)
+                found = periodic(tried, begin[0] if begin else None)
             except SceneError as error:
-                last[:], begin[:] = [error], []
-                known[inertia] = math.inf
+                last[:], begin[:], known[inertia] = [error], [], {}
             else:
-                begin[:] = [found]
-                known[inertia] = _speeds(_driving_sides(tried, found)).irregularity / asked - 1.0
+                begin[:], known[inertia] = [found], _limited(tried, found, asked)
         return known[inertia]
 
     strokes = Strokes(scene, 1.0, tolerance)
-    own = float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia) - strokes.wheel**2
+    own = _driving_inertia(strokes) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
-    low = high = max(own, crank / strokes.ratio**2) / strokes.wheel**2
-    if own > 0.0 and above(0.0) <= 0.0:
-        return 0.0
-    while above(high) > 0.0:
-        low, high = high, 4.0 * high
-        if high > _LARGEST:
-            last = last or [SceneError([Fault("flywheel.irregularity", f"{asked:.4g}", "one that a flywheel keeps")])]
-            raise last[0]
-    while above(low) <= 0.0:
-        low = 0.25 * low
-    while math.isinf(above(low)):  # the least flywheel that carries the stroke through
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
-        if high / low < 1.0 + _SIZED:
-            return high
+    scale = max(own, crank / strokes.ratio**2) / strokes.wheel**2
 
-    def within(place: float) -> float:
-        over = above(1.0 / place)
-        return over if abs(over) > _SIZED else 0.0
+    def smallest(name: str) -> float:
+        """The smallest flywheel that keeps one limit."""
 
-    return 1.0 / root(within, 1.0 / low, 1.0 / high)  # the irregularity is nearly a straight line of 1/inertia
+        def above(inertia: float) -> float:
+            """What is beyond the limit, relative; infinite where the stroke does not go through."""
+            return reached(inertia).get(name, math.inf) / asked[name] - 1.0
+
+        def within(place: float) -> float:
+            over = above(1.0 / place)
+            return over if abs(over) > _SIZED else 0.0
+
+        low = high = scale
+        if own > 0.0 and above(0.0) <= 0.0:
+            return 0.0
+        while above(high) > 0.0:
+            low, high = high, 4.0 * high
+            if high > _HEAVIEST * scale and last and not known[low]:
+                raise last[0]
+            if high > _HEAVIEST * scale:
+                found = f"{100.0 * asked[name]:.4g} %, and {100.0 * reached(low)[name]:.4g} % with {low:.3g} kg m²"
+                path = f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
+                raise SceneError([Fault(path, found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")])
+        while above(low) <= 0.0:
+            low = 0.25 * low
+        while math.isinf(above(low)):  # the least flywheel that carries the stroke through
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
+            if high / low < 1.0 + _SIZED:
+                return high
+        return 1.0 / root(within, 1.0 / low, 1.0 / high)  # most limits are nearly straight lines of 1/inertia
+
+    alone = {name: smallest(name) for name in asked}
+    binding = max(alone, key=lambda name: alone[name])
+    inertia = alone[binding]
+    limits = {name: Limit(asked[name], reached(inertia)[name], alone[name]) for name in scene.limits}
+    for name, limit in limits.items():
+        if limit.reached > limit.asked * (1.0 + _BROKEN):
+            found = f"{100.0 * limit.reached:.4g} % with the {inertia:.5g} kg m² that {binding} needs"
+            raise SceneError([Fault(f"flywheel.limits.{name}", found, "limits that one flywheel keeps", "allow more")])
+    return inertia, limits, binding if limits else None
+
+
+def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:
+    """The figures of limits along a stroke, those of the motor over its rated ones."""
+    sides, motor = _driving_sides(strokes, found), strokes.scene.motor
+    shown = {"irregularity": _speeds(sides).irregularity}
+    if motor is not None and motor.rated is not None:
+        _, rms, peak = _motor_torques(strokes, sides, found.period)
+        heat = _motor_heat(strokes, sides, found.period)
+        shares = _motor_shares(strokes, rms, heat)
+        shown |= {"motor_torque": peak / motor.rated.torque, "motor_rms": shares[_MOTOR_SHARES[0]]}
+        if heat is not None:
+            shown["motor_heat"] = shares[_MOTOR_SHARES[1]]
+    return {name: shown[name] for name in names}
 
 
 def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:

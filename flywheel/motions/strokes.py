@@ -386,13 +386,9 @@ class Strokes:
                 advice = "release the clutch later, or put the brake on sooner"
                 expected = f"one that comes to the brake at {_at(self.brakes_at)}"
                 raise SceneError([Fault(f"shafts.{self.clutch.on}.clutch.disengage", found, expected, advice)])
-        goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, self.brakes_at + TURN, -1.0)]
-        braking = self._run(self.braked, Start(*begin), goals)
-        rest, omega = _last(braking)
+        braking = self.braked_from(*begin)
+        rest, _ = _last(braking)
         torque = f"a brake of {self.brake.torque:.5g} N m"
-        if braking.goal != "stop":
-            found = f"{torque} that leaves the crank at {omega * _RPM:.4g} rpm after a turn"
-            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that stops the crank", "a larger torque")])
         held = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
         most = self.brake.torque * self.scene.shafts[self.brake.on]
         if abs(held.moment) > most + held.friction:
@@ -400,6 +396,17 @@ class Strokes:
             advice = "a larger torque, a counterbalance, or another stop_at"
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
         return coasting, braking, time, held.moment
+
+    def braked_from(self, phi: float, omega: float) -> Trail:
+        """The driven side from an angle (rad) and a speed (rad/s) at which the brake is put on until it stands still."""
+        goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, phi + TURN, -1.0)]
+        braking = self._run(self.braked, Start(phi, omega), goals)
+        if braking.goal != "stop":
+            left = _last(braking)[1] * _RPM
+            found = f"a brake of {self.brake.torque:.5g} N m that leaves the crank at {left:.4g} rpm after a turn"
+            found += f" from {_at(phi)}"
+            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that stops the crank", "a larger torque")])
+        return braking
 
 
 def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float, float]:
@@ -557,10 +564,9 @@ def check(scene: Scene) -> None:
         add(
             "drive.motor", f"a {scene.motor.title} with states of its own", "one by its torque over speed", "leave those out"
         )
-    if scene.limits:
-        add(
-            "flywheel.limits", "limits beside [single_stroke]", "irregularity or inertia", "limits are not sized for strokes"
-        )
+    if "current_pulsation" in scene.limits:
+        found = "a limit to the pulsation of the current beside [single_stroke]"
+        add("flywheel.limits.current_pulsation", found, "limits of torque, heat and irregularity", "leave it out")
     if scene.wheel is not None:
         add(
             "flywheel.shape",

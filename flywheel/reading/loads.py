@@ -605,6 +605,11 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
         if angle is not None and stop_at is not None and abs(math.remainder(angle - stop_at, 2 * math.pi)) > TOLERANCE:
             found = f"{math.degrees(angle):.6g} deg, and stop_at at {math.degrees(stop_at):.6g} deg"
             item.add(key, found, "the same angle", "a stroke begins where the crank was stopped: leave it out")
+    for key in ("response", "intrusion"):
+        if key in plan.raw and plan.fields["approach"] is None and "approach" not in plan.raw:
+            plan.add(
+                key, show(plan.raw[key]), "approach beside it", "the safety distance is approach times the stopping time"
+            )
     if not (plan.clean and clutch.clean and brake.clean):
         return None
     torque = clutch.fields["torque"]
@@ -617,6 +622,9 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
         plan.fields["idle"],
         stop_at,
         count or 1,
+        plan.fields["approach"],
+        plan.fields["response"],
+        plan.fields["intrusion"],
     )
 
 

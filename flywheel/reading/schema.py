@@ -301,6 +301,9 @@ _SECTIONS = (
             Key(
                 "continuous", "number", "strokes in a row before the crank is stopped", 1.0, Range(1.0, 1000.0), example="3"
             ),
+            Key("approach", "velocity", "of a hand, K of ISO 13855: S = K T + C", None, POSITIVE, example="2 m/s"),
+            Key("response", "time", "of light curtain and control, part of T", 0.0, NOT_NEGATIVE, example="30 ms"),
+            Key("intrusion", "length", "that a hand comes in unseen, C", 0.0, NOT_NEGATIVE, example="128 mm"),
         ),
         one_of=(("rate", "idle"),),
     ),

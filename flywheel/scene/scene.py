@@ -287,7 +287,8 @@ class SingleStroke(NamedTuple):
     """A machine that works stroke by stroke: its clutch takes the crank along, its brake stops it about `stop_at` (rad).
 
     One of `rate` (strokes per second) and `idle` (s, from standstill to the next engagement) is set. `continuous` strokes
-    follow one another before the crank is stopped.
+    follow one another before the crank is stopped. For the safety distance of ISO 13855: the `approach` speed of a hand
+    (m/s), the `response` time (s) of what sees it, and the `intrusion` distance (m) before it does.
     """
 
     clutch: Clutch
@@ -296,6 +297,9 @@ class SingleStroke(NamedTuple):
     idle: float | None = None
     stop_at: float = 0.0
     continuous: int = 1
+    approach: float | None = None
+    response: float = 0.0
+    intrusion: float = 0.0
 
 
 class Phase(NamedTuple):

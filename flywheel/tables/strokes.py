@@ -11,6 +11,7 @@ from flywheel.numerics.units import columns, figure
 from flywheel.sizing.findings import KINDS, Finding
 from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
+from flywheel.tables.sizing import limit_names
 from flywheel.tables.summary import Block, Row, lines_of, machine_block
 
 _OF_STROKE = (
@@ -25,7 +26,15 @@ _OF_STROKE = (
 )
 _OF_CLUTCH = (
     *("slip_time", "lock_angle", "clutch_torque", "clutch_heat", "clutch_heat_per_hour", "brake_angle", "stopping_time"),
-    *("overrun", "holding_torque", "brake_heat", "brake_heat_per_hour"),
+    *(
+        "overrun",
+        "holding_torque",
+        "brake_heat",
+        "brake_heat_per_hour",
+        "emergency_time",
+        "emergency_angle",
+        "safety_distance",
+    ),
 )
 _OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")
 _BY_KEY = {one.key: one for one in FINDINGS}
@@ -49,8 +58,9 @@ def share_name(name: str) -> str:
 
 def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown:
     """A figure to five digits in the units of the trade: angles in degrees, rates a minute."""
-    if one.unit in KINDS or one.unit == "rad":
-        return system.shown(value, KINDS.get(one.unit, "angle"), error)
+    kind = {**KINDS, "rad": "angle", "m": "length"}.get(one.unit)
+    if kind is not None:
+        return system.shown(value, kind, error)
     factor, unit = (60.0, "1/min") if one.unit == "1/s" else (1.0, one.unit)
     return Shown(five_digits(factor * value, factor * error), unit)
 
@@ -81,7 +91,13 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
 def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
     inertia = system.shown(found.inertia, "inertia", found.error.get("inertia", 0.0))
     given = _("given") if found.given else _("sized")
-    return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), (Row(_("inertia"), *inertia, given),))
+    names, rows = limit_names(), [Row(_("inertia"), *inertia, given)]
+    for name, limit in found.limits.items():
+        reached, asked = (number(figure(_PERCENT * value, most=5)) for value in (limit.reached, limit.asked))
+        alone = _("of {asked} %; alone it needs {inertia}", asked=asked, inertia=system.shown(limit.alone, "inertia"))
+        rows.append(Row(names[name], reached, "%", alone))
+    decides = (_("{limit} decides.", limit=names[found.binding]),) if found.binding else ()
+    return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), tuple(rows), sentences=decides)
 
 
 def _decides(found: SingleStroke) -> str:
