@@ -6,13 +6,15 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from math import pi
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+
+from flywheel.language import LANGUAGES, use
 
 if TYPE_CHECKING:
     from flywheel.motions.motion import Transient
@@ -26,6 +28,7 @@ MOST_POINTS = 1_000_000
 INTERRUPTED = 130
 """Exit code of a command that the user has ended by Ctrl-C."""
 STANDARD_OUTPUT = "standard output"
+_LANGUAGE = "flywheel.language"  # of a context: the language of its pictures
 _UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be written
 
 
@@ -122,6 +125,17 @@ def plot_option(help: str) -> Callable[[Any], Any]:
     return lambda command: plot(style_option(command))
 
 
+def language_option(command: Any) -> Any:
+    """The option --language: that of a command's pictures, in which `written` has them drawn."""
+    return click.option(
+        "--language",
+        type=click.Choice([*LANGUAGES]),
+        expose_value=False,
+        callback=lambda context, parameter, language: context.meta.update({_LANGUAGE: language or "en"}),
+        help="Of the picture (default en).",
+    )(command)
+
+
 def style_option(command: Any) -> Any:
     """The option --style: the form in which a command's pictures are drawn."""
     help_text = "Pictures for the screen, in colours, or for print: greys, dashes and hatches."
@@ -206,12 +220,15 @@ def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
 
 @contextmanager
 def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
-    """Report a file that cannot be written in one line on standard error.
+    """Report a file that cannot be written in one line on standard error, and draw pictures in their language.
 
     The command goes on to its other outputs and ends with exit code 1; at once where there is nothing to go on with.
     """
+    context = click.get_current_context(silent=True)
+    asked = context.meta.get(_LANGUAGE) if context is not None and Path(path).suffix.lower() in PLOT_FORMATS else None
     try:
-        yield
+        with use(asked) if asked else nullcontext():
+            yield
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -28,6 +28,7 @@ from flywheel.cli.common import (
     exclusive,
     hand_over,
     json_flag,
+    language_option,
     loaded,
     plot_option,
     quantity,
@@ -41,7 +42,8 @@ from flywheel.cli.common import (
     written,
 )
 from flywheel.cli.common import speed as speed_of
-from flywheel.language import LANGUAGES
+from flywheel.language import LANGUAGES, message
+from flywheel.language import text as _
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
@@ -187,6 +189,7 @@ def _angle(context: click.Context, parameter: click.Parameter, text: str | None)
 @plot_option(
     "Draw I*, M* with the share of every load, and influence coefficients over the whole cycle or stroke into a file."
 )
+@language_option
 @click.option(
     "--of",
     multiple=True,
@@ -359,6 +362,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     "Draw the reactions: as curves with --over or along a motion in time; else polar for pins, over the motion for slides, "
     "with one file for each of several mechanisms: FILE-NAME.png."
 )
+@language_option
 @OUTPUT
 def reactions(
     scene: Path,
@@ -507,9 +511,12 @@ def _draw_curves(
     if not components:  # its size beside a force would hide it
         chosen = [curve for curve in chosen if curve.component != RESULTANT]
     with written(path):
-        curves(
-            chosen, along, f"{scene.title or 'Machine'}: forces in the joints, {forces.condition}", path, together=together
+        title = _(
+            "{title}: forces in the joints, {condition}",
+            title=scene.title or _("Machine"),
+            condition=message(forces.condition),
         )
+        curves(chosen, along, title, path, together=together)
         click.echo(f"wrote {path}", err=True)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
@@ -23,6 +25,7 @@ from flywheel.regime import constant_speed
 from flywheel.regime.state import MachineState, at_speed, conditions, reduce
 from flywheel.scene.scene import Scene
 from flywheel.tables.rows import RPM
+from flywheel.tables.scene import part_name
 
 Array = NDArray[np.float64]
 
@@ -64,10 +67,10 @@ def draw_reduction(scene: Scene, *, of: Sequence[str] = (), speed: float | None 
     curves, left_out = shown(list(gains.curves.values()))
     columns = [[curve for curve in curves if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column and any(np.any(curve.velocity) for curve in column)]
-    subtitle = conditions(machine, pace if machine.depends_on_speed else None)
+    subtitle = message(conditions(machine, pace if machine.depends_on_speed else None))
     reduced = _("reduced to the slide") if scene.reduction_element == "slide" else _("reduced to the crank")
     title = ": ".join(part for part in (machine.scene.title or "", reduced) if part)
-    made = figures.figure(9.6, 2.9 * (2 + len(columns)) + 0.6, f"{title}\n{subtitle}" if subtitle else title)
+    made = figures.figure(9.6, 2.9 * (2 + len(columns)) + 0.6, "\n".join((title, *wrap(subtitle, 90))))
     panels = made.subplots(2 + len(columns), 1, sharex=True)
     scale, label = axis_of(gains)
     inner = switches(machine, phi, (state.moment, *state.moment_parts.values(), state.inertia, state.slope))
@@ -137,7 +140,8 @@ def _draw_parts(
     alone = len(some) == 1 and all(np.array_equal(total, part) for part in some.values())
     for k, (name, part) in enumerate(() if alone else some.items()):
         x, y = broken(phi, part, edges)
-        panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=noun(name))
+        words = part_name(machine.scene, name)
+        panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=words if words != name else noun(name))
     x, y = broken(phi, total, edges)
     symbol = label.partition(",")[0]
     least, most = (written(value, 4) for value in (float(total.min()), float(total.max())))
@@ -171,8 +175,8 @@ def draw_transient(transient: Transient) -> Figure:
         panel(axis, transient, samples)
         axis.grid(visible=True, color="#E5E5E5")
         axis.margins(x=0.01)
-    words = transient.ended[0].upper() + transient.ended[1:]
-    axes[0].set_title(f"{words}", parse_math=False)
+    words = message(transient.ended)
+    axes[0].set_title("\n".join(wrap(words[0].upper() + words[1:], 100)), parse_math=False)
     axes[-1].set_xlabel(_("time, s"))
     return made
 

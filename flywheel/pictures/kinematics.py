@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.motions.curves import ANGLE, POINT, WAY, Curve, Moving
 from flywheel.motions.driver import TIME
@@ -72,7 +73,9 @@ def draw(found: Kinematics) -> Figure:
     wanted, left_out = shown(list(found.curves.values()))
     columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
-    title = ": ".join(part for part in (found.scene.title or "", _("motion {condition}", condition=found.condition)) if part)
+    title = ": ".join(
+        part for part in (found.scene.title or "", _("motion {condition}", condition=message(found.condition))) if part
+    )
     told_of = wrap(title, 62 * len(columns)) + [_("({number} more curves can be drawn by name)", number=left_out)] * bool(
         left_out
     )

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.language import text as _
-from flywheel.machine.machine import FRICTION
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
 from flywheel.regime import turning_moment
@@ -17,10 +15,8 @@ from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
 from flywheel.report.document import Figure
 from flywheel.report.formulas import Quantity
-from flywheel.scene.scene import Scene
 from flywheel.sizing.findings import finding
 from flywheel.sizing.results import Sizing
-from flywheel.tables.scene import place
 
 _NO_WORK = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 
@@ -102,23 +98,3 @@ def moments(sizing: Sizing) -> dict[str, Array]:
             omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi)
     found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
     return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
-
-
-def load_number(scene: Scene, part: str) -> int:
-    """The number of a load, spring or damper in the scene, from 1, counted through."""
-    items: list[Any] = [*(load for load in scene.loads if not load.drag), *scene.springs, *scene.dampers]
-    return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
-
-
-def label(scene: Scene, part: str) -> str:
-    """A part of I* or M* in the language in use."""
-    if part.startswith("weight of "):
-        return _("weight of {body}", body=part.removeprefix("weight of "))
-    if part.startswith("inertia on "):
-        return _("inertia on {place}", place=place(part.removeprefix("inertia on ")))
-    if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
-        return _("drag on {place}", place=place(drag))
-    if n := load_number(scene, part):
-        kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
-        return _("{kind} {n} on {place}", kind=kind, n=n, place=place(part.partition(" on ")[2]))
-    return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part

@@ -24,12 +24,12 @@ from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import reduce
 from flywheel.report import formulas
-from flywheel.report.context import label, load_number
 from flywheel.report.document import Cell, Figure, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index
 from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_text
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
+from flywheel.tables.scene import load_number, part_name
 
 _NO_SHARE = 1e-3  # of the largest: a smaller share is not shown at an angle
 _MOST_COLUMNS = 6
@@ -263,7 +263,7 @@ def _short(at: Steps, part: str) -> str:
     """A part's name as an index: without its mechanism's where there is only one."""
     owner, _dot, body = part.partition(".")
     if part.startswith("inertia on "):
-        return index(label(at.scene, part))
+        return index(part_name(at.scene, part))
     only = len(at.scene.mechanisms) == 1 and at.scene.mechanisms[0].name == owner
     return index(body if only and body else part)
 
@@ -298,7 +298,7 @@ def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope:
             bent.append("*".join(("2", mass.symbol, *(() if gain == "1" else (gain,)), second)))
             more |= {mass.symbol: mass} | {n.symbol: n for n in (*of_gain, *of_slope)}
     text = f"{share.symbol} = {' + '.join(terms)}"
-    yield _checked(Step(_("Share of {body}", body=label(at.scene, part)), text, tuple(numbers.values()), share))
+    yield _checked(Step(_("Share of {body}", body=part_name(at.scene, part)), text, tuple(numbers.values()), share))
     if bent and slope.value:
         text = f"{slope.symbol} = {' + '.join(bent)}"
         yield _checked(Step(_("and its slope"), text, tuple(more.values()), slope))
@@ -335,7 +335,9 @@ def _listed(
     if len(at.scene.mechanisms) < 2 and len(shares) <= _MOST_TERMS:
         return
     symbol = "m*" if at.sliding else "I*"
-    rows = tuple((label(at.scene, name), share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True))
+    rows = tuple(
+        (part_name(at.scene, name), share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True)
+    )
     head = (_("body"), f"{symbol}, {shares[0].unit}", f"d{symbol}/d{'x' if at.sliding else 'φ'}, {slopes[0].unit}")
     yield Table(_("Every body at {where}", where=where_text(at, at.phi)), head, rows)
 
@@ -346,7 +348,7 @@ def _inertia_over_cycle(
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
     symbol, by = ("m*", "x") if at.sliding else ("I*", "φ")
-    columns = _columns({label(at.scene, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
+    columns = _columns({part_name(at.scene, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
     head = (head_of(at), *columns, f"{symbol}, {unit}", f"d{symbol}/d{by}, {per}")
     values = (*columns.values(), state.inertia, state.slope)
     rows = rows_of(at, phi, list(values))
@@ -385,7 +387,7 @@ def _inertia_over_cycle(
         at.machine,
         fine,
         every.inertia,
-        {label(at.scene, k): v for k, v in every.inertia_parts.items()},
+        {part_name(at.scene, k): v for k, v in every.inertia_parts.items()},
         f"{symbol}, {unit}",
         at.sliding,
     )
@@ -453,7 +455,7 @@ def moment(at: Steps, drawn: bool = True) -> Section:
         if all(at.explained(element.junction) for element in mine):
             parts += list(_load(at, part, mine, share, n))
     if len(at.scene.mechanisms) > 1 or len(shares) > _MOST_TERMS:
-        rows = tuple((label(at.scene, part), share) for part, share in zip(sources, shares, strict=True))
+        rows = tuple((part_name(at.scene, part), share) for part, share in zip(sources, shares, strict=True))
         parts.append(
             Table(
                 _("Every load at {where}", where=where_text(at, at.phi)), (_("load"), unit_head(symbol_of(at), unit)), rows
@@ -618,7 +620,7 @@ def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Q
     line = at.translates(element.junction)
     c = Quantity(f"c_{n}", coefficient, "N s/m" if line else "N m s")
     omega = Quantity("v" if at.sliding else "omega", at.speed or 0.0, "m/s" if at.sliding else "rad/s")
-    yield Step(_("Coefficient of {part}", part=label(at.scene, part)), result=c)
+    yield Step(_("Coefficient of {part}", part=part_name(at.scene, part)), result=c)
     text = f"{share.symbol} = -({c.symbol}*({gain})**2*{omega.symbol})"
     yield _checked(Step(_("Its force is −c v, and v = g ω"), text, (c, *numbers, omega), share))
 
@@ -835,7 +837,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
         before, behind = k and keep[k - 1] and phi[k - 1] == phi[k], k + 1 < phi.size and phi[k + 1] == phi[k]
         mark = " −" if behind else " +" if before else ""
         rows.append((position_cell(at, float(phi[k])) + mark, *(cell(column, int(k)) for column in columns.values())))
-    listed = ", ".join(label(at.scene, part) for part in drives) or _("nothing")
+    listed = ", ".join(part_name(at.scene, part) for part in drives) or _("nothing")
     told = _(
         "What does positive work in a cycle drives, {letter}ₘ*: {drives}. All else is {letter}ᵣ*, weights and springs too.",
         letter=letter,
@@ -855,7 +857,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
         at.machine,
         every,
         total,
-        {label(at.scene, name): by_part[name] for name in sources if name in by_part},
+        {part_name(at.scene, name): by_part[name] for name in sources if name in by_part},
         f"{symbol}, {unit}",
         at.sliding,
     )

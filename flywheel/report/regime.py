@@ -16,12 +16,13 @@ from flywheel.numerics import cells
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.context import Context, CyclePoint, label, number, quantity
+from flywheel.report.context import Context, CyclePoint, number, quantity
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.sizing.findings import REPORT, shown
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import entries
+from flywheel.tables.scene import part_name
 from flywheel.tables.sizing import settling_cycles
 
 _MESH_LOSSES = ("slip", "mesh")  # kinds of streams that are no shares of the moment, but follow what a mesh carries
@@ -97,7 +98,7 @@ def balance(known: Context) -> Section | None:
     ]
     others = {name: work for name, work in known.works.items() if name != "drive"}
     named = {name: Quantity(f"W_{k}", work, "J") for k, (name, work) in enumerate(others.items(), 1)}
-    rows: list[tuple[Cell, ...]] = [(label(scene, name), Formula(work.symbol), work) for name, work in named.items()]
+    rows: list[tuple[Cell, ...]] = [(part_name(scene, name), Formula(work.symbol), work) for name, work in named.items()]
     lost = _mesh_losses(sizing, len(named))
     rows += [(_("lost: {name}", name=name), Formula(work.symbol), work) for name, work in lost]
     if rows:

@@ -15,11 +15,13 @@ from flywheel.scene.scene import (
     Body,
     Brake,
     Clutch,
+    Damper,
     Law,
     Load,
     Mechanism,
     Scene,
     SingleStroke,
+    Spring,
     Table,
     Transmission,
 )
@@ -127,6 +129,26 @@ def place(name: str, *, article: bool = False) -> str:
     if name != "crank":
         return name
     return _("the crank") if article else _("crank")
+
+
+def load_number(scene: Scene, part: str) -> int:
+    """Returns the number of a load, spring or damper in the scene, from 1, counted through."""
+    items: list[Load | Spring | Damper] = [*(load for load in scene.loads if not load.drag), *scene.springs, *scene.dampers]
+    return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
+
+
+def part_name(scene: Scene, part: str) -> str:
+    """Returns the name of a part of I* or M* in the language in use."""
+    if part.startswith("weight of "):
+        return _("weight of {body}", body=part.removeprefix("weight of "))
+    if part.startswith("inertia on "):
+        return _("inertia on {place}", place=place(part.removeprefix("inertia on ")))
+    if (drag := next((load.on for load in scene.loads if load.drag and load.path == part), None)) is not None:
+        return _("drag on {place}", place=place(drag))
+    if n := load_number(scene, part):
+        kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
+        return _("{kind} {n} on {place}", kind=kind, n=n, place=place(part.partition(" on ")[2]))
+    return _("drive") if part == "drive" else _("friction in joints") if part == "friction in joints" else part
 
 
 def _on(name: str) -> str:

@@ -4,9 +4,11 @@ import ast
 import re
 
 import pytest
+from click.testing import CliRunner
 
 import flywheel
 from flywheel import Fault, report, starters
+from flywheel.cli import main
 from flywheel.language import message, use
 from tests.language import texts
 from tests.page.browsers import EXAMPLES
@@ -156,3 +158,22 @@ def test_no_text_of_a_report_is_left_in_english(name):
     scene = flywheel.load(SCENES[name])
     pages = [report.html(scene, language=language) for language in ("en", "es")]
     assert [text for text in texts.left(*pages, SCENES[name]) if text not in STAY] == []
+
+
+@pytest.mark.parametrize(
+    ("command", "spanish", "english"),
+    [
+        (["motion"], "movimiento por unidad del elemento motor", "per unit"),
+        (["reactions", "--speed", "60 rpm", "--over", "time"], "fuerzas en los pares, a 60 rpm", "forces in the joints"),
+        (["simulate", "--until", "0.3 s"], "Terminado con la manivela a ", "ended at"),
+        (["reduce"], "reducido a la manivela", "reduced to"),
+    ],
+)
+def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
+    picture = tmp_path / "picture.svg"
+    scene = EXAMPLES / "machines/press_given.toml"
+    found = CliRunner().invoke(main, [command[0], str(scene), *command[1:], "--language", "es", "--plot", str(picture)])
+    assert found.exit_code == 0, found.output
+    drawn = " ".join(re.findall(r">([^<>]+)</", picture.read_text("utf-8")))
+    assert spanish in drawn
+    assert english not in drawn.lower()
