@@ -66,12 +66,12 @@ def _no_cycle(part: Part) -> str:
     """Reason why there is no steady cycle."""
     scene = part.scene
     if scene.stroke is not None:
-        return _("The driver goes one way, from one end of its stroke to the other: there is no cycle, and no flywheel.")
+        return _("The driver moves one way, from one end of its stroke to the other: there is no cycle and no flywheel.")
     if not scene.has_flywheel:
         return _("The scene has no flywheel: add the table flywheel, with irregularity or inertia.")
     if not scene.has_speed:
         return _("The scene has no speed: add regime.speed.")
-    return _("The machine does not run as the scene says: see the faults.")
+    return _("The machine cannot run with this scene: see the faults.")
 
 
 # -- turning moment and work -----------------------------------------------------------------------------------------------
@@ -595,9 +595,9 @@ def _confirmation(confirmed: Mapping[str, Any] | None) -> Iterable[str]:
     if confirmed is None or confirmed["error"] is None:
         return
     eps = written(confirmed["irregularity"])
-    words = _("Found by another route, the irregularity is {eps}", eps=eps)
+    words = _("By another method the irregularity is {eps}", eps=eps)
     if confirmed["route"] == "time":
-        words = _("Stepped in time, the irregularity is {eps}", eps=eps)
+        words = _("By stepping in time the irregularity is {eps}", eps=eps)
     off = _("to within {off} %", off=written(100 * confirmed["error"], 2))
     yield f"{words}: {_('confirmed') if confirmed['error'] < _CONFIRMED else off}."
 
@@ -634,7 +634,7 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
 def _power_flow(part: Part, forces: JointForces | str) -> Diagram | str:
     """Every stream of power with its mean and its course over the cycle, in W."""
     if part.scene.areas is not None:
-        return _("A diagram of areas does not show where the power goes.")
+        return _("A diagram of areas has no power flow.")
     flow = None if part.sizing is None else part.sizing.power_flow
     if flow is None:
         return _no_cycle(part)
@@ -696,11 +696,11 @@ def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
     figures = {"mechanism": name, "mechanisms": drawn, "without_inertia": not forces.inertia}
     figures |= joint_curves.figures_of(reactions, shown)
     rows = tuple(joint_curves.rows(figures, linkage, shown, cyclic=part.scene.stroke is None))
-    remarks = [_("What the first body of each joint does to the second.")]
+    remarks = [_("Actions of the first body of each joint on the second.")]
     if linkage.sliding:
-        remarks.append(_("Figures along the curves are positions of the driver in mm."))
+        remarks.append(_("Numbers along the curves are positions of the driver in mm."))
     if not forces.inertia:
-        remarks.append(_("Without inertia forces, as no speed is given."))
+        remarks.append(_("Without inertia forces, because no speed is given."))
     about = "; ".join(f"{row.title}: {row.about}" for row in rows)
     return Diagram(figures, _("Reactions in the joints"), about, rows, tuple(remarks), form="reactions")
 
@@ -795,11 +795,11 @@ def _condition(scene: Scene, condition: Mapping[str, Any]) -> str:
     """Motion of the driver, in words."""
     speed = condition["speed"]
     if condition.get("without_inertia"):
-        return _("Without inertia forces, as no speed is given.")
+        return _("Without inertia forces, because no speed is given.")
     if condition["kind"] == "steady":
         return _("In the steady regime, at {speed} rpm in the mean of extremes.", speed=written(speed * RPM))
     if condition["kind"] == "unit":
-        return _("Per unit of the driver, as no speed is given.")
+        return _("Per unit of the driver, because no speed is given.")
     sliding = scene.reduction_element == "slide"
     pace = f"{written(speed)} m/s" if sliding else f"{written(speed * RPM)} rpm"
     if condition["acceleration"]:

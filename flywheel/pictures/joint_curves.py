@@ -66,7 +66,7 @@ def rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cyclic: 
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
         is_belt = joint["kind"] == "coupling" and "moment" in joint
         if largest is None or (is_belt and not np.isfinite(np.diff(joint["moment"])).any()):
-            about = _("Not known: redundant constraints leave it open, or friction locks.")
+            about = _("Unknown: redundant constraints, or friction locks.")
             yield Row(key, title, _("force"), "N", about, ())
             continue
         if is_belt:
@@ -114,7 +114,7 @@ def _driving(k: int, drive: Mapping[str, Any], shown: Array) -> Row:
     if drive["unit"] == "N":
         name, title = _("driving force"), _("driving force at {joint}", joint=drive["name"])
     if drive["least"] is None:
-        return Row(f"driving.{k}", title, name, drive["unit"], _("Not known: friction locks everywhere."), ())
+        return Row(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
     low, high = drive["least"]["value"], drive["greatest"]["value"]
     factor, unit = scaled(drive["unit"], max(-low, high))
     about = _("from {least} to {most} {unit}", least=written(factor * low, 4), most=written(factor * high, 4), unit=unit)

@@ -59,7 +59,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     _check(found, wanted)
     columns = ceil(sqrt(len(wanted) + 1))
     rows = -(-(len(wanted) + 1) // columns)
-    title = _("Reactions: what the first body of each joint does to the second")
+    title = _("Reactions: actions of the first body of each joint on the second")
     made = figures.figure(_PANEL * columns, _PANEL * rows, "\n".join(wrap(title, 30 * columns)))
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) + 1 :]:

@@ -19,7 +19,7 @@ def diagram(part: Part, forces: object = "") -> Diagram | str:
     """Speeds on both sides of the clutch with its slip shaded, torques of clutch and brake, energy of wheel and drive."""
     found, course = part.stroke, part.course
     if found is None or course is None:
-        return _("The stroke does not go through: see the faults.")
+        return _("The stroke is not completed: see the faults.")
     figures: dict[str, Any] = dict(course._asdict())
     figures["both"] = course.drive_work + course.wheel_work
     rows = _speeds(found, course), _torques(found, course), _energies(found, course)

@@ -87,11 +87,11 @@ def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | Non
 def _missing(scene: Scene) -> str:
     """Reason why there can be no steady regime with a flywheel; nothing where there can."""
     if scene.stroke is not None:
-        return _("The machine moves one way, from one end of its stroke to the other: it has no cycle, and so no flywheel.")
+        return _("The machine moves one way, from one end of its stroke to the other: it has no cycle and no flywheel.")
     if not scene.has_flywheel:
         return _("The scene has no [flywheel], neither an irregularity to size it for nor an inertia.")
     if not scene.has_speed:
-        return _("The scene gives no speed, and nothing in it sets one.")
+        return _("The scene gives no speed, and no torque sets one.")
     return ""
 
 
@@ -158,8 +158,8 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
     yield from _mechanisms(known, given)
     sources = [scene.source] if scene.source else []
     if sizing is None or known is None:
-        why = _("{why} So there are no steps of a steady regime.", why=_missing(scene))
-        yield Section(_("What is left out"), (Note(why, "left out"),))
+        why = _("{why} There are therefore no steps of a steady regime.", why=_missing(scene))
+        yield Section(_("Omissions"), (Note(why, "left out"),))
         yield references(None, sources)
         return
     order = (
@@ -212,7 +212,7 @@ def _scene(scene: Scene, told: list[str]) -> Section:
     rows = [] if scene.document is None else list(_values(scene.document.tables, ""))
     if rows:
         head = (_("place in the scene"), _("as given"), _("in SI"))
-        parts.append(Table(_("The scene: what was given"), head, tuple(rows[:_MOST_ROWS])))
+        parts.append(Table(_("The scene: input"), head, tuple(rows[:_MOST_ROWS])))
     if len(rows) > _MOST_ROWS:
         parts.append(Note(_("{n} further values are not shown.", n=len(rows) - _MOST_ROWS), "left out"))
     if scene.file is not None and scene.file.is_file():
@@ -273,10 +273,10 @@ def check(known: Context) -> Section | None:
     told = {
         "time": _(
             "One cycle was stepped in time from the equation of motion, by a method that shares only I* and M* with the "
-            "steps above, restarted wherever a law switches; the extremes of its speed are found by root finding."
+            "steps above and restarts at every switch of a law; root finding gives the extremes of its speed."
         ),
-        "collocation": _("The periodic motion was found again by collocation, on cells of its own."),
-        "quadrature": _("The motion is that of the energy equation, by quadrature; no second route was asked for."),
+        "collocation": _("The periodic motion was computed again by collocation, on separate cells."),
+        "quadrature": _("The motion is that of the energy equation, by quadrature, without a second method."),
     }
     parts: list[Part] = [
         Step(
@@ -309,26 +309,26 @@ def check(known: Context) -> Section | None:
     )
     if compared:
         parts.append(
-            Table(_("Limits by both routes"), (_("limit"), _("along the motion above"), _("by this route")), compared)
+            Table(_("Limits by both methods"), (_("limit"), _("along the motion above"), _("by this route")), compared)
         )
     elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
         off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
         if off <= ROUNDING:
-            told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)
+            told_off = _("{asked} is required; the two methods agree within rounding.", asked=allowed)
         else:
             share = number(off, 2)
-            told_off = _("{asked} was asked for; the two routes differ by {share} of it.", asked=allowed, share=share)
+            told_off = _("{asked} is required; the two methods differ by {share} of it.", asked=allowed, share=share)
         parts.append(Note(told_off))
     if error is not None:
         parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
     if found.closure is not None and abs(found.closure) <= ROUNDING:
-        parts.append(Note(_("The speed at the end of the cycle is that at its start, but for rounding.")))
+        parts.append(Note(_("The speed at the end of the cycle is that at its start, within rounding.")))
     elif found.closure is not None:
         left = number(abs(found.closure), 2)
         parts.append(
             Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
         )
-    return Section(_("Check by an independent route"), tuple(parts))
+    return Section(_("Check by an independent method"), tuple(parts))
 
 
 def accuracy(known: Context, remarks: Iterable[str]) -> Section:
@@ -346,8 +346,8 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
             gives: Cell = _("no steady motion") if candidate.gives is None else Quantity("", candidate.gives[0])
             off: Cell = "" if candidate.off is None else Quantity("", candidate.off, "%", 4)
             rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
-        head = (_("figure"), _("inertia, kg m²"), _("off the exact one, %"), _("irregularity that it gives"))
-        parts.append(Table(_("Error of each figure, and the irregularity that it would give"), head, tuple(rows)))
+        head = (_("figure"), _("inertia, kg m²"), _("difference from the exact one, %"), _("resulting irregularity"))
+        parts.append(Table(_("Error of each figure, and the irregularity with it"), head, tuple(rows)))
         parts += _bounds(known)
     titles = {
         "exact": _("exact flywheel"),
@@ -361,7 +361,7 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
     if shown:
         parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
     reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
-    asked_for = _("A relative error of {rtol} was asked for.", rtol=number(sizing.rtol, 2))
+    asked_for = _("The relative error required is {rtol}.", rtol=number(sizing.rtol, 2))
     parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
     parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
     if sizing.left_out:

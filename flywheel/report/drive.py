@@ -38,7 +38,7 @@ def motor(known: Context) -> Section | None:
         parts.append(Table(_("Its torque against its speed, by a table"), head, rows))
     if (breakdown := found.breakdown) is not None and found.breakdown_torque is None and not found.keeps_step:
         told = _(
-            "Slower than {speed}, where it gives {torque}, its torque falls: it would stall.",
+            "Below {speed}, where it gives {torque}, its torque falls and it would stall.",
             speed=quantity(breakdown.speed, "rpm"),
             torque=quantity(breakdown.torque, "N m"),
         )
@@ -130,7 +130,7 @@ def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
             Quantity("u", mean.value / rated.power),
         )
         yield Step(
-            _("Root of the mean square of its torque over time, which heats it"),
+            _("Root of the mean square of its torque over time, a measure of its heat"),
             "T_rms = sqrt(integral(T**2, t, 0, tau)/tau)",
             (),
             Quantity("T_rms", energy.rms_torque, "N m"),
@@ -146,11 +146,11 @@ def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
 
 def _verdict(share: float | None) -> str:
     if share is None or isnan(share):
-        return _("What it may be is not known without a rated point.")
+        return _("Its limit is unknown without a rated point.")
     shown = quantity(share, "%", 4)
     if share > 1.0 + 1e-9:
         return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=shown)
-    return _("That is {share} of the heat at the rated point, which it is rated for.", share=shown)
+    return _("That is {share} of the heat at the rated point.", share=shown)
 
 
 # -- limits -----------------------------------------------------------------------------------------------------------
@@ -178,12 +178,12 @@ def limits(known: Context) -> Section | None:
         rows.append((names[name], Formula(_LIMITS[name]), *shares, alone))
         if name == sizing.binding:
             emphasis.append(k)
-    head = (_("limit"), _("quantity limited"), _("asked"), _("reached"), _("flywheel that it alone needs"))
+    head = (_("limit"), _("quantity limited"), _("asked"), _("reached"), _("flywheel for it alone"))
     on = place(sizing.flywheel.on, article=True)
     told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=on)
     parts: list[Part] = [Table(told, head, tuple(rows), emphasis=frozenset(emphasis))]
     if sizing.binding is None:
-        parts.append(Note(_("The machine keeps all of them without a flywheel: none binds.")))
+        parts.append(Note(_("The machine keeps all limits without a flywheel: none binds.")))
     else:
         exact = sizing.flywheel.exact or 0.0
         shown = quantity(exact, "kg m²")
@@ -197,14 +197,14 @@ def limits(known: Context) -> Section | None:
 def _on_crank(known: Context, exact: float) -> Iterator[Part]:
     """The flywheel that another limit than the irregularity decides, as one on the crank with the same energy."""
     told = _("The smallest flywheel that keeps every limit")
-    how = _("by Newton's method: flywheel, energy level and balance are found together")
+    how = _("by Newton's method for flywheel, energy level and balance together")
     if known.ratio == 1.0:
         yield Step(told, "u_k(J) = u_k0", (), Quantity("J", exact, "kg m²"), how=how)
         return
     own = Quantity("J_f", exact, "kg m²")
     yield Step(told, "u_k(J_f) = u_k0", (), own, how=how)
     same = Quantity("J", exact * known.ratio**2, "kg m²")
-    yield Step(_("As one on the crank, with the same energy"), "J = J_f*i_f**2", (own, known.at_flywheel), same)
+    yield Step(_("On the crank, with the same energy"), "J = J_f*i_f**2", (own, known.at_flywheel), same)
 
 
 # -- a duty -----------------------------------------------------------------------------------------------------------
@@ -220,13 +220,11 @@ def duty(known: Context) -> Section | None:
         figures = (Quantity("t_k", row.duration, "s"), *_phase(row))
         rows.append((row.name, *figures))
     head = (_("phase"), _("time"), _("speed"), _("irregularity"), _("mean power"), _("rms torque"), _("heat"))
-    caption = _(
-        "Phases of the duty, each in its own steady regime with the flywheel that {phase} asks for", phase=found.governing
-    )
+    caption = _("Phases of the duty, each in its own steady regime with the flywheel for {phase}", phase=found.governing)
     parts: list[Part] = [Table(caption, head, tuple(rows))]
     cooled = Quantity("t_c", found.cooled, "s")
     if found.running != found.period:
-        told = _("Time that cools: c_k is 1 while the motor runs, and at rest the share that counts")
+        told = _("Time for cooling: c_k is 1 while the motor runs, at rest the share that counts")
         parts.append(Step(told, "t_c = total(c_k*t_k, k)", (), cooled))
     if found.rms_torque is not None:
         told = _("Root of the mean square of the drive's torque over the duty, starts included")
@@ -236,7 +234,7 @@ def duty(known: Context) -> Section | None:
         told = _("Heat of the motor over the duty, starts included")
         note = _verdict(found.heat_share)
         parts.append(Step(told, "Q = total(Q_k*t_k, k)/t_c", (), Quantity("Q", found.heat, "W"), note=note))
-    left = _("What passes between the regimes of two phases is left out.")
+    left = _("The transition between the regimes of two phases is neglected.")
     return Section(_("The duty"), (*parts, Note(left, "left out")))
 
 
@@ -262,7 +260,7 @@ def engine(known: Context) -> Section | None:
         return None
     work = Quantity("W_i", found.indicated_work, "J")
     parts: list[Part] = [
-        Step(_("Indicated work of a cycle: that of the gas in all cylinders"), "W_i = total(W_k, k)", (), work),
+        Step(_("Indicated work of a cycle, of the gas in all cylinders"), "W_i = total(W_k, k)", (), work),
         Step(
             _("Indicated power, at the mean speed"),
             "P_i = W_i*omega/Phi",
@@ -278,10 +276,10 @@ def engine(known: Context) -> Section | None:
         parts.append(Step(_("Mean effective pressure"), "p_i = W_i/V_h", (work, volume), pressure))
     if found.brake_work is not None and found.mechanical_efficiency is not None:
         brake = Quantity("W_b", found.brake_work, "J")
-        parts.append(Step(_("Work that the loads take in a cycle"), "W_b = -total(W_k, k)", (), brake))
+        parts.append(Step(_("Work of the loads in a cycle"), "W_b = -total(W_k, k)", (), brake))
         efficiency = Quantity("eta_m", found.mechanical_efficiency)
         parts.append(Step(_("Mechanical efficiency"), "eta_m = W_b/W_i", (brake, work), efficiency))
-    return Section(_("What the engine's gas does"), tuple(parts))
+    return Section(_("Work of the engine's gas"), tuple(parts))
 
 
 # -- the line of shafts ------------------------------------------------------------------------------------------------
@@ -297,7 +295,7 @@ def train(known: Context) -> Section | None:
         return None
     parts: list[Part] = [
         Step(
-            _("Over a cycle the loads take what comes in, or it is lost; inertias and weights give back what they take"),
+            _("Over a cycle the input is equal to loads and losses; inertias and weights return the energy they store"),
             "total(integral(P_k, t, 0, tau), k) = 0",
             definitions=("P_k",),
         ),
@@ -306,7 +304,7 @@ def train(known: Context) -> Section | None:
     if len(flow.shafts) > 1:
         parts += [_shafts(flow), *_meshes(flow)]
     parts += _balance(flow)
-    return Section(_("The train: where the power goes"), tuple(parts))
+    return Section(_("Power flow of the drive train"), tuple(parts))
 
 
 def _pictures(flow: PowerFlow) -> Iterator[Part]:
@@ -315,7 +313,7 @@ def _pictures(flow: PowerFlow) -> Iterator[Part]:
     taken = [k for k, stream in enumerate(flow.streams) if stream.kind == "load"]
     at = float(phi[flow.along(phi)[taken].sum(axis=0).argmax()])
     titles: dict[float | None, str] = {None: _("Power flow from the motor to the tool, mean over the cycle")}
-    titles[at] = _("Power flow at {phi}, where the loads take most", phi=quantity(at, "deg", 4))
+    titles[at] = _("Power flow at {phi}, at the greatest load", phi=quantity(at, "deg", 4))
     for angle, title in titles.items():
 
         def drawn(angle: float | None = angle) -> str:
@@ -341,7 +339,7 @@ def _shafts(flow: PowerFlow) -> Table:
         rows.append((place(row.shaft), near, turns, Quantity("", row.speed, "rpm"), *told))
     head = (_("shaft"), _("meshes with"), _("turns for one of that"), _("speed, rpm"))
     return Table(
-        _("Shafts: speed (mean of extremes), and the torque that their mesh carries on their own side"),
+        _("Shafts: speed (mean of extremes), and torque of their mesh on their own side"),
         (*head, _("mean torque, N m"), _("greatest, N m"), _("rms, N m")),
         tuple(rows),
         formula="tau_k = I_k*derivative(omega, t) + derivative(I_k, phi)*omega**2/2 - M_k + total(k_c*tau_c, c)",
@@ -362,7 +360,7 @@ def _meshes(flow: PowerFlow) -> Iterator[Part]:
         rows.append((f"{place(name)}–{place(mesh.on)}", enters, *numbers[:2]))
         steps += _lost(flow, name, k, numbers)
     yield Table(
-        _("Meshes: the mean power that enters, the efficiency whichever way it goes, and the slip"),
+        _("Meshes: mean power that enters, efficiency in both directions, and slip"),
         (_("mesh"), _("power in, W"), _("efficiency"), _("slip")),
         tuple(rows),
         formula="P_out = eta_k*(1 - s_k)*P_in",
@@ -422,9 +420,9 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
     if symbols:
         lost = Quantity("P_v", flow.losses, "W")
         yield Step(_("All losses together"), f"P_v = {' + '.join(n.symbol for n in symbols)}", tuple(symbols), lost)
-        yield Step(_("Taken and lost is what comes in"), "P_e = P_a + P_v", (leaves, lost), enters)
+        yield Step(_("Input: loads and losses"), "P_e = P_a + P_v", (leaves, lost), enters)
     if flow.efficiency is not None and flow.output > 0.0:
-        told = _("Efficiency of the whole train")
+        told = _("Efficiency of the whole drive train")
         yield Step(told, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
     if (summary := sentence(flow)) is not None:
         yield Note(f"{summary}.")

@@ -98,8 +98,8 @@ def _shafts(scene: Scene) -> Table:
 
 def _where(at: Steps) -> str:
     if at.scene.stroke is not None:
-        return _("The position of the driver at which every step is worked out, as most loads act there")
-    return _("The crank angle at which every step is worked out, as most loads act there")
+        return _("Position of the driver for all steps, because most loads act there")
+    return _("Crank angle for all steps, because most loads act there")
 
 
 def _prime(at: Steps) -> str:
@@ -151,7 +151,7 @@ def _given(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
     if len(group) > 1:
         others = ", ".join(f"{m.name} (ψ = φ + {localized(f'{np.degrees(m.phase):.6g}')}°)" for m in group[1:])
         yield Note(
-            _("Alike, with the same formulas at their own angles: {others}. They are listed in the tables.", others=others)
+            _("Equal mechanisms, with the same formulas at their own angles: {others}. The tables list them.", others=others)
         )
 
 
@@ -196,13 +196,15 @@ def _graph(at: Steps) -> Section:
 
     svg = dimensions.bond_graph(at.machine, tuple(at.sheets))
     how = _(
-        "Each half arrow is a bond that carries power, with the stroke at the end where the effort is received; a 1 stands "
-        "for one velocity, and a TF or MTF for a ratio of velocities, constant or with the position. So every velocity is "
-        "found from the crank along the arrows, each ratio multiplied by the next, and every force comes back to the crank "
-        "through the same ratios: that is why I* has g² and M* has g."
+        "Each half arrow is a bond that carries power, with the stroke at the end that receives the effort. A 1 stands for "
+        "one velocity, a TF or MTF for a ratio of velocities, constant or dependent on position. Every velocity follows "
+        "from the crank along the arrows as a product of ratios, and every force acts on the crank through the same "
+        "ratios. Therefore I* has g² and M* has g."
     )
     alone = [group[0].name for group in at.groups if len(group) > 1]
-    told = _("Drawn with {names} alone; those that are alike hang on their shafts in the same way.", names=", ".join(alone))
+    told = _(
+        "Drawn with {names} alone; equal mechanisms are connected to their shafts in the same way.", names=", ".join(alone)
+    )
     about = _("Half arrows, causal strokes and bond numbers; the table has the ratios.") + (f" {told}" if alone else "")
     parts: list[Part] = [Note(how), Figure(svg, _("Bond graph of the machine"), about)]
     ratios = list(_ratios(at))

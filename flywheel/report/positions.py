@@ -86,7 +86,7 @@ class Sheet:
         size = max((abs(number.value) for number in used), default=1.0)
         value = 0.0 if abs(value) <= _TERM_ROUNDING * size else value
         self.values[of] = Quantity(of, value, unit)
-        note = _("It is 0: what is left is rounding.") if value == 0.0 and own != 0.0 else ""
+        note = _("It is 0 within rounding.") if value == 0.0 and own != 0.0 else ""
         numbers = () if note else used
         self.sections[-1][1].append(Step(what, f"{of} = {formula}", numbers, self.values[of], note=note))
         return value
@@ -429,7 +429,7 @@ def _coupled(made: Sheet, coupling: Coupling, relation: Relation, symbols: Seque
 
     first, second = side(relation.first), side(relation.second)
     if coupling.kind == CAM:
-        return Step(_("The cam {name} asks for its lift h", name=coupling.name), f"{second} = h({first})")
+        return Step(_("Lift h of the cam {name}", name=coupling.name), f"{second} = h({first})")
     phase = f" {'+' if coupling.phase > 0 else '-'} {abs(coupling.phase):.6g}" if coupling.phase else ""
     kind = (
         _("The gear {name} meshes", name=coupling.name) if coupling.kind == GEAR else _("{name} rolls", name=coupling.name)

@@ -232,11 +232,11 @@ def inertia(at: Steps, extremes: tuple[Part, ...] | None = None) -> Section:
     for element in stores:
         bodies.setdefault(element.part, []).append(element)
     if not bodies:
-        nothing = _("Nothing in this machine has mass or inertia but its flywheel: I* is 0.")
+        nothing = _("Only the flywheel of this machine has mass or inertia: I* is 0.")
         return Section(what, (Note(nothing), *(extremes or ())))
     if at.scene.inertias:
         masses = tuple((item.on, _added_mass(at, item.on, item.path, item.value)) for item in at.scene.inertias)
-        parts.append(Table(_("Masses and inertias fixed on places"), (_("on"), _("value")), masses))
+        parts.append(Table(_("Masses and inertias fixed to places"), (_("on"), _("value")), masses))
     shares, slopes = [], []
     for part, mine in bodies.items():
         share = Quantity(f"{star}_{_short(at, part)}", float(at.state.inertia_parts[part][0]), unit)
@@ -309,7 +309,7 @@ def _checked(step: Step) -> Step:
     result = step.result
     size = max((abs(number.value) for number in step.numbers), default=1.0)
     if result is not None and 0.0 < abs(result.value) <= 1e-12 * size:
-        note = _("It is 0: what is left is rounding.")
+        note = _("It is 0 within rounding.")
         return Step(step.what, step.formula, (), result._replace(value=0.0), note=note)
     return step
 
@@ -324,7 +324,7 @@ def _sum(what: str, total: Quantity, shares: Sequence[Quantity]) -> Step:
     text = f"{total.symbol} = " + " + ".join(share.symbol for share in some)
     size = max(abs(share.value) for share in some)
     if abs(total.value) <= 1e-12 * size:
-        return Step(what, text, result=total._replace(value=0.0), note=_("It is 0: what is left is rounding."))
+        return Step(what, text, result=total._replace(value=0.0), note=_("It is 0 within rounding."))
     return Step(what, text, tuple(some), total)
 
 
@@ -475,15 +475,17 @@ def _conditions(at: Steps) -> Iterator[Part]:
     """Notes on the speed and time at which loads are taken, and on what is left out."""
     if at.machine.depends_on_speed and at.speed is not None:
         unit = "m/s" if at.sliding else "rad/s"
-        what = _("What depends on speed is taken here at a constant speed; the exact figures follow the motion itself")
+        what = _(
+            "Torques that depend on speed are those at a constant speed here; the exact figures follow the motion itself"
+        )
         yield Step(what, result=Quantity("v" if at.sliding else "omega", at.speed, unit))
     if at.machine.depends_on_time:
-        yield Note(_("What depends on time is taken at t = 0."), "remark")
+        yield Note(_("Loads that depend on time are those at t = 0."), "remark")
     lossy = ", ".join(name for name, efficiency in at.scene.efficiencies.items() if efficiency < 1.0)
     if lossy:
         told = _(
-            "The losses in the meshes of {shafts} depend on what is accelerated: they are no part of M* here, and are "
-            "counted in the exact figures.",
+            "The losses in the meshes of {shafts} depend on accelerations. M* here excludes them; the exact figures "
+            "include them.",
             shafts=lossy,
         )
         yield Note(told, "remark")
@@ -507,8 +509,8 @@ def _load(at: Steps, part: str, mine: Sequence[Element], share: Quantity, n: int
         return
     if part == FRICTION:
         how = _(
-            "Friction in joints follows the forces in them, which kinetostatics finds at this position: μ times the normal "
-            "force, against each joint's motion, by virtual power."
+            "Friction in joints follows from the joint forces at this position by kinetostatics: μ times the normal force, "
+            "against the motion of each joint, by virtual power."
         )
         yield Step(_("Friction in the joints"), result=share, how=how)
         return
@@ -678,7 +680,7 @@ def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> It
     """The law of a load that acts, worked out at the position."""
     law = effort.load.law
     if law is None:
-        how = _("The balance: what makes the net work of the cycle 0; see the balance of the cycle.")
+        how = _("The balance, for which the net work of the cycle is 0; see the balance of the cycle.")
         yield Step(name, result=force, how=how, note=acts)
     elif isinstance(law, float | int):
         sense = _("It acts against the positive sense of its place.") if force.value < 0 else ""
@@ -711,7 +713,7 @@ def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, act
         for mark, j in (("a", k), ("b", k + 1))
     )
     rows = ((_("row before"), a, fa), (_("row after"), b, fb), (_("here"), psi, ""))
-    head = (_("row"), _("angle that the table sees"), _("value"))
+    head = (_("row"), _("angle in the table"), _("value"))
     yield Table(_("{name}: its table has {n} rows, straight between them", name=name, n=law.angle.size), head, rows)
     text = (
         f"{force.symbol} = {fa.symbol} + ({fb.symbol} - {fa.symbol})*({psi.symbol} - {a.symbol})/({b.symbol} - {a.symbol})"
@@ -739,7 +741,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
     numbers = tuple(value for value in names.values() if value.symbol in used)
     if whole != branch and len(whole) <= _LONGEST:
         yield Step(_("{name}, as written", name=name), f"{force.symbol} = {whole}")
-    note = " ".join(filter(None, (acts, _("Of its branches, the one that holds here.") if whole != branch else "")))
+    note = " ".join(filter(None, (acts, _("The branch of it that applies here.") if whole != branch else "")))
     yield _checked(Step(name, f"{force.symbol} = {branch}", numbers, force, note=note))
 
 
@@ -760,7 +762,7 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
         same = abs(angle - at.phi) < 1e-12 and not at.sliding
         found["phi"] = Quantity("phi" if same else f"phi_{n}", angle, "rad" if not same else "°")
         if not same:
-            steps.append(Step(_("The angle that it sees"), result=found["phi"]))
+            steps.append(Step(_("Its angle"), result=found["phi"]))
     if "omega" in law.names:
         ratio = place_of.rate if not place_of.shaft else at.scene.shafts.get(effort.load.on, 1.0)
         speed = (at.speed or 0.0) * ratio
@@ -781,7 +783,7 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
         else:  # its sign alone matters, and the driver moves forwards
             found["v"] = numbers[-1] if numbers else Quantity("v", gain, unit)
             if not numbers:
-                steps.append(Step(_("The driver moves forwards; of its velocity the sign alone matters"), result=found["v"]))
+                steps.append(Step(_("The driver moves forwards; only the sign of its velocity matters"), result=found["v"]))
     return found, steps
 
 
@@ -839,7 +841,8 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
         rows.append((position_cell(at, float(phi[k])) + mark, *(cell(column, int(k)) for column in columns.values())))
     listed = ", ".join(part_name(at.scene, part) for part in drives) or _("nothing")
     told = _(
-        "What does positive work in a cycle drives, {letter}ₘ*: {drives}. All else is {letter}ᵣ*, weights and springs too.",
+        "Loads with positive work per cycle count as driving, {letter}ₘ*: {drives}. All others are {letter}ᵣ*, including "
+        "weights and springs.",
         letter=letter,
         drives=listed,
     )

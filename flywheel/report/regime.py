@@ -58,7 +58,7 @@ def asked(known: Context) -> Section:
         told = _("turns of the drive's shaft {shaft} for one of the crank", shaft=scene.drive.on)
         rows.append((told, Formula("i_d"), Quantity("i_d", scene.shafts[scene.drive.on])))
     head = (_("quantity"), _("symbol"), _("value"))
-    parts.append(Table(_("What is asked of the machine"), head, tuple(rows)))
+    parts.append(Table(_("Requirements"), head, tuple(rows)))
     if scene.speed is not None and (sizing.cyclic is None or scene.unknown is not None):
         parts.append(
             Step(
@@ -71,7 +71,7 @@ def asked(known: Context) -> Section:
     elif sizing.cyclic is not None:
         parts.append(
             Step(
-                _("Mean speed that the machine takes by itself: the mean of the greatest and the least of its motion"),
+                _("Mean speed of the machine's own motion: the mean of its greatest and least speed"),
                 "omega = (omega_max + omega_min)/2",
                 (),
                 known.speed,
@@ -102,7 +102,7 @@ def balance(known: Context) -> Section | None:
     lost = _mesh_losses(sizing, len(named))
     rows += [(_("lost: {name}", name=name), Formula(work.symbol), work) for name, work in lost]
     if rows:
-        told = _("Work of everything but the drive over a cycle, the integral of its share of the moment")
+        told = _("Work of all loads but the drive over a cycle, the integral of their share of the moment")
         parts.append(Table(told, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
     drive, found = scene.drive, sizing.balance
     if found is not None and found.name == "drive" and drive is not None:
@@ -116,9 +116,9 @@ def balance(known: Context) -> Section | None:
             parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
     told = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
     if abs(cycle.net) <= ROUNDING * cycle.exchanged:
-        told += _("the net work is 0: what is left of it is rounding.")
+        told += _("the net work is 0 within rounding.")
     else:
-        told += _("what is left of the net work is {net}.", net=quantity(cycle.net, "J", 2))
+        told += _("the remaining net work is {net}.", net=quantity(cycle.net, "J", 2))
     parts.append(Note(told))
     if sizing.power is not None and sizing.drive_work is not None:
         parts.append(
@@ -167,7 +167,7 @@ def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Ite
             "M_d*i_d*Phi = -total(W_k, k)" if geared else "M_d*Phi = -total(W_k, k)",
             (),
             torque,
-            how=_("found together with the losses, which depend on the torque"),
+            how=_("computed together with the losses, which depend on the torque"),
         )
     else:
         yield Step(what, f"M_d = -({sum_of})/{below}", tuple(numbers), torque)
@@ -198,7 +198,7 @@ def _parameter_balance(known: Context) -> Iterator[Part]:
             _("The net work of a cycle is linear in the unknown {name}: N = N₀ + N₁ {name}", name=found.name),
             (_("part"), _("symbol"), _("value")),
             (
-                (_("net work of all that does not depend on it, J"), Formula("N_0"), rest._replace(unit="J")),
+                (_("net work independent of it, J"), Formula("N_0"), rest._replace(unit="J")),
                 (_("net work for each unit (SI) of it"), Formula("N_1"), per),
             ),
         )
@@ -209,7 +209,7 @@ def _parameter_balance(known: Context) -> Iterator[Part]:
             "total(W_k, k) = 0",
             (),
             value,
-            how=_("found with the motion, on whose speed other torques depend"),
+            how=_("computed with the motion, on whose speed other torques depend"),
         )
 
 
@@ -224,7 +224,7 @@ def areas(known: Context) -> Section | None:
     parts: list[Part] = []
     if sizing.cyclic is not None:
         if known.scene.unknown is not None:
-            told = _("Areas take the torques at a constant speed, the one asked for, with the balance found anew there")
+            told = _("Areas take the torques at the required speed, constant, with the balance for it")
         else:
             told = _("Areas take the torques at the constant speed at which the net work of a cycle is zero")
         parts.append(Step(told, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), known.area_speed))
@@ -399,7 +399,7 @@ def approximate(known: Context) -> Section | None:
         )
     ]
     if sizing.scene.areas is not None:
-        parts.append(Note(_("A diagram of areas does not contain the machine's own inertia: this is the total needed.")))
+        parts.append(Note(_("A diagram of areas does not contain the machine's own inertia: this is the total required.")))
     elif sizing.reduced_inertia is not None:
         parts += _less_least(known, "J_total", total, "J_areas", left)
     parts += on_own_shaft(known, "J_areas" if sizing.scene.areas is None else "J_total", left, wheel.approximate)
@@ -523,8 +523,8 @@ def exact(known: Context) -> Section | None:
         parts.append(
             Note(
                 _(
-                    "Torques that depend on speed are taken along the motion itself, which was found with its flywheel "
-                    "by Newton's method: W is the work of the moment along it."
+                    "Torques that depend on speed are those along the motion itself, which Newton's method gives "
+                    "together with the flywheel. W is the work of the moment along it."
                 )
             )
         )
@@ -612,11 +612,11 @@ def exact(known: Context) -> Section | None:
 
 def _by_motion(known: Context, on_crank: float) -> Step:
     return Step(
-        _("The exact flywheel is the one with which the periodic motion itself has the irregularity asked for"),
+        _("The exact flywheel is the one with which the periodic motion has the required irregularity"),
         "(omega_max - omega_min)/omega = epsilon",
         (),
         Quantity("J", on_crank, "kg m²"),
-        how=_("by Newton's method: flywheel, energy level and balance are found together"),
+        how=_("by Newton's method for flywheel, energy level and balance together"),
     )
 
 
@@ -625,8 +625,8 @@ def _angles_drawn(known: Context) -> Iterator[Part]:
     assert known.eps is not None
     yield Note(
         _(
-            "Drawn by hand, the energy is best drawn as F = 2 W/ω², which is in kg m² as I* is, both to one scale: the "
-            "angles of the tangents are then"
+            "For a drawing by hand use F = 2 W/ω², in kg m² like I* and to the same scale. The angles of the tangents "
+            "are then"
         )
     )
     for name, sign, told in (("psi_max", "+", _("upper tangent")), ("psi_min", "-", _("lower tangent"))):
@@ -733,7 +733,7 @@ def holding(known: Context) -> Section | None:
             "lamda = exp(integral(derivative(M_star, E), phi, 0, Phi))",
             (),
             multiplier,
-            how=_("along the periodic motion, found in {n} steps of Newton's method", n=cyclic.steps),
+            how=_("along the periodic motion, after {n} steps of Newton's method", n=cyclic.steps),
         )
     ]
     if 0.0 < cyclic.multiplier < 1.0 - 1e-12 and cyclic.damping > 1e-9:

@@ -118,7 +118,7 @@ def _train(flow: PowerFlow, units: TradeUnits) -> str:
     """The train: its picture, and a row for every shaft."""
     from flywheel.pictures import power_flow as pictures  # which takes long to import
 
-    title = _("Train: where the power goes, mean over the cycle")
+    title = _("Power flow of the drive train, mean over the cycle")
     told = "; ".join(f"{entry.label} {units.read(entry.power, 'power', 4)}" for entry in entries(flow))
     drawn = inline_svg(pictures.panel(flow), "sheet", title, told)
     table = _table(_head(units), _rows(flow, units)) if len(flow.shafts) > 1 else ""

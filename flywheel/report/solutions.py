@@ -177,16 +177,16 @@ def section(sizing: Sizing, printed: Solution) -> Section:
         if row.misprint and row.misprint not in misprints:
             misprints.append(row.misprint)
         if value is None:
-            verdict = _("no figure of ours")
+            verdict = _("no computed figure")
         elif row.misprint:
             verdict = _("misprint [{n}]", n=misprints.index(row.misprint) + 1)
         else:
             verdict = _("agrees") if meets(row.printed, value) else _("differs")
         rows.append((row.what, language.number(row.printed).replace("-", "−"), own, row.unit, verdict))
     head = (_("figure"), _("printed"), _("ours"), _("unit"), _("verdict"))
-    caption = _("Printed solution beside ours") + (f": {printed.source}" if printed.source else "")
+    caption = _("Comparison with the printed solution") + (f": {printed.source}" if printed.source else "")
     parts: list[Part] = [Table(caption, head, tuple(rows), kind="printed")]
     for k, told in enumerate(misprints, 1):
-        parts.append(Note(_("Misprint [{n}]: {why}. Ours is the true figure.", n=k, why=told.rstrip(".")), "remark"))
+        parts.append(Note(_("Misprint [{n}]: {why}. The computed figure is right.", n=k, why=told.rstrip(".")), "remark"))
     parts += [Note(remark) for remark in printed.remarks]
     return Section(_("The printed solution"), tuple(parts))

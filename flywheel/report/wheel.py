@@ -142,7 +142,7 @@ def _inertia(known: Context, found: Wheel) -> Iterator[Part]:
     if asked:
         shown = quantity(asked, "kg m²")
         if found.inertia > asked * (1 + TIE):
-            yield Note(_("It was made for {asked}, rounded up to the next size.", asked=shown))
+            yield Note(_("Its inertia is {asked}, rounded up to the next size.", asked=shown))
         else:
             yield Note(_("It was made for {asked}.", asked=shown))
     yield Step(_("The same in handbooks' terms, GD²"), "G_D = 4*I_w", (whole,), Quantity("G_D", 4 * found.inertia, "kg m²"))
@@ -217,7 +217,7 @@ def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quant
     yield Step(told, "f_2 = f_1 - 1/(2*alpha)", (f1, alpha), f2)
     yield Step(_("Section of the rim over that of an arm"), "q_A = h*b/S_1", (thick, width, section), ratio)
     yield Step(
-        _("How the arms hold the rim back"), "C = 12*f_2*R_0**2/h**2 + f_1 + q_A", (f2, mean, thick, f1, ratio), constant
+        _("Pull of the arms on the rim"), "C = 12*f_2*R_0**2/h**2 + f_1 + q_A", (f2, mean, thick, f1, ratio), constant
     )
     yield Step(_("Speed of the rim's mean radius"), "v_0 = omega_w*R_0", (speed, mean), velocity)
     stress = found.stresses

@@ -218,7 +218,7 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
         heat = f"Copper heat of its armature, R i² on the mean over time: {_number(found.heat)} W"
         if found.share is None:
-            yield f"{heat}; its limit is not known without a rated point."
+            yield f"{heat}; its limit is unknown without a rated point."
         else:
             yield f"{heat}, {_verdict(energy, found)}"
     elif sizing.synchronism is not None:
@@ -285,9 +285,9 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
     falls = _("Its speed falls to {speed}", speed=_rpm(least))
     if motor.governed and motor.rated is not None:
         if least < motor.rated.speed * (1 - TIE):
-            governed = _("below the {speed} up to which it is at full load", speed=_rpm(motor.rated.speed))
+            governed = _("below {speed}, the greatest speed at full load", speed=_rpm(motor.rated.speed))
             yield _(
-                "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
+                "{falls}, {governed}: the flywheel gives the rest of the load.",
                 falls=falls,
                 governed=governed,
             )
@@ -302,29 +302,29 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
         torque = float(motor.torque(least))
         flat = float(motor.torque(0.5 * breakdown.speed)) >= breakdown.torque * (1 - TIE)  # as with a relief valve
         if flat and least < breakdown.speed * (1 - TIE):
-            governed = _("below the {speed} up to which it gives its greatest torque", speed=_rpm(breakdown.speed))
+            governed = _("below {speed}, the greatest speed with its greatest torque", speed=_rpm(breakdown.speed))
             yield _(
-                "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
+                "{falls}, {governed}: the flywheel gives the rest of the load.",
                 falls=falls,
                 governed=governed,
             )
         elif least < breakdown.speed * (1 - TIE):
             past = {"falls": falls, "name": name, "there": there}
-            yield _("{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on.", **past)
+            yield _("{falls}, past {name}, {there}: at lower speed it gives less, and stalls if the load continues.", **past)
             if kloss:
-                yield _("Kloss's formula, and the heat by it, is rough there.")
+                yield _("Kloss's formula, and the heat by it, is inaccurate there.")
         elif torque > _NEAR * breakdown.torque and not flat:
             near = {"share": _share(torque, breakdown.torque), "name": name, "there": there}
-            yield _("At its least speed it gives {share} of {name}, {there}: slower than that it gives less.", **near)
+            yield _("At its least speed it gives {share} of {name}, {there}: at lower speed it gives less.", **near)
     low, high = motor.covers
     if least < low * (1 - TIE) or greatest > high * (1 + TIE):
         span = {"least": _revolutions(least), "greatest": _rpm(greatest), "low": _revolutions(low)}
         if math.isfinite(high):
-            known = _("but its data hold from {low} to {high}", low=span["low"], high=_rpm(high))
+            known = _("but its data cover {low} to {high}", low=span["low"], high=_rpm(high))
         else:
-            known = _("but its data hold from {low} upwards", low=_rpm(low))
+            known = _("but its data begin at {low}", low=_rpm(low))
         runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
-        yield _("{runs}, {known}: its torque beyond is a guess.", runs=runs, known=known)
+        yield _("{runs}, {known}: its torque beyond is an extrapolation.", runs=runs, known=known)
 
 
 def _fluxes(found: ElectricalTransients) -> str:
@@ -332,12 +332,12 @@ def _fluxes(found: ElectricalTransients) -> str:
     shares = {name: f"{100 * one.difference:+.2g} %" for name, one in found._asdict().items()}
     if found.matters:
         return _(
-            "Its fluxes matter: beside the static curve irregularity {irregularity}, greatest torque {greatest_torque}, "
-            "heat of the rotor {rotor_heat}.",
+            "Its fluxes matter: compared with the static curve irregularity {irregularity}, greatest torque "
+            "{greatest_torque}, heat of the rotor {rotor_heat}.",
             **shares,
         )
     return _(
-        "Its fluxes hardly matter here: beside the static curve irregularity {irregularity}, greatest torque "
+        "Its fluxes are of little effect here: compared with the static curve irregularity {irregularity}, greatest torque "
         "{greatest_torque}, heat of the rotor {rotor_heat}.",
         **shares,
     )
@@ -351,7 +351,7 @@ def _resonance(found: Synchronism) -> Iterator[str]:
     """Warnings of a synchronous motor near pull-out, and of a swing near a harmonic of its load."""
     if found.pull_out_share > _NEAR:
         yield _(
-            "The torque of its load angle comes to {share} of the pull-out torque.", share=_share(found.pull_out_share, 1.0)
+            "The torque of its load angle reaches {share} of the pull-out torque.", share=_share(found.pull_out_share, 1.0)
         )
     if not found.damping_ratio < DAMPED:
         return

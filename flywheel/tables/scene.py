@@ -110,16 +110,19 @@ def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLi
         told.append(_("holds {torque}", torque=units.read(clutch.static_torque, "torque")))
     yield SceneLine("clutch", _("clutch"), _on(clutch.on), ", ".join([*told, *_ramps(clutch, units)]))
     words = {"torque": units.read(brake.torque, "torque"), "angle": units.read(brake.engage, "angle")}
-    told = [_("{torque}, put on at {angle}", **words)]
+    told = [_("{torque}, applied at {angle}", **words)]
     yield SceneLine("brake", _("brake"), _on(brake.on), ", ".join([*told, *_ramps(brake, units)]))
 
 
 def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
     """Times of a clutch or brake, and what heat it bears."""
-    for seconds, words in ((part.rise, _("builds up in {time} ms")), (part.fall, _("lets go in {time} ms"))):
+    for seconds, words in ((part.rise, _("builds up in {time} ms")), (part.fall, _("is released in {time} ms"))):
         if seconds:
             yield words.format(time=number(figure(1e3 * seconds, most=_DIGITS)))
-    for heat, words in ((part.heat_per_stroke, _("bears {heat} a stroke")), (part.heat_per_hour, _("bears {heat} an hour"))):
+    for heat, words in (
+        (part.heat_per_stroke, _("permits {heat} a stroke")),
+        (part.heat_per_hour, _("permits {heat} an hour")),
+    ):
         if heat is not None:
             yield words.format(heat=units.read(heat, "energy"))
 

@@ -102,7 +102,7 @@ def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
 
 def _decides(found: SingleStroke) -> str:
     rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
-    return _("At {rate} strokes a minute {what} decides.", rate=rate, what=share_name(found.decides))
+    return _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
 
 
 def _shares(found: SingleStroke) -> Block:
@@ -112,7 +112,7 @@ def _shares(found: SingleStroke) -> Block:
         for name, share in found.shares.items()
     ]
     beyond = ", ".join(share_name(name) for name, share in found.shares.items() if share > 1.0)
-    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else _("Nothing is loaded beyond its limit.")
+    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else _("No load exceeds its limit.")
     return Block("shares", _("Loads over their limits"), tuple(rows), sentences=(verdict,))
 
 
@@ -125,8 +125,8 @@ def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
         cells = shown(one, value, 0.0, system), shown(one, exact, found.error.get(key, 0.0), system)
         table.append((one.name, *map(str, cells), number(off)))
     header = ("", _("by formula"), _("in the motion"), _("difference"))
-    sentence = _("The formulas know the work of the loads alone: no heat of clutch and brake, no drive within the stroke.")
-    title = _("Formulas of presses beside the motion")
+    sentence = _("The formulas contain only the work of the loads: no heat of clutch and brake, no drive within the stroke.")
+    title = _("Formulas of presses compared with the motion")
     return Block("formulas", title, header=header, table=tuple(table), sentences=(sentence,))
 
 

@@ -258,11 +258,11 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
     """Errors of the approximate flywheels, and their sides."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
-        yield _("A diagram does not contain the machine's own inertia: the figure is the total needed.")
+        yield _("A diagram does not contain the machine's own inertia: the figure is the total required.")
         return
     if wheel.needed is False:
         if run is None:
-            yield _("No flywheel is needed: the machine's torques alone hold its speed as evenly as asked.")
+            yield _("No flywheel is needed: the machine's torques alone keep the irregularity.")
         else:
             eps = five_digits(run.irregularity, run.error * run.irregularity)
             yield _("No flywheel is needed: the machine's own inertia suffices and gives {eps}.", eps=eps)
@@ -441,7 +441,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
     if sizing.duty is not None and heat is not None:
         return  # what it bears is told of all phases together
     if heat is None:
-        unknown = _("not known: torque against speed alone does not give its losses")
+        unknown = _("unknown: torque against speed alone does not give its losses")
         overloaded = rated is not None and energy.mean_power > rated.power * (1 + TIE)
         if overloaded:
             unknown += "; " + _("TOO MUCH: the mean power is more than the rated one")
@@ -494,14 +494,14 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
         time=few_digits(found.period, 4),
         percent=loaded,
     )
-    hardest = _("hardest for the flywheel: {phase}", phase=printable(found.governing))
+    hardest = _("phase that determines the flywheel: {phase}", phase=printable(found.governing))
     rows = [Row(_("duty"), told if found.type is None else f"{found.type}, {told}", "", hardest)]
     if found.rms_torque is not None:
         rated = found.rms_torque_share
         note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
         rows.append(Row(_("rms torque over it"), *units.shown(found.rms_torque, "torque"), note))
     if found.heat is not None and motor is not None:
-        share, note = found.heat_share, _("its limit is not known without a rated point")
+        share, note = found.heat_share, _("its limit is unknown without a rated point")
         if share is not None:
             verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + TIE else _("within")
             note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
@@ -517,7 +517,7 @@ def _watts(heat: float) -> Shown:
 def _heat_beside(heat: power.Heat, energy: Energy) -> str:
     """A heat beside that at the rated point, and whether the motor stands it."""
     if heat.share is None or heat.rated is None or heat.even is None:
-        return _("its limit is not known without a rated point")
+        return _("its limit is unknown without a rated point")
     beside = _("{share} % of that at its rating", share=few_digits(100 * heat.share, 3))
     if not heat.too_hot:
         words = f"{beside}, {_('within')}"
@@ -560,15 +560,15 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
     """Sentences on the confirmation of the irregularity, its accuracy, and whether the accuracy asked for was reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
     if sizing.scene.areas is not None:
-        yield _("A diagram has no motion that could confirm it.")
+        yield _("A diagram has no motion to confirm it.")
     elif motion is None or motion.route in ("quadrature", "areas"):
         if sizing.left_out:
-            yield _("NOT confirmed at accuracy {level}: audit takes a second route.", level=sizing.accuracy)
+            yield _("NOT confirmed at accuracy {level}: audit adds a second method.", level=sizing.accuracy)
         else:
-            yield _("NOT confirmed by a second route.")
+            yield _("NOT confirmed by a second method.")
     elif error >= CONCLUSIVE:
         eps = five_digits(motion.irregularity, error * motion.irregularity)
-        yield _("NOT confirmed: a second route finds {eps}, too uncertain to confirm the figures.", eps=eps)
+        yield _("NOT confirmed: a second method gives {eps}, too uncertain to confirm the figures.", eps=eps)
     else:
         found = {"eps": five_digits(motion.irregularity, error * motion.irregularity), "parts": _parts_of(error)}
         if motion.route == "time":
@@ -589,13 +589,11 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         return
     worst = max(filter(None, sizing.error[:6]), default=0.0)
     if worst < _MILLION:
-        yield _("The accuracy asked for was NOT reached, but every figure is good to 1 part in a million.")
+        yield _("The required accuracy was NOT reached, but the error of every figure is below 1 part in a million.")
     elif worst < 1.0:
-        yield _(
-            "The accuracy asked for was NOT reached: the error of a figure may be up to {parts}.", parts=_parts_of(worst)
-        )
+        yield _("The required accuracy was NOT reached: the error of a figure may be up to {parts}.", parts=_parts_of(worst))
     else:
-        yield _("The accuracy asked for was NOT reached: a figure may be off by more than its own size.")
+        yield _("The required accuracy was NOT reached: the error of a figure may exceed its own size.")
 
 
 def _parts_of(error: float) -> str:

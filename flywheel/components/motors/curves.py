@@ -121,7 +121,7 @@ class Line(Motor):
     def facts(self) -> Iterator[Fact]:
         """The line."""
         yield from super().facts()
-        line, formula = _("Its torque falls in a straight line with its speed"), "T(omega) = T_0 - c*omega"
+        line, formula = _("Its torque falls linearly with its speed"), "T(omega) = T_0 - c*omega"
         yield Fact(_("torque at rest"), "T_0", self.at_rest, "N m", formula, table=line)
         yield Fact(_("fall of the torque with speed"), "c", self.fall, "N m s", table=line)
 
@@ -392,7 +392,7 @@ class Engine(Motor):
     def facts(self) -> Iterator[Fact]:
         """Full load and governor."""
         table = _("Engine and governor")
-        yield Fact(_("speed up to which it is at full load"), "", self.speed, "rad/s", table=table)
+        yield Fact(_("greatest speed at full load"), "", self.speed, "rad/s", table=table)
         yield Fact(_("torque at full load there"), "", self.rated.torque, "N m", table=table)
         yield Fact(_("droop of the governor, as a share of that speed"), "", self.droop, table=table)
         yield Fact(_("speed without load"), "", self.no_load_speed, "rad/s", table=table)

@@ -252,8 +252,8 @@ class InverterInduction(Induction):
         """The facts of the motor on its mains, and of its inverter."""
         yield from self.mains.facts()
         own, table = self.inverter, _("Inverter")
-        yield Fact(_("frequency that it is set to"), "f_i", own.frequency, "Hz", table=table)
-        yield Fact(_("frequency from which the field is weakened"), "f_w", own.weakening, "Hz", table=table)
+        yield Fact(_("frequency of the inverter"), "f_i", own.frequency, "Hz", table=table)
+        yield Fact(_("frequency above which the field is weakened"), "f_w", own.weakening, "Hz", table=table)
         if own.torque_limit is not None:
             yield Fact(_("torque limit over rated torque"), "q_i", own.torque_limit, table=table)
         frequency, pairs = Fact("", "f_i", own.frequency, "Hz"), Fact("", "p", float(self.poles))

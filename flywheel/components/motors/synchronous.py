@@ -287,7 +287,7 @@ class Synchronous(Motor):
         yield from super().facts()
         field, reluctance = Fact("", "T_p", self.field_torque, "N m"), Fact("", "T_r", self.reluctance_torque, "N m")
         words, law = (
-            _("Greatest torque at which it keeps step, by its load angle"),
+            _("Greatest torque in synchronism, by its load angle"),
             "T_po = T_p*sin(delta) + T_r*sin(2*delta)",
         )
         numbers = (field, reluctance, Fact("", "delta", self.pull_out_angle, "rad"))
@@ -296,7 +296,7 @@ class Synchronous(Motor):
 
     def heat_facts(self, energy: Energy) -> Iterator[Fact]:
         """Fact that its load angle decides."""
-        yield Fact(_("A synchronous motor is judged by its load angle: what heats it depends on its windings."))
+        yield Fact(_("A synchronous motor is checked by its load angle; its heat depends on its windings."))
 
     @cached_property
     def circuit(self) -> LoadAngle:

@@ -35,7 +35,7 @@ export function ask(title, parts, buttons) {
 /** What differs between two texts, as a list of lines: "theirs" and "mine" with three lines around each change. */
 export function differences(theirs, mine, names) {
   const lines = compared(theirs.split("\n"), mine.split("\n"));
-  if (!lines) return element("p", {}, text("The two texts are too long to be compared here."));
+  if (!lines) return element("p", {}, text("The two texts are too long to compare here."));
   if (lines.every((line) => line.kind === "same")) return element("p", {}, text("Nothing differs."));
   const near = lines.map((_line, k) => lines.slice(Math.max(0, k - 2), k + 3).some((line) => line.kind !== "same"));
   const shown = lines.flatMap((line, k) => (near[k] ? [lineOf(line)] : near[k - 1] ? [element("li", { class: "gap" }, "…")] : []));
@@ -115,7 +115,7 @@ export async function askStart(examples, unsaved) {
   list.selectedIndex = 0;
   list.addEventListener("dblclick", () => list.form.requestSubmit(list.form.querySelector(".main")));
   const parts = [
-    unsaved ? element("p", { class: "warning" }, text("Edits that are not saved are kept as a step: Undo brings them back.")) : null,
+    unsaved ? element("p", { class: "warning" }, text("Unsaved edits are kept as a step: Undo restores them.")) : null,
     element("p", {}, element("label", { for: "start" }, text("Starter or example")), list),
   ];
   const chosen = await ask(text("New scene"), parts, [
@@ -174,10 +174,10 @@ export function help(median) {
     element("tbody", {}, keys.map(([key, words]) => element("tr", {}, element("th", { scope: "row" }, element("kbd", {}, key)), element("td", {}, words)))),
   );
   const told = [
-    text("The form and the text are one scene: what is changed in one stands in the other, with comments and layout kept. A number may be typed with another unit, such as 3.5 in."),
-    text("While a slider moves, every figure follows; when it rests, the answer is confirmed by a run in time."),
+    text("The form and the text are one scene: a change in one appears in the other; comments and layout are kept. You may type a number with another unit, such as 3.5 in."),
+    text("While a slider moves, every figure follows; after the drag a simulation in time confirms the result."),
     text("Drag the crank, or point at a curve: one crank angle is marked in all figures."),
-    text("Nothing leaves this machine, and no file is written without your asking."),
+    text("No data leave this computer, and files are written only on your request."),
   ].map((words) => element("p", {}, words));
   const speed = median === null ? null : element("p", { class: "muted" }, text("Figures redrawn within {n} ms at the median.", { n: number(Math.round(median)) }));
   return ask(text("Help"), [table, told, speed], [{ value: "", words: text("Close"), main: true }]);

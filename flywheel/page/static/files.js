@@ -86,7 +86,7 @@ async function write_to(path, over, seen) {
 /** There is another text where this one was to be written: show what differs, and let the reader choose. */
 async function conflict(path, data) {
   const other = path !== null && path !== scene.path;
-  const title = other ? text("{name} is there already", { name: path }) : text("{name} was changed outside this page", { name: scene.name });
+  const title = other ? text("{name} exists already", { name: path }) : text("{name} was changed outside this page", { name: scene.name });
   const parts = [differences(data.text ?? "", scene.text, { theirs: text("in the file"), mine: text("in this page") })];
   const chosen = await ask(title, parts, [
     { value: "mine", words: other ? text("Replace it") : text("Keep mine: replace the file") },
@@ -129,7 +129,7 @@ function seenOnDisk(data) {
   if (data.seen === elsewhere) return undefined;
   elsewhere = data.seen;
   const gone = data.seen === "" || data.seen === "unreadable" || data.text === undefined;
-  const words = gone ? text("{name} is no longer there, or cannot be read. The scene in this page is kept.", { name: scene.name }) : text("{name} was changed outside this page. The scene in this page is kept.", { name: scene.name });
+  const words = gone ? text("{name} no longer exists, or cannot be read. The scene in this page is kept.", { name: scene.name }) : text("{name} was changed outside this page. The scene in this page is kept.", { name: scene.name });
   const compare = { words: text("Show what differs"), act: () => differ(data) };
   return notice("changed", words, gone ? [] : [compare, { words: text("Take theirs"), act: () => take(data) }, { words: text("Keep mine"), act: () => keep(data) }]);
 }
@@ -173,7 +173,7 @@ export function offerCopy() {
   key = scene.path ?? "";
   const kept = copyOf(key);
   if (!kept || kept.text === scene.text) return dropLeft(key);
-  return notice("copy", text("Edits of this scene were not saved when the page was left."), [
+  return notice("copy", text("There are unsaved edits of this scene from an earlier visit."), [
     { words: text("Bring them back"), act: () => { drop("copy"); dropLeft(key); begin(kept); } },
     { words: text("Show what differs"), act: () => ask(text("What differs"), [differences(scene.text, kept.text, { theirs: text("in this page"), mine: text("not saved") })], [{ value: "", words: text("Close"), main: true }]) },
     { words: text("Discard them"), act: () => { drop("copy"); dropLeft(key); copy(); } },

@@ -177,7 +177,7 @@ function state() {
   const none = scene.answer === null && scene.faults.length > 0;
   const faulty = away && scene.answer ? earlier() : none
     ? text("There are no results: the scene has faults.")
-    : text("These are the results of the earlier scene. The scene as it stands has faults and no results.");
+    : text("These are the results of the earlier scene. The present scene has faults and no results.");
   byId("earlier").replaceChildren(...(old || none || scene.error ? [element("p", { class: "warning" }, scene.error ?? faulty)] : []));
   for (const tools of ["cursor", "choices"]) byId(tools).hidden = none;
 }
@@ -185,7 +185,7 @@ function state() {
 /** Of what scene the results are that stand there while nobody computes others. */
 function earlier() {
   const values = { title: scene.answer.title || scene.name, time: scene.answered.at.toLocaleTimeString(language()) };
-  return text("These are the results of {title} as it was at {time}. What was changed since is not computed.", values);
+  return text("These are the results of {title} at {time}. Later changes are not computed.", values);
 }
 
 /** Whether a second route found the irregularity that was asked for. */
@@ -231,8 +231,8 @@ function say() {
 
 function contact(reached) {
   const words = {
-    no: text("The program that computes no longer answers. What you edit is kept in this page; start it again with flywheel open, or copy the text."),
-    other: text("This page belongs to an earlier start of the program. Load the page again at the address that the new start has printed: what is not saved is offered there."),
+    no: text("The program no longer responds. Your edits are kept in this page; start it again with flywheel open, or copy the text."),
+    other: text("This page belongs to an earlier run of the program. Open the address that the new run has printed; it offers your unsaved edits."),
   }[reached];
   files.copy();
   state();

@@ -33,7 +33,7 @@ export const powerFlow = {
     const now = diagramIn({ ...beside, width: each, rows, courses: data.streams.map((stream) => stream.powers), heading: (phi) => text("At {angle}", { angle: placeOf(driver, phi, tools) }) }, data, tools);
     mean.show(means, null);
     const watts = (value) => `${number(figure(value * scaled("W", data.input).factor))} ${scaled("W", data.input).unit}`;
-    const share = data.efficiency === null ? "" : text(", {share} % of it put out", { share: number(figure(100 * data.efficiency)) });
+    const share = data.efficiency === null ? "" : text(", {share} % of it as output", { share: number(figure(100 * data.efficiency)) });
     const told = data.streams.filter((stream) => stream.kind !== "stored" && stream.mean).map((stream) => `${stream.label} ${watts(stream.mean)}`);
     return {
       title: text("Power flow"),
