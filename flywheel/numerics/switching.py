@@ -346,7 +346,7 @@ def _refusal(
         for arg in node.args[:1] if node.op == "**" else below:
             u = cells.factor(arg)
             if not infinite and u.mignitude[at] <= u.width[at]:
-                infinite = f"{part}: a division by {expression.part(arg)}, which comes to 0"
+                infinite = f"{part}: a division by {expression.part(arg)}, which is 0"
     if infinite:
         return SwitchingError(f"a value that is not finite near phi = {{near}} ({infinite})", near)
     if finest:

@@ -225,13 +225,13 @@ _SHAPES = load_models.FORCE_SHAPES
 _PRESS = (
     Key("energy", "energy", "of a stroke", None, POSITIVE),
     Key("shear_strength", "pressure", "of the sheet", None, POSITIVE),
-    Key("energy_per_area", "energy per area", "of what is sheared", None, POSITIVE),
+    Key("energy_per_area", "energy per area", "of the sheared area", None, POSITIVE),
     Key("thickness", "length", "of the sheet", None, POSITIVE),
     Key("diameter", "length", "of a round hole", None, POSITIVE),
     Key("perimeter", "length", "of a hole", None, POSITIVE),
     Key("area", "area", "that is sheared", None, POSITIVE),
     Key("angle", "angle", "of the mechanism's crank before the end, at which the force begins", None, POSITIVE),
-    Key("shape", "choice", "of the force: it stays, or it falls to nothing", load_models.CONSTANT, choices=_SHAPES),
+    Key("shape", "choice", "of the force: constant, or falling to zero", load_models.CONSTANT, choices=_SHAPES),
     _end("end", "of the stroke towards which it presses: greatest or least displacement"),
     Key("overtravel", "length", "of the punch beyond the sheet", 0.0, NOT_NEGATIVE),
 )

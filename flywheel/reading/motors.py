@@ -194,20 +194,20 @@ START = Section(
 )
 INVERTER = Section(
     "inverter",
-    "what feeds a motor with a frequency and a voltage in proportion",
+    "an inverter with a frequency and a proportional voltage",
     (
         Key("frequency", "frequency", "of the steady regime", None, POSITIVE, True),
         Key("field_weakening_from", "frequency", "from which its voltage stays; default: that of the motor", None, POSITIVE),
         Key("torque_limit", "number", "over the motor's rated torque", None, POSITIVE, example="1.5"),
         Key("ramp", "time", "in which its frequency rises evenly from 0", None, POSITIVE),
-        Key("braking", "choice", "what becomes of power that the motor returns", "none", choices=BRAKING),
+        Key("braking", "choice", "use of the power that the motor returns", "none", choices=BRAKING),
         Key("chopper_power", "power", "greatest of the braking resistor", None, POSITIVE),
         Key("overcurrent", "number", "current at which it trips, over the motor's rated one", OVERCURRENT, POSITIVE),
     ),
     begin={"frequency": "50 Hz"},
 )
 _START = Key("start", "table", "how it is started; along a motion in time alone")
-_INVERTER = Key("inverter", "table", "what feeds it in place of the mains")
+_INVERTER = Key("inverter", "table", "inverter that feeds it instead of the mains")
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
 _RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
@@ -482,7 +482,7 @@ _ENGINE = (
     _POWER,
     Key("full_load", "table", "torque against speed at full load"),
     Key("droop", "number", "(no-load speed - rated speed) / rated speed", None, Range(0.0, 1.0, True), True),
-    Key("idle", "speed", "the lowest at which it runs by itself", 0.0, NOT_NEGATIVE),
+    Key("idle", "speed", "lowest speed at which it runs by itself", 0.0, NOT_NEGATIVE),
     Key("braking_torque", "torque", "of the unfired engine", 0.0, NOT_NEGATIVE),
 )
 
@@ -610,7 +610,7 @@ def _name(item: Item) -> str:
 def _check(item: Item) -> None:
     """Notes contradictions within one phase."""
     if item.fields["rest"]:
-        item.without(["loads", "changes", "starts"], "in a phase at rest", "the motor is off and nothing turns")
+        item.without(["loads", "changes", "starts"], "in a phase at rest", "the motor is off and the machine stands still")
         item.without(["cycles"], "in a phase at rest", "give its duration")
         return
     item.without(["standstill_cooling"], "in a phase that runs", "it belongs to a phase with rest = true")

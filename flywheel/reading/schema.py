@@ -50,7 +50,7 @@ class Section(NamedTuple):
     begin: Mapping[str, Any] = MappingProxyType({})
 
 
-GD2 = Key("gd2", "inertia | moment of weight", "GD² of what rotates, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
+GD2 = Key("gd2", "inertia | moment of weight", "GD² of a rotating part, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
 OUTPUT = Section(
     "mechanism.outputs.NAME",
     "one output of a law",
@@ -85,7 +85,7 @@ MECHANISM = Section(
         Key("type", "text", "its type", required=True, choices=tuple(KINDS)),
         Key("name", "name", "name used in places; needed when there are several of its type (default: the type)"),
         Key("shaft", "text", "the shaft that its crank sits on", "crank"),
-        Key("phase", "angle", "its crank stands at ratio phi + phase", 0.0, Range(-MOST_TURNS * TURN, MOST_TURNS * TURN)),
+        Key("phase", "angle", "its crank angle is ratio phi + phase", 0.0, Range(-MOST_TURNS * TURN, MOST_TURNS * TURN)),
     ),
     array=True,
 )
@@ -126,7 +126,13 @@ _SECTIONS = (
     Section(
         "inertia",
         "a mass or an inertia fixed on a place; it has no weight",
-        (_ON, Key("value", "mass | inertia", "mass of what translates, inertia of what rotates", None, NOT_NEGATIVE), GD2),
+        (
+            _ON,
+            Key(
+                "value", "mass | inertia", "mass on a place that translates, inertia on one that rotates", None, NOT_NEGATIVE
+            ),
+            GD2,
+        ),
         array=True,
         either=(("value",), ("gd2",)),
     ),
@@ -180,7 +186,7 @@ _SECTIONS = (
                 None,
                 NOT_NEGATIVE,
                 True,
-                missing="the second on what rotates",
+                missing="the second on a place that rotates",
             ),
         ),
         array=True,
@@ -218,7 +224,7 @@ _SECTIONS = (
             Key(
                 "cycle",
                 "angle",
-                "crank angle after which everything repeats",
+                "crank angle after which motion and loads repeat",
                 TURN,
                 Range(0.0, MOST_TURNS * TURN * (1 + 1e-9), True),
                 many_turns=True,
@@ -227,19 +233,19 @@ _SECTIONS = (
     ),
     Section(
         "flywheel",
-        "shaft of the flywheel, and either the irregularity asked for or its inertia",
+        "shaft of the flywheel, and either the required irregularity or its inertia",
         (
             _ON_SHAFT,
             Key("irregularity", "number", "of the speed: size the flywheel for it", None, Range(0.0, 2.0, True, True)),
             Key("inertia", "inertia", "of the given flywheel: analyse it", None, NOT_NEGATIVE),
             GD2,
-            Key("limits", "tables", "what the flywheel shall keep the motion and the motor to, instead"),
+            Key("limits", "tables", "limits of the motion and the motor, instead"),
         ),
         one_of=(("irregularity", "inertia", "gd2", "limits"),),
     ),
     Section(
         "duty",
-        "a phase of what the machine does in turn, for ever: another load, idling, or standstill",
+        "a phase of a repeating sequence: another load, idling, or standstill",
         (
             Key("name", "text", "name used in results (default: phase 1, phase 2...)"),
             Key("duration", "time", "of the phase", None, POSITIVE),
@@ -273,8 +279,8 @@ _SECTIONS = (
         (
             Key("from", "length | angle", "driver's coordinate at the beginning", required=True),
             Key("to", "length | angle", "driver's coordinate at the end, greater than from", required=True),
-            Key("speed", "velocity | speed", "of the driver, all along the stroke, for what depends on it"),
-            Key("acceleration", "acceleration | angular acceleration", "of the driver, all along the stroke", 0.0),
+            Key("speed", "velocity | speed", "constant speed of the driver, for results that depend on it"),
+            Key("acceleration", "acceleration | angular acceleration", "constant acceleration of the driver", 0.0),
         ),
     ),
     Section(
@@ -317,9 +323,9 @@ _SECTIONS = (
     ),
     Section(
         "accuracy",
-        "accuracy asked of the figures",
+        "required accuracy of the figures",
         (
-            Key("rtol", "number", "relative error asked of every figure", DEFAULT_RTOL, Range(*RTOL)),
+            Key("rtol", "number", "required relative error of every figure", DEFAULT_RTOL, Range(*RTOL)),
             Key(
                 "closure",
                 "number",

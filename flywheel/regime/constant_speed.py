@@ -42,7 +42,7 @@ _PER_SPEED = 0.05  # of what a node takes in a Newton step
 
 _MADE_UP = Fault(
     "shafts",
-    "losses in meshes, and nothing that makes up for them",
+    "losses in meshes without a torque to compensate for them",
     "a balance, or torques that depend on speed",
     'name the unknown: drive.torque = "balance", or give a motor',
 )

@@ -724,7 +724,7 @@ class _Equations:
         net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
         if not (self.levelled or self.apart is not None):
             closed = np.abs(net) <= _NET_WORK * exchanged
-            self.check(closed, lambda: NoRegimeError("the net work of a cycle does not come to zero"))
+            self.check(closed, lambda: NoRegimeError("the net work of a cycle is not zero"))
         extremes = self.extremes(state, here, settled=True)
         answer = self.sensitivity(state, here, change) if self.sized else None
         multiplier, damping = collocation.multiplier(change)

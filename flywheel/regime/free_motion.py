@@ -221,7 +221,7 @@ class Rest(NamedTuple):
             return Release(self.time, direction) if direction else None
         except standstill.EitherWayError:
             if rough_joints(self.dynamics):
-                what = "friction in its joints lets it start either way"
+                what = "friction in its joints permits a start in either direction"
                 raise SceneError([undecided(machine, phi, self.time, what)]) from None
             return Release(self.time, 1.0)
         except GraphError as error:

@@ -540,7 +540,7 @@ class _Search(NamedTuple):
                     if last.run.irregularity >= eps:
                         raise
             if eps is not None and last.inertia <= 0.0:
-                raise NoRegimeError("even without a flywheel the speed varies less than asked")
+                raise NoRegimeError("even without a flywheel the speed varies less than required")
             weight, scale = last.inertia - target, last.inertia + float(last.solved.moments.inertia.max())
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:

@@ -364,11 +364,11 @@ def conditions(machine: Machine, speed: float | None) -> str:
     sliding = scene.reduction_element == "slide"
     found = []
     if machine.depends_on_speed and speed is not None:
-        found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
+        found.append(f"torques that depend on speed are those at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
     if machine.friction is not None and speed is None and scene.speed is None:
         found.append("friction in joints is that without inertia forces, as no speed is given")
     if machine.depends_on_time:
-        found.append("what depends on time is taken at t = 0")
+        found.append("loads that depend on time are those at t = 0")
     if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
         found.append("losses in meshes are left out")
     told = [f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}"] if found else []

@@ -40,7 +40,7 @@ _MOST_EVALUATIONS = 60_000  # evaluations of a cycle in time, a few seconds: a t
 _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
 _NONE_FOUND = "not confirmed by collocation: on cells of its own the iteration finds no motion"
-_NO_MOTION = "no steady motion with the approximate flywheel has the mean of extremes asked for"
+_NO_MOTION = "no steady motion with the approximate flywheel has the required mean of extremes"
 _LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
 

@@ -82,7 +82,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
             unstable = f"an unstable regime at {motion.speed:.6g} rad/s: {growth}"
             expected, advice = "a regime to which the machine returns", "let the drive's torque fall with speed"
             raise SceneError([Fault("drive", unstable, expected, advice)])
-        messages = (*messages, f"held at its balance this regime is unstable: {growth}; it needs a governor")
+        messages = (*messages, f"at its balance this regime is unstable: {growth}; it needs a governor")
     if scene.unknown is None and scene.speed is not None:
         share = f"{100 * (motion.speed / scene.speed - 1):+.4g} %"
         messages = (
@@ -380,7 +380,7 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
         return Fault(path, found, expected, ending.fault.advice)
     if isinstance(error, BudgetError):
         return _too_much(error.faults[0], machine, speed, given or 0.0, unknown)
-    return Fault(path, f"{none}: {error}", expected, "follow the machine in time and see what it does: flywheel simulate")
+    return Fault(path, f"{none}: {error}", expected, "follow the machine in time: flywheel simulate")
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:

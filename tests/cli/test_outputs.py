@@ -123,7 +123,7 @@ def test_loads_that_depend_on_speed_are_reduced_at_the_speed_given(scene):
     gain = state["gains"]["slider-crank.slider"][0]
     assert state["moment"][0] == pytest.approx(-100 * 10.0 * gain**2, rel=1e-12)
     assert (state["speed"], state["errors"]["speed"]) == (10.0, 0.0)
-    assert "taken at a constant 10 rad/s" in found.stderr
+    assert "those at a constant 10 rad/s" in found.stderr
 
 
 @pytest.mark.parametrize(

@@ -417,7 +417,7 @@ def test_what_varies_too_fast_is_refused():
 
 
 def test_what_is_infinite_is_named():
-    with pytest.raises(SwitchingError, match=r"near phi = 3 \(4/\(phi - 3\): a division by phi - 3, which comes to 0\)"):
+    with pytest.raises(SwitchingError, match=r"near phi = 3 \(4/\(phi - 3\): a division by phi - 3, which is 0\)"):
         cells_of("2 - 4/(phi - 3)")
 
 

@@ -97,7 +97,7 @@ def test_values_that_are_not_finite_name_the_load_and_the_angle():
     [
         ("log(phi-3)", "(log(phi-3): the logarithm of -2.99"),
         ("asin(phi)", "(asin(phi): the arcsine of 1.0"),
-        ("1/(phi-1)", "(1/(phi-1): a division by phi-1, which comes to 0)"),
+        ("1/(phi-1)", "(1/(phi-1): a division by phi-1, which is 0)"),
         ("1/phi", "(1/phi: a division by phi, which is 0)"),
         ("0/(phi*0)", "(0/(phi*0): a division by phi*0, which is 0)"),
         ("exp(300*phi)", "(exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 1884.96)"),

@@ -76,11 +76,11 @@ def test_no_flywheel_is_asked_of_a_machine_whose_own_inertia_suffices():
 
 
 def test_what_is_not_confirmed_or_not_reached_is_said():
-    assert block(sized(), "run").sentences == ("NOT confirmed at accuracy normal: audit takes a second route.",)
+    assert block(sized(), "run").sentences == ("NOT confirmed at accuracy normal: audit adds a second method.",)
     message = "rtol 1e-09 not reached: the exact inertia is good to 0.003 (estimated, relative)"
     off = replace(sized(), error=sized().error._replace(exact=3e-3), messages=(message,))
     text = " ".join(summary.text(off).split())
-    assert "The accuracy asked for was NOT reached: the error of a figure may be up to 0.3 %." in text
+    assert "The required accuracy was NOT reached: the error of a figure may be up to 0.3 %." in text
     assert f"Note: {message}" in text
     assert "353.5 ± 1.1" in text or "354 ± 1" in text
 

@@ -268,7 +268,7 @@ class Induction(Motor):
         if (start is not None or current is not None) and not self.own_breakdown_slip < 1:
             found = f"beside a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
             name = "starting_torque" if start is not None else "starting_current"
-            faults.append(Fault(name, found, "nothing: rest lies on the running branch", "leave it out, or check the speed"))
+            faults.append(Fault(name, found, "none: rest lies on the running branch", "leave it out, or check the speed"))
         elif start is not None and start > self.breakdown_ratio:
             expected = f"the breakdown_ratio of {self.breakdown_ratio:g} at most, which is the greatest"
             faults.append(Fault("starting_torque", f"{start:g} of the rated torque", expected))

@@ -294,7 +294,7 @@ class Inverter(NamedTuple):
         weakening: frequency from which its voltage stays constant, Hz.
         torque_limit: over the motor's rated torque; None without one.
         ramp: time in which the frequency rises from 0 to f, s; 0 where it is f at once.
-        braking: what becomes of power that the motor returns: `none`, `resistor` or `regenerative`.
+        braking: use of the power that the motor returns: `none`, `resistor` or `regenerative`.
         chopper_power: greatest power of the braking resistor, W.
         overcurrent: current at which it trips, over the motor's rated one.
 
@@ -336,8 +336,8 @@ class Inverter(NamedTuple):
 class Motor(ABC):
     """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
 
-    `inverter` is what feeds it in place of the mains, `start` how it is started; all else speaks of it as it runs, in its
-    last connection.
+    `inverter` feeds it instead of the mains; `start` is its starting method. All other figures are those in normal running,
+    in the last connection.
     """
 
     inertia: float = 0.0

@@ -115,7 +115,7 @@ def soft_start(
     if current_limit is not None and motor.share_law() is None:
         faults.append(Fault("current_limit", f"a motor of which no current is known ({motor.title})", "an induction motor"))
     if until is None and motor.rated is None and (torque_limit is not None or current_limit is not None):
-        faults.append(Fault("until", "nothing, of a motor without a rated speed", 'a time or speed, such as "1400 rpm"'))
+        faults.append(Fault("until", "none for a motor without a rated speed", 'a time or speed, such as "1400 rpm"'))
     elif torque_limit is not None and motor.rated is None:
         faults.append(Fault("torque_limit", "a motor without a rated torque", "an induction motor, or a ramp"))
     refuse(faults)

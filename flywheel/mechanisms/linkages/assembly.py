@@ -88,7 +88,7 @@ def mobility(loops: Loops, jacobian: Array) -> Mobility:
     for row in sorted(set(range(len(jacobian))) - set(rows)):
         shares = np.linalg.lstsq(jacobian[list(rows)].T, jacobian[row], rcond=None)[0]
         first, *others = dict.fromkeys(map(source, [row, *(rows[k] for k in np.flatnonzero(np.abs(shares) > 1e-6))]))
-        repeated[f"{first} repeats {' and '.join(others) or 'what keeps its bodies parallel'}"] = None
+        repeated[f"{first} repeats {' and '.join(others) or 'the constraint that keeps its bodies parallel'}"] = None
     return Mobility(gruebler(loops.linkage), jacobian.shape[1] - len(rows), (*redundant, *repeated))
 
 
