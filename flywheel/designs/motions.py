@@ -90,6 +90,7 @@ class DesignMoments(Moments):
             early, late = program.split(2)
             part = slice(starts[piece.start], starts[piece.stop])
             self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *given))))
+        self._last: tuple[Array, Any, Array] | None = None  # values at the last speeds and unknowns, for stage after stage
         self.lossy = len(self.machine.stages) > 1
         values = self._evaluated(np.zeros_like(half), 0.0)
         self.resistance, of_stage = values[RATE.index("resistance")], values[len(RATE) :]
@@ -102,6 +103,7 @@ class DesignMoments(Moments):
         """The machines of some designs."""
         found, count = copy(self), self.inertia.shape[0]
         found.__dict__.pop("locally", None)
+        found._last = None
         found.mesh, found.columns = Cells(*(each[which] for each in self.mesh)), self.columns[:, which]
         for name in ("inertia", "slope", "steepness", "still", "resistance"):
             setattr(found, name, getattr(self, name)[which])
@@ -115,6 +117,7 @@ class DesignMoments(Moments):
     def thinned(self) -> DesignMoments:
         """The same at a few nodes of every cell, by which `total` tells the sign of what is far from zero."""
         found = copy(self)
+        found._last = None
         found.mesh = self.mesh._replace(phi=self.mesh.phi[..., _FEW])
         for name in ("inertia", "slope", "still", "resistance"):
             setattr(found, name, getattr(self, name)[..., _FEW])
@@ -156,8 +159,9 @@ class DesignMoments(Moments):
         return super().transmitted(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
 
     def _acting(self, part: Any, omega: Array, unknown: Any, states: Any) -> Rate:
-        first = len(RATE) + part.place * len(STAGE)
-        moment, by_speed, by_unknown, exchanged = self._evaluated(omega, unknown, slice(first, first + 4))
+        if self._last is None or self._last[0] is not omega or self._last[1] is not unknown:
+            self._last = omega, unknown, self._evaluated(omega, unknown, slice(len(RATE), None))
+        moment, by_speed, by_unknown, exchanged = self._last[2][part.place * len(STAGE) :][:4]
         return Rate(moment, by_speed, by_unknown, np.zeros(()), np.zeros((0, *omega.shape)), exchanged)
 
     def driven(self, omega: Array, unknown: Any) -> tuple[Array, Array]:

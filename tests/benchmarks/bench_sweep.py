@@ -2,10 +2,11 @@
 
     python tests/benchmarks/bench_sweep.py [--quick]
 
-Random designs of a slider-crank press: crank, rod, window, irregularity and speed vary. All figures with their errors at
-rtol 1e-10. One by one is `flywheel.load` and `flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, but for
-those of threads and workers, which are of time; each from the best of interleaved repeats. The first call in machine code
-is told apart: it compiles, unless the code of an earlier run is still on disk.
+Random designs of a slider-crank press: crank, rod, window, irregularity and speed vary; the same press on a motor, with and
+without losses in belt and gear. All figures with their errors at rtol 1e-10. One by one is `flywheel.load` and
+`flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, but for those of threads and workers, which are of time;
+each from the best of interleaved repeats. The first call in machine code is told apart: it compiles, unless the code of an
+earlier run is still on disk.
 
 The least ratios asked for, 100 and 600, are to one by one as at commit 847fd80. One by one is faster since, by 1.08 (median
 of interleaved runs of both commits) to 1.13 times (their minima): of today's the least ratios are smaller by 1.1.
@@ -48,6 +49,22 @@ RANGES = {
     "regime.speed": (6.0, 16.0),
 }
 PATHS, RTOL = tuple(RANGES), 1e-10
+MOTOR = {
+    "type": "induction",
+    "power": "11 kW",
+    "speed": "1440 rpm",
+    "poles": 4,
+    "frequency": "50 Hz",
+    "breakdown_ratio": 2.8,
+}
+DRIVEN = PRESS | {"regime": {}, "drive": {"on": "motor", "motor": MOTOR}, "flywheel": {"irregularity": 0.1}}
+MOTOR_DRIVEN = {  # a press on a motor: its shafts
+    "motor, no losses": {"motor": {"on": "crank", "ratio": 12}},
+    "motor, belt and gear": {
+        "wheel": {"on": "crank", "ratio": 4, "efficiency": 0.97},
+        "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.96},
+    },
+}
 SINCE = 1.1  # times as many designs one by one as at 847fd80
 NUMPY, NUMBA = 100.0 / SINCE, 600.0 / SINCE  # times one by one, at least
 
@@ -110,6 +127,25 @@ def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
     for name in low:
         print(f"{name}: fewer than {limits[name]:.0f} times one by one")
     return not low
+
+
+def motor_driven(count: int, repeats: int) -> None:
+    """Designs a CPU second of a press on a motor, whose motion has to be solved for, beside one by one."""
+    paths = tuple(path for path in PATHS if path != "regime.speed")
+    many = columns(count)[: len(paths)]
+    many[-1] *= 2.0  # irregularities of 2 to 20 %
+    print(f"\n{'designs a CPU second':24}{'at once':>10}{'one by one':>12}{'times':>8}{'alone':>8}")
+    for name, shafts in MOTOR_DRIVEN.items():
+        scene = flywheel.load(DRIVEN | {"shafts": shafts})
+        few = many[:, :: max(count // 20, 1)]
+        calls: dict[str, Callable[[], object]] = {
+            "many": lambda scene=scene: designs.sized(scene, paths, many, RTOL, "numpy"),
+            "few": lambda scene=scene, few=few: designs.sized(scene, paths, few, RTOL, "size"),
+        }
+        took = best(calls, repeats)
+        rate, alone_rate = count / took["many"], few.shape[1] / took["few"]
+        left = int((designs.sized(scene, paths, many, RTOL, "numpy").ways == designs.ALONE).sum())
+        print(f"{name:24}{rate:10.0f}{alone_rate:12.1f}{rate / alone_rate:8.0f}{left:8}")
 
 
 def has_numba() -> bool:
@@ -184,6 +220,7 @@ def main(quick: bool) -> int:
     scene = flywheel.load(PRESS)
     count = 4_000 if quick else 40_000
     good = engines(scene, count, 3 if quick else 9)
+    motor_driven(count // 20, 2 if quick else 5)
     chunks(scene, count, 2 if quick else 4)
     good &= memory(100_000 if quick else 1_000_000)
     return 0 if good or quick else 1
