@@ -35,6 +35,7 @@ from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness
 from flywheel.regime.turning_moment import CycleErrors
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
+Start = Callable[..., State | None]
 
 _SPREAD = 2.0  # by which what closes a cycle at its own speed spreads errors of the moment, at most; as in `cycle_of`
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -44,6 +45,7 @@ _MOST_CUTS = 10  # rounds in which cells are cut anew where meshes change the si
 _CUT_MOVE = 1e-12  # of the cycle: what moves less has settled
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
+_LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what fades in the first cell behind a jump; halvings towards it
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
@@ -137,6 +139,14 @@ class DesignMoments(Moments):
         before = angles.shape[1] - inside
         finer = np.sort(np.concatenate((edges, angles), axis=1), axis=1)
         return DesignMoments(self.structure, self.columns[:, which], finer.T, self.starts + before[self.starts])
+
+    def layered(self, which: Index, layers: int) -> DesignMoments:
+        """Some designs on cells whose first half is halved again and again, as speeds settle steeply behind a jump."""
+        edges = self.mesh.edges[which]
+        shares = np.concatenate(([0.0], 0.5 ** np.arange(layers, 0, -1)))
+        inner = edges[:, :-1, None] + np.diff(edges, axis=1)[:, :, None] * shares
+        finer = np.concatenate((inner.reshape(which.size, -1), edges[:, -1:]), axis=1)
+        return DesignMoments(self.structure, self.columns[:, which], finer.T, self.starts * (layers + 1))
 
     def _evaluated(self, omega: Array, unknown: Any, outputs: slice = slice(None)) -> Array:
         """The values of `RATE` and `STAGE` at crank speeds on (designs, cells or 1, nodes or 1)."""
@@ -297,29 +307,22 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     if given is not None:
         good &= given + least > least_error
         guess = given
-    rate = moments.constant(speed, unknown[:, None, None])
+    by_speed = moments.constant(speed, unknown[:, None, None]).by_speed
 
     def fading(some: Index, inertia: Array) -> Array:
-        """The exponent by which torques fade a change of the constant speed in a cycle."""
+        """The exponents by which torques fade a change of the constant speed in each cell."""
         total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
-        return np.asarray(cells.integral(-rate.by_speed[some] / total, moments.mesh.half[some]).sum(axis=-1))
+        return np.asarray((-by_speed[some] / total).max(axis=-1) * 2.0 * moments.mesh.half[some, :, 0])
 
-    # the motion: with the flywheel that is given or sought, or with none where none is found
-    left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
-    ways = [False, True] if given is None else [False]
-    for alone, first in [(way, first) for way in ways for first in (first_guess, balanced_guess)]:
-        if alone:
-            left = left[(least > _NO_INERTIA * greatest)[left]]
-        tried = left if first is first_guess else left[fading(left, none if alone else guess) > _FADING]
-        if not tried.size:
-            continue
-        inertia = (none if alone else guess)[tried]
+    def attempt(finer: DesignMoments, tried: Index, weight: Array, alone: bool, first: Start) -> Index:
+        """Puts in the motions of some designs that are found, with no flywheel where they are alone; which they are."""
+        inertia = weight[tried]
         asked = None if given is None and not alone else inertia
         own, of_motion, missing, found = _motions(
-            moments.of(tried), givens.of(tried), speed[tried], unknown[tried], inertia, asked, first
+            finer, givens.of(tried), speed[tried], unknown[tried], inertia, asked, first
         )
         if not found.any():
-            continue
+            return tried[:0]
         if alone:
             found &= own["irregularity"] * (1.0 + of_motion["irregularity"]) <= eps[tried]
             own |= {"exact": none[tried], "needed": none[tried]}
@@ -330,7 +333,27 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
             own |= {"exact": own["exact"] / ratio**2, "needed": none[tried] + 1.0}
         values.put(tried, own, found)
         errors.put(tried, of_motion, found)
-        worst[tried[found]], left = missing[found], np.setdiff1d(left, tried[found], assume_unique=True)
+        worst[tried[found]] = missing[found]
+        return tried[found]
+
+    # the motion: with the flywheel that is given or sought, or with none where none is found
+    left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
+    ways = [False, True] if given is None else [False]
+    for alone, first in [(way, first) for way in ways for first in (first_guess, balanced_guess)]:
+        if alone:
+            left = left[(least > _NO_INERTIA * greatest)[left]]
+        if not left.size:
+            break
+        weight = none if alone else guess
+        exponents = fading(left, weight)
+        near = exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf)
+        layers = np.ceil(np.log2(np.maximum(exponents.max(axis=1) / _LAYER, 1.0)))
+        for tried in (left[near & (layers == 0.0)], left[near & (layers > 0.0)]):
+            if tried.size:
+                deep = layers[np.isin(left, tried)].max()
+                finer = moments.layered(tried, min(int(deep), _MOST_LAYERS)) if deep else moments.of(tried)
+                gone = attempt(finer, tried, weight, alone, first)
+                layers, left = layers[~np.isin(left, gone)], np.setdiff1d(left, gone, assume_unique=True)
     return values.rows, errors.rows, np.where(good, np.maximum(missed, worst), np.inf)
 
 
@@ -455,7 +478,7 @@ def _motions(
     unknown: Array,
     guess: Array,
     inertia: Array | None,
-    start: Callable[..., State | None],
+    start: Start,
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
     """The figures of motions with their errors, the one that cells are to bring within rtol, and which motions stand.
 

@@ -4,7 +4,7 @@
 
 Random designs of a slider-crank press: crank, rod, window, irregularity and speed vary; the same press on a motor, with and
 without losses in belt and gear. All figures with their errors at rtol 1e-10. One by one is `flywheel.load` and
-`flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, but for those of threads and workers, which are of time;
+`flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, those of threads and workers of time;
 each from the best of interleaved repeats. The first call in machine code is told apart: it compiles, unless the code of an
 earlier run is still on disk.
 
