@@ -45,12 +45,13 @@ if TYPE_CHECKING:
     from flywheel.designs.variation import Sensitivities, sensitivities
     from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces, joint_forces
-    from flywheel.motions.kinematics import Kinematics, instant_centres, motion
+    from flywheel.motions.kinematics import Kinematics, motion
     from flywheel.motions.kinetic_energy import cycle_shares, shares, stored_energy
     from flywheel.motions.motion import Motion, Transient, time_along
     from flywheel.motions.simulation import simulate
     from flywheel.motions.single_stroke import SingleStroke, single_stroke
     from flywheel.motions.transients import run_down, run_up, transient
+    from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.animation import animate
     from flywheel.pictures.mechanisms import draw
@@ -89,7 +90,7 @@ _HOMES = {
     "cycle_shares": "motions.kinetic_energy",
     "draw": "pictures.mechanisms",
     "explain": "tables.explanation",
-    "instant_centres": "motions.kinematics",
+    "instant_centres": "motions.velocities",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
     "load_linkage": "reading.scenes",

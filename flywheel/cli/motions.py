@@ -218,7 +218,7 @@ def motion(
         tables = bool(of) or listed
         centres = None
         if with_centres:
-            from flywheel.motions.kinematics import instant_centres
+            from flywheel.motions.velocities import instant_centres
 
             count = result.q.size
             few = list(range(count)) if as_csv or as_json or listed else [k * (count - 1) // _ROWS for k in range(_ROWS)]

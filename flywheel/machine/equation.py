@@ -18,7 +18,7 @@ wanted, with its slope: series and cells of the steady regime rest on it. `machi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from bondgraph.numerics import count
 from bondgraph.reduction import Station
+from flywheel.machine.loads import at_speeds
 from flywheel.machine.machine import DRIVE, Machine, Stage, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, Cells, wide
@@ -398,33 +399,6 @@ def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[
         np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
         np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
     )
-
-
-def at_speeds(still: Any, moving: Iterable[tuple[Any, Any]], omega: Any, unknown: Any) -> tuple[Any, Any, Any, Any]:
-    """M* of a part at crank speeds (rad/s), its slopes by the speed and by the unknown, and the sum of |contributions|.
-
-    Args:
-        still: what depends on position alone, with `moment`, `per_unknown`, `exchanged` and `resistance` of `Reduced`.
-        moving: moments that depend on speed with their factors of the unknown, as jets by the speed where they do.
-        omega: speeds: numbers, arrays, or recorded ones.
-        unknown: value of the scene's unknown.
-
-    """
-    of_unknown = unknown * still.per_unknown
-    moment, by_speed, by_unknown = still.moment + of_unknown - still.resistance * omega, -still.resistance, still.per_unknown
-    exchanged = still.exchanged + abs(of_unknown) + still.resistance * omega
-    for effort, factor in moving:
-        value, slope = _with_slope(effort)
-        factor_value, factor_slope = _with_slope(factor)
-        value = value + unknown * factor_value
-        moment, by_speed = moment + value, by_speed + slope + unknown * factor_slope
-        by_unknown, exchanged = by_unknown + factor_value, exchanged + abs(value)
-    return moment, by_speed, by_unknown, exchanged
-
-
-def _with_slope(value: Any) -> tuple[Any, Any]:
-    """Value and slope of a jet, or of a number that does not depend on speed."""
-    return (value.value, value.first) if isinstance(value, Jet) else (value, 0.0)
 
 
 def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:

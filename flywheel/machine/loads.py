@@ -335,3 +335,30 @@ def crank_angles(local: float | Array, every: float, place: Place, cycle: float)
     angles = (column + turns * every - place.phase) / place.rate
     found: Array = angles[(angles >= 0.0) & (angles < cycle)]
     return found
+
+
+def at_speeds(still: Any, moving: Iterable[tuple[Any, Any]], omega: Any, unknown: Any) -> tuple[Any, Any, Any, Any]:
+    """M* of a part at crank speeds (rad/s), its slopes by the speed and by the unknown, and the sum of |contributions|.
+
+    Args:
+        still: what depends on position alone, with `moment`, `per_unknown`, `exchanged` and `resistance` of `Reduced`.
+        moving: moments that depend on speed with their factors of the unknown, as jets by the speed where they do.
+        omega: speeds: numbers, arrays, or recorded ones.
+        unknown: value of the scene's unknown.
+
+    """
+    of_unknown = unknown * still.per_unknown
+    moment, by_speed, by_unknown = still.moment + of_unknown - still.resistance * omega, -still.resistance, still.per_unknown
+    exchanged = still.exchanged + abs(of_unknown) + still.resistance * omega
+    for effort, factor in moving:
+        value, slope = _with_slope(effort)
+        factor_value, factor_slope = _with_slope(factor)
+        value = value + unknown * factor_value
+        moment, by_speed = moment + value, by_speed + slope + unknown * factor_slope
+        by_unknown, exchanged = by_unknown + factor_value, exchanged + abs(value)
+    return moment, by_speed, by_unknown, exchanged
+
+
+def _with_slope(value: Any) -> tuple[Any, Any]:
+    """Value and slope of a jet, or of a number that does not depend on speed."""
+    return (value.value, value.first) if isinstance(value, Jet) else (value, 0.0)

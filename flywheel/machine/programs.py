@@ -35,8 +35,7 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.machine.equation import at_speeds
-from flywheel.machine.loads import Effort
+from flywheel.machine.loads import Effort, at_speeds
 from flywheel.machine.machine import DRIVE, POSITION, WIDEST, Anchor, Machine, circuit_of
 from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES

@@ -46,7 +46,7 @@ from flywheel.regime.free_motion import Goal, Passing, Watching, end_of_stroke, 
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
-from flywheel.sizing.motor import trip_messages
+from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]

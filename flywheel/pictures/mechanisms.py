@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.instant_centres import FINITE, INFINITE, InstantCentre
-from flywheel.motions.kinematics import Centres, InstantCentres
+from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, shade

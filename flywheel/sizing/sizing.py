@@ -23,9 +23,10 @@ from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
+from flywheel.sizing.drive import drive_work, energy, engine, inverter_load, synchronism, trip_messages
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
-from flywheel.sizing.motor import MotorShaft, drive_work, energy, engine, inverter_load, synchronism, trip_messages
+from flywheel.sizing.motor import MotorShaft
 from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.proof import proven
 from flywheel.sizing.results import (

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre
 from flywheel.motions.curves import ANGLE, POINT, WAY, Curve
 from flywheel.motions.driver import DRIVER
-from flywheel.motions.kinematics import Centres, Extreme, InstantCentres, Kinematics
+from flywheel.motions.kinematics import Extreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants
 from flywheel.motions.transients import estimates, of_samples
+from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.units import columns, figure, short
 from flywheel.tables.rows import DEGREES, RPM, csv, encoded, paragraphs, sentences, wrapped
 

@@ -1,0 +1,277 @@
+"""Drive of a machine over a steady cycle: its moment, work, power and heat; an engine, whose gas drives; an inverter.
+
+Last a synchronous motor in step: its load angle and what it swings with.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from flywheel.components.energy import Energy, mean_effective_pressure, mechanical_efficiency
+from flywheel.components.load_models import is_loss
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.families import ends_of
+from flywheel.numerics import cells
+from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.faults import SceneError
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Run
+from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Trip
+
+
+def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
+    """Work (J) of the drive over the cycle, 0 where that is no more than its error; None without a drive."""
+    drive = machine.scene.drive
+    if drive is None:
+        return None
+    if drive.law is None or isinstance(drive.law, float | int):
+        torque = (cycle.balance or 0.0) if drive.law is None else drive.law
+        work = torque * machine.scene.shafts[drive.on] * machine.scene.cycle
+    else:
+        work = float(cells.integral(drive_moment(machine, cycle, run, speed), cycle.mesh.half).sum())
+    return above_error(work, cycle.errors.work)
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def energy(sizing: Sizing) -> Energy | None:
+    """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
+
+    Peaks are found where the slope of power is zero, and at the ends of smooth pieces. None without a motion, and where
+    rounding of enormous torques has stopped the machine.
+    """
+    machine, cycle, run, speed, scene = sizing.machine, sizing.cycle, sizing.run, sizing.speed, sizing.scene
+    if machine is None or cycle is None or run is None or scene.drive is None:
+        return None
+    half, omega = cycle.mesh.half, turning_moment.speed_over_cycle(cycle, speed, run, cycle.mesh.phi)
+    if not omega.min() > 0.0:
+        return None
+    drive = drive_moment(machine, cycle, run, speed)
+    period, _ = turning_moment.period(cycle, speed, run, sizing.rtol)
+    work = above_error(float(cells.integral(drive, half).sum()), cycle.errors.work)
+    moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
+    load = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
+    alone = above_error(float(cells.integral(load, half).sum()), cycle.errors.work) / scene.cycle * speed
+    noise = cycle.errors.work / scene.cycle  # of a moment
+    greatest = float(np.abs(drive).max()) or 1.0  # squares of enormous moments leave the floating-point range
+    square, time = (float(cells.integral(row, half).sum()) for row in ((drive / greatest) ** 2 / omega, 1.0 / omega))
+    found = Energy(
+        period=period,
+        work=work,
+        mean_power=work / period,
+        peak_power=above_error(cells.largest(cells.fit(drive * omega)), noise * speed),
+        mean_power_alone=alone,
+        peak_power_alone=above_error(cells.largest(cells.fit(load * speed)), noise * speed),
+        rms_torque=above_error(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
+    )
+    heats = {} if scene.motor is None else scene.motor.heats(MotorShaft(scene, cycle, run, speed, sizing.rtol))
+    return found._replace(**heats)
+
+
+# -- the engine --------------------------------------------------------------------------------------------------------
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def engine(sizing: Sizing) -> EngineCycle | None:
+    """The engine of a machine: None where no gas drives it.
+
+    The gas is that of the loads with a bore; without any, in a machine without a drive or with one that brakes, the forces
+    on those ports that they drive over the cycle. The brake is what all other loads and the drive take, but for models of
+    losses.
+    """
+    machine, cycle, drive_work = sizing.machine, sizing.cycle, sizing.drive_work
+    if machine is None or cycle is None:
+        return None
+    loads = machine.scene.loads
+    gas = [load for load in loads if load.piston is not None]
+    bored = bool(gas)
+    if not bored and not ((drive_work or 0.0) >= 0.0 and machine.scene.drive is not None):
+        gas = [load for load in loads if not machine.places[load.on].rotating]
+    if not gas:
+        return None
+    works, error = _works(machine, cycle, sizing.run, sizing.speed)
+    if not bored:  # that on the ports that it drives
+        gas = [load for load in gas if sum(works[other.path] for other in gas if other.on == load.on) > 0.0]
+    indicated = sum(works[load.path] for load in gas)
+    if not gas or indicated <= error:
+        return None
+    ports = {load.on for load in gas}
+    others = [load for load in loads if load.on not in ports and not is_loss(load.model)]
+    taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
+    brake = taken if taken > error else None
+    pistons: dict[Any, float] = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle
+    known = all(load.piston is not None for load in gas)
+    for load in gas if known else ():
+        name, _, port = load.on.rpartition(".")
+        mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
+        try:
+            ends = ends_of(mechanism, port, machine.scene.parameters)
+        except SceneError:  # a port whose turning points cannot be told
+            known = False
+            break
+        times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every
+        space = load.path if load.model else ""  # the model's own; loads with a bore on one port share the cylinder
+        pistons[load.on, space] = (load.piston or 0.0) * (ends.high - ends.low) * round(times)
+    volume = sum(pistons.values()) if known else None
+    cycles = sizing.speed / machine.scene.cycle  # a second
+    return EngineCycle(
+        indicated_work=indicated,
+        indicated_power=indicated * cycles,
+        swept_volume=volume,
+        mean_effective_pressure=None if volume is None else mean_effective_pressure(indicated, volume),
+        brake_work=brake,
+        brake_power=None if brake is None else brake * cycles,
+        mechanical_efficiency=None if brake is None else mechanical_efficiency(brake, indicated),
+        error=error,
+    )
+
+
+def _works(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> tuple[dict[str, float], float]:
+    """The work (J) of every load and of the drive in the cycle, by their paths, and the error of them all."""
+    mesh, omega = cycle.mesh, None
+    if machine.depends_on_speed:
+        omega = np.full(mesh.phi.shape, speed)
+        if run is not None:
+            omega = turning_moment.speed_over_cycle(cycle, speed, run, mesh.phi)
+    moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, by_name=True, speed=omega)
+    names = {effort.path: effort.load.path for effort in machine.efforts}
+    values = {names[name]: value + np.zeros_like(mesh.phi) for name, value in moments.items() if name in names}
+    works = dict.fromkeys([load.path for load in machine.scene.loads], 0.0)
+    works |= {path: float(cells.integral(value, mesh.half).sum()) for path, value in values.items()}
+    error = cycle.errors.work + cycle.errors.residual
+    error += sum(
+        float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(value)) * mesh.half[:, 0]).sum())
+        + 24 * ROUNDING * float(cells.integral(np.abs(value), mesh.half).sum())
+        for value in values.values()
+    )
+    if omega is not None and run is not None:  # and what the error of the speed may change of what depends on it
+        error += 2 * (0.5 * run.irregularity * run.error + run.level_error) * cycle.exchanged
+    return works, error
+
+
+ORDERS = 12
+
+
+def synchronism(sizing: Sizing) -> Synchronism | None:
+    """Synchronism of a synchronous motor; None for another drive, and without a motion.
+
+    Source: Kundur, Power System Stability and Control (1994), section 12.3 (natural frequency and damping ratio of the
+    swing); Fitzgerald et al., Electric Machinery, 6th ed., chapter 5.
+    """
+    scene, run, cycle = sizing.scene, sizing.run, sizing.cycle
+    motor: Any = scene.motor
+    if motor is None or not motor.keeps_step or run is None or run.along is None or run.cycle is None or scene.drive is None:
+        return None
+    cycle, ratio, angle = run.cycle, scene.shafts[scene.drive.on], cells.fit(run.along[0])
+    omega = turning_moment.speed_over_cycle(cycle, sizing.speed, run, cycle.mesh.phi)
+    reduced = cycle.series[2] @ cells.basis(cells.NODES, cells.ORDER).T  # I* at the nodes, kg m²
+    time, product = (cells.integral(row, cycle.mesh.half).sum() for row in (1.0 / omega, run.along[0] / omega))
+    mean = float(product / time)
+    off = (run.states_error[0] if run.states_error else 0.0) + float(cells.tails(angle).max()) + 8 * ROUNDING * math.pi
+    greatest, least = cells.greatest(angle), -cells.greatest(-angle)
+    torque = cells.fit(motor.synchronizing_torque(run.along[0]))
+    peak = max(cells.greatest(torque), cells.greatest(-torque)) / motor.pull_out_torque
+    inertia = (run.inertia + float(cells.integral(reduced, cycle.mesh.half).sum()) / scene.cycle) / ratio**2
+    natural = motor.swing_frequency(mean, inertia)
+    damping = motor.damping / (2.0 * inertia * natural) if natural else math.inf
+    stiffness = float(motor.stiffness(mean))
+    bending = (motor.field_torque + 4.0 * motor.reluctance_torque) * off / max(abs(stiffness), 1e-300)
+    of_natural = 0.5 * bending + run.error * run.irregularity + 32 * ROUNDING
+    errors = {
+        "load_angle": off * (1.0 + abs(mean)) + run.error * run.irregularity * float(np.abs(run.along[0]).max()),
+        "load_angle_greatest": off,
+        "load_angle_least": off,
+        "pull_out_angle": 8 * ROUNDING,
+        "pull_out_share": (motor.field_torque + 2.0 * motor.reluctance_torque)
+        * off
+        / motor.pull_out_torque
+        / max(peak, 1e-3)
+        + 8 * ROUNDING,
+        "natural_frequency": of_natural,
+        "damping_ratio": of_natural,
+    }
+    rows = harmonics(sizing, float(time), natural, damping, inertia * ratio**2)
+    return Synchronism(mean, greatest, least, motor.pull_out_angle, peak, natural / (2 * math.pi), damping, rows, errors)
+
+
+def harmonics(sizing: Sizing, period: float, natural: float, damping: float, inertia: float) -> tuple[Harmonic, ...]:
+    """Harmonics of the moment that accelerates the machine at a constant speed: F - ½ omega² dI*/dphi.
+
+    Args:
+        sizing: of the machine.
+        period: time of a cycle, s.
+        natural: angular frequency of the swing, rad/s.
+        damping: damping ratio of the swing.
+        inertia: mean J + I* on the crank, kg m².
+
+    The magnification of harmonic k is |1/(1 - x² - 2 j zeta x)|, x the natural over the harmonic's frequency: of the speed
+    of a rotor that a moment swings, J dw/dt + c w + K integral(w) = M, over that with c = K = 0.
+
+    """
+    even = sizing.constant or sizing.cycle
+    if even is None:
+        return ()
+    moment, slope = even.series[:2] @ cells.basis(cells.NODES, cells.ORDER).T
+    push = moment - 0.5 * (sizing.constant_speed or sizing.speed) ** 2 * slope
+    mesh, turn, found = even.mesh, 2 * math.pi / sizing.scene.cycle, []
+    for k in range(1, ORDERS + 1):
+        wave = push * np.exp(-1j * k * turn * mesh.phi)
+        real, imaginary = (float(cells.integral(part, mesh.half).sum()) for part in (wave.real, wave.imag))
+        size = 2.0 * math.hypot(real, imaginary) / sizing.scene.cycle
+        frequency = 2 * math.pi * k / period
+        x = natural / frequency
+        magnification = 1.0 / abs(complex(1.0 - x * x, -2.0 * damping * x if natural else 0.0))
+        found.append(Harmonic(k, k / period, size, size / (inertia * frequency), magnification))
+    return tuple(found)
+
+
+def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
+    """Current and power of a motor on its inverter along a motion, and what would trip it; None for another drive.
+
+    Power that the motor returns charges the inverter's capacitors, which hold too little to count: without a resistor or a
+    mains that takes it, any trips it. Source: IEC 61800-2 (ratings of drives with inverters).
+    """
+    motor, inverter = shaft.motor, None if shaft.motor is None else shaft.motor.inverter
+    if motor is None or inverter is None:
+        return None
+
+    def power(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        speed, torque = shaft.ratio * omega, shaft.torque(mesh, omega)
+        here, step = motor.input_power(speed, torque), SPEED_STEP * omega
+        changed = torque + motor.slope_at(speed) * shaft.ratio * step
+        return here, np.abs(motor.input_power(speed + shaft.ratio * step, changed) - here) / step
+
+    mean, error, _ = shaft.mean_over_time(power)
+    least, most, off = shaft.extremes(power)
+    scale = max(abs(most), abs(least), 1e-300)
+    errors = {"power": error / max(abs(mean), 1e-300), "power_greatest": off / scale, "power_least": off / scale}
+    mesh, current, trips = shaft.cycle.mesh, None, list[Trip]()
+    omega = shaft.omega(mesh)
+    if motor.current_share(np.zeros(1)) is not None:
+        _, current, errors["current"] = shaft.extremes(shaft.current_law)
+        if current > inverter.overcurrent + errors["current"]:
+            at = float(mesh.phi.flat[np.argmax(shaft.current_law(mesh, omega)[0])])
+            trips.append(Trip("overcurrent", current, inverter.overcurrent, at))
+    if -least > (returned := inverter.limits[1])[1] + off:
+        at = float(mesh.phi.flat[np.argmin(power(mesh, omega)[0])])
+        trips.append(Trip(returned[0], -least, returned[1], at))
+    return InverterLoad(mean, most, least, current, tuple(trips), errors)
+
+
+def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:
+    """Messages on an inverter that trips: by what, where, and what would mend it."""
+    for kind, value, limit, angle, time in trips:
+        at = f"at crank angle {np.degrees(angle):.4g} deg" if time is None else f"after {time:.5g} s"
+        if kind == "overcurrent":
+            told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
+            yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
+        elif kind == "overvoltage":
+            told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
+            yield f'{told}; give it a resistor, braking = "regenerative", or a load that drives less'
+        else:
+            told = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
+            yield f"{told}; give it a larger resistor, or a lower torque_limit"
