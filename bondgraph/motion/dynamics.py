@@ -9,6 +9,7 @@ expressions, and on a recording of itself as straight-line code, which is what t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
@@ -20,6 +21,7 @@ from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph, reach
 from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
+from bondgraph.motion.runge_kutta import MANY
 from bondgraph.recording import Recorded, Recorder
 
 
@@ -677,6 +679,7 @@ def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here
     return Here(q, position(q, np, anchor), np)
 
 
+_NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
 _CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
 Rates = Callable[..., tuple[Any, ...]]
 
@@ -755,9 +758,11 @@ class Dynamics:
 
     @cached_property
     def rates(self) -> Rates:
-        """(t, *state, *anchors) -> rates of the state, recorded as straight-line code."""
+        """(t, *state, *anchors) -> rates of the state, recorded as straight-line code; of many linear ones a matrix."""
         if self.tables.bending:
             return self._evaluated
+        if len(self.state.names) >= MANY and all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
+            return self._matrix()
         groups = self.tables.iterated
         if not groups:
             return self._recorded(Walk.rates)
@@ -780,6 +785,17 @@ class Dynamics:
             return rates(t, *values, *known)
 
         return iterated
+
+    def _matrix(self) -> Rates:
+        """The rates A x + b of a graph of constants; A is that of the graph with sources of 0: no digit of it is lost."""
+        size = len(self.state.names)
+        sources = {e.name: e._replace(law=0.0) for e in self.graph.of_kind(*SOURCES)}
+        graph = replace(self.graph, elements={**self.graph.elements, **sources})
+        idle = Dynamics(graph, {}, self.form.of(graph))
+        still = Walk(self.tables, 0.0, [0.0] * size, {}).rates()
+        matrix = np.array([np.broadcast_to(row, size) for row in idle.at(0.0, list(np.eye(size))).rates], dtype=float)
+        constant = np.array(still, dtype=float)
+        return lambda t, *values: (matrix @ np.array(values) + constant).tolist()
 
     def _evaluated(self, t: Any, *values: Any) -> tuple[Any, ...]:
         """The rates, walked anew at every state."""

@@ -29,6 +29,7 @@ State = tuple[float, ...]
 Rates = Callable[[float, Any], Any]
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0  # of one step's length over that of the one before
+MANY = 24  # states from which on arrays take less time than plain numbers
 _SHORTEST = 10.0  # spacings of the numbers at a step's time
 _SPACING = float(np.finfo(float).eps)
 _LOOSE = 3e-7  # tolerance of a step: down to it order 5 takes less work than order 8
@@ -146,6 +147,8 @@ def _written(method: Method, count: int) -> Stepping:
     Of rates, time, length, states, slopes at the start, relative and absolute error allowed; not a number for an error where
     the states are not.
     """
+    if count >= MANY:
+        return _by_arrays(method, count)
 
     def total(row: Sequence[float], k: int) -> str:
         return " + ".join(f"{weight!r} * s{j}_{k}" for j, weight in enumerate(row) if weight)
@@ -177,13 +180,41 @@ def _written(method: Method, count: int) -> Stepping:
     return names["step"]  # type: ignore[no-any-return]
 
 
+def _by_arrays(method: Method, count: int) -> Callable[..., Any]:
+    """The same step with arrays, which take less time where states are many."""
+    stages, weights = [np.array(row) for row in method.stages], np.array(method.weights)
+    errors, times = [np.array(row) for row in method.errors], [math.fsum(row) for row in method.stages]
+    last, size = len(weights), math.sqrt(count)
+
+    @np.errstate(all="ignore")
+    def step(
+        rates: Rates, t: float, h: float, y: State, s0: State, relative: float, absolute: Sequence[float]
+    ) -> tuple[float, State, tuple[State, ...]]:
+        first, slopes, told = np.array(y), np.empty((last + 1, count)), [s0]
+        slopes[0] = s0
+        for j, row in enumerate(stages, 1):
+            told.append(tuple(rates(t + times[j - 1] * h, tuple((first + h * (row @ slopes[:j])).tolist()))))
+            slopes[j] = told[j]
+        end = first + h * (weights @ slopes[:last])
+        after = tuple(end.tolist())
+        told.append(tuple(rates(t + h, after)))
+        slopes[last] = told[last]
+        allowed = np.array(absolute) + relative * np.maximum(np.abs(first), np.abs(end))
+        squares = [float(np.sum(((row @ slopes[: len(row)]) / allowed) ** 2)) for row in errors]
+        total = squares[0] + (0.01 * squares[1] if len(squares) == 2 else 0.0)
+        error = squares[0] / math.sqrt(total) if len(squares) == 2 and total else math.sqrt(squares[0])
+        return h * error / size, after, tuple(told)
+
+    return step
+
+
 class Step:
     """A step: `state` (k,) at time `t`, and `after` at the end of its length `h`; `slopes` are the rates at its stages.
 
     As a function of a time, or of times (n,), it gives the states there, (k,) or (k, n).
     """
 
-    __slots__ = ("_series", "after", "h", "method", "rates", "slopes", "state", "t")
+    __slots__ = ("_series", "_table", "after", "h", "method", "rates", "slopes", "state", "t")
 
     def __init__(
         self, method: Method, rates: Rates | None, t: float, h: float, state: State, after: State, slopes: Sequence[State]
@@ -191,6 +222,7 @@ class Step:
         self.method, self.rates, self.t, self.h = method, rates, t, h
         self.state, self.after, self.slopes = state, after, slopes
         self._series: Array | None = None
+        self._table: Array | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _kept, (self.method, self.t, self.h, self.state, self.after, self._complete())
@@ -231,6 +263,16 @@ class Step:
 
     def _complete(self) -> Sequence[State]:
         """The slopes at all stages, those of the polynomial within the step too."""
+        rows = self.method.within[len(self.slopes) - len(self.method.weights) - 1 :]
+        if rows and len(self.state) >= MANY:
+            assert self.rates is not None
+            table, first = np.empty((len(self.slopes) + len(rows), len(self.state))), np.array(self.state)
+            table[: len(self.slopes)] = self.slopes
+            for k, weights in enumerate(rows, len(self.slopes)):
+                point: State = tuple((first + self.h * (np.array(weights) @ table[:k])).tolist())
+                table[k] = self.rates(self.t + math.fsum(weights) * self.h, point)
+            self.slopes, self._table = (*self.slopes, *map(tuple, table[len(self.slopes) :].tolist())), table
+            return self.slopes
         for row in self.method.within[len(self.slopes) - len(self.method.weights) - 1 :]:
             assert self.rates is not None
             used = [(self.h * w, slope) for w, slope in zip(row, self.slopes, strict=True) if w]
@@ -247,7 +289,7 @@ def _kept(method: Method, t: float, h: float, state: State, after: State, slopes
 def _series(steps: Sequence[Step]) -> Array:
     """Coefficients (steps, terms, k) of the states' gains in share (c0 + (1 - share) (c1 + share (c2 + ...)))."""
     method = steps[0].method
-    slopes = np.array([step._complete() for step in steps])
+    slopes = np.array([slopes if step._table is None else step._table for step in steps for slopes in [step._complete()]])
     gained = np.array([step.after for step in steps]) - np.array([step.state for step in steps])
     h = np.array([step.h for step in steps])[:, None]
     first, last = slopes[:, 0], slopes[:, len(method.weights)]

@@ -692,3 +692,35 @@ def test_a_value_that_is_below_0_from_the_start_changes_there():
     assert later is not None
     assert later[0] < 0.7 <= later[1]
     assert first_change(lambda x: 2.0 - x, shares, 2.0 - shares, to_series @ (2.0 - shares)) is None
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
+def test_many_linear_states_are_a_matrix(rtol):
+    """A chain of 16 masses under a force that outweighs them a billion times, against its matrix exponential."""
+    b, masses = Builder(), 16
+    for k in range(masses):
+        b.one(f"m{k}").on(f"m{k}", I(f"M{k}", 1.0 + 0.1 * k), R(f"d{k}", 0.1))
+    for k in range(masses - 1):
+        b.between(f"m{k}", f"m{k + 1}", C(f"c{k}", stiffness=50.0 + k))
+    graph = b.on("m0", Se("F", 1e9)).build()
+    dynamics = Dynamics(graph)
+    names = dynamics.state.names
+    expected = {n: np.zeros(len(names)) for n in names}
+    for k in range(masses):
+        expected[f"p_M{k}"][names.index(f"p_M{k}")] = -0.1 / (1.0 + 0.1 * k)
+    for k in range(masses - 1):
+        for side, other in ((1.0, k), (-1.0, k + 1)):
+            expected[f"q_c{k}"][names.index(f"p_M{other}")] = side / (1.0 + 0.1 * other)
+            expected[f"p_M{other}"][names.index(f"q_c{k}")] = -side * (50.0 + k)
+    matrix = np.array([expected[n] for n in names])
+    force = np.where(np.array(names) == "p_M0", 1e9, 0.0)
+    state = np.sin(np.arange(len(names)))
+    assert_allclose(dynamics.rates(0.0, *state), matrix @ state + force, rtol=1e-13, atol=1e-6)
+    whole = np.zeros((len(names) + 1,) * 2)
+    whole[:-1, :-1], whole[:-1, -1] = matrix, force
+    run = simulate(graph, 3.0, rtol=rtol)
+    scale = np.abs(run.ends).max(axis=0)
+    for t in (1.37, 3.0):
+        truth = (expm(t * whole) @ np.append(np.zeros(len(names)), 1.0))[:-1]
+        found = np.ravel(list(run.states(t).values()))
+        assert np.abs((found - truth) / scale).max() < run.error <= rtol
