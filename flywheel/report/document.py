@@ -258,6 +258,8 @@ nav ol { columns: 2; padding-left: 2em; margin: .4em 0 1em; }
 .row .formula { max-width: 100%; }
 .row math { text-align: left; }
 @page { size: A4; margin: 15mm 16mm 16mm; @bottom-center { content: counter(page) " / " counter(pages); font: 9pt serif; } }
+@page large { size: A3; margin: 10mm; }
+@page wide { size: A4 landscape; margin: 10mm; }
 @media print {
   body { max-width: none; padding: 0; font-size: 9.5pt; line-height: 1.32; }
   a { color: inherit; text-decoration: none; }
@@ -279,8 +281,12 @@ nav ol { columns: 2; padding-left: 2em; margin: .4em 0 1em; }
   .tall table { margin-top: 0; }
   .whole { break-inside: avoid; }
   figure { margin: .5em 0; }
-  figure svg { max-height: 7cm; }
-  figure.high svg { max-height: 11cm; }
+  figure svg { max-height: min(23cm, max(7cm, var(--legible, 0cm))); }
+  figure.high svg { max-height: min(23cm, max(11cm, var(--legible, 0cm))); }
+  figure.large { page: large; }
+  figure.wide { page: wide; }
+  figure.wide svg { max-height: 16cm; }
+  figure.large svg { max-height: 37cm; }
   figure:has(pre) { break-inside: auto; }
   figcaption { font-size: .85em; }
   pre { font-size: 6.6pt; line-height: 1.25; padding: .4em .6em; }
@@ -289,6 +295,9 @@ nav ol { columns: 2; padding-left: 2em; margin: .4em 0 1em; }
 }
 """
 
+_FONT_SIZE = re.compile(r"font(?:-size)?: ?(?:[a-z]+ )*([0-9.]+)px")
+_LEGIBLE, _SUBSCRIPT = 6.4, 6.5  # points: texts of a figure on paper; in a drawing, what is smaller stands at a text
+_PAPER = 504.0  # points: width of an A4 sheet within its margins
 _WHOLE = 14  # rows of a table that is not split between pages
 
 FIRST_LINE = "<!DOCTYPE html><!-- flywheel report -->"
@@ -441,8 +450,16 @@ class _Writer:
         drawn = inline_svg(svg, f"figure-{n}", figure.title, about)
         caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about}"
         sides = re.search(r'viewBox="[^ "]+ [^ "]+ ([0-9.]+) ([0-9.]+)"', drawn)
-        high = ' class="high"' if sides is not None and float(sides[2]) > 0.7 * float(sides[1]) else ""
-        return f'<figure id="figure-{n}"{high}>\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
+        form = ""
+        if sides is not None:
+            width, height = float(sides[1]), float(sides[2])
+            sizes = [float(size) for size in _FONT_SIZE.findall(drawn)]
+            scale = _LEGIBLE / min((size for size in sizes if size > _SUBSCRIPT), default=_LEGIBLE)
+            kind = "high" if height > 0.7 * width else ""
+            if 0.92 * scale * width > _PAPER:
+                kind = "large" if height > 0.6 * width else "wide"
+            form = (f' class="{kind}"' if kind else "") + f' style="--legible: {scale * height:.0f}pt"'
+        return f'<figure id="figure-{n}"{form}>\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
 
 
 _TALL, _NARROW, _WORDS = 8, 3, 44

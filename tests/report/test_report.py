@@ -153,6 +153,19 @@ def test_two_drawings_share_no_id():
     assert "loose" not in first
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "kind", "legible"),
+    [(460, 250, "", 200), (600, 600, "high", 480), (1000, 1300, "large", 1040), (1000, 350, "wide", 280)],
+)
+def test_a_figure_has_a_sheet_on_which_its_smallest_text_can_be_read(width, height, kind, legible):
+    """Of 6.4 pt, where the drawing has 8; subscripts are smaller."""
+    texts = '<text style="font-size: 8px"/><text style="font: 12px serif"/><text style="font-size: 5.6px"/>'
+    page = html(document(Figure(f'<svg viewBox="0 0 {width} {height}">{texts}</svg>', "A drawing", "It is drawn.")))
+    (drawn,) = re.findall("<figure[^>]*>", page)
+    assert re.findall('class="([a-z]*)"', drawn) == [kind] * bool(kind)
+    assert f"--legible: {legible}pt" in drawn
+
+
 @pytest.mark.parametrize(("unit", "told"), [("kg m²", "lb ft²"), ("W", "hp"), ("", "(3 lb")])
 def test_results_have_us_units_beside(unit, told):
     page = html(Document("T", "", (Step("s", result=Quantity("x", 2.0, unit)),), customary=True))
