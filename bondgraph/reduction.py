@@ -491,7 +491,7 @@ class _LawPositions:
         if isinstance(law, Law):
             here, anchor = self.both(law.motion)
             effort = law.effort(here, anchor)
-            return effort + unknown * law.per_unknown(here, anchor) if unknown and law.per_unknown is not None else effort
+            return effort + unknown * law.per_unknown(here, anchor) if law.per_unknown is not None else effort
         if element.kind == "C" and self.reduction.graph.is_linear(element.name):
             return self.displacement(OWN_DISPLACEMENT, element) / self.reduction.graph.constant(element.name)
         if isinstance(law, Function):

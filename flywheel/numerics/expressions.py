@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.numerics.faults import LONGEST_SHOWN, nearest
+from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
 from flywheel.numerics.notations import CONDITION, PRODUCT, written_here
 from flywheel.numerics.units import DIMENSIONS, Unit
@@ -759,7 +760,7 @@ def expression_of(number: float) -> str:
     >>> expression_of(0.1), expression_of(-2)
     ('0.1', '(-2.0)')
     """
-    text = repr(float(number))
+    text = repr(float(present(number)))
     return f"({text})" if text.startswith("-") else text
 
 
@@ -780,8 +781,8 @@ def compiled(template: str, **parts: float | Expression) -> Expression:
 
 
 def _finite(number: float) -> Node:
-    if not math.isfinite(number):
-        raise ExpressionError(f"the number {float(number)}", "a number below 1.8e308")
+    if not math.isfinite(present(number)):
+        raise ExpressionError(f"the number {float(present(number))}", "a number below 1.8e308")
     return numeral(number)
 
 
@@ -796,8 +797,8 @@ def composed(node: Node, parts: Mapping[str, Node]) -> Node:
 
 
 def numeral(number: float) -> Node:
-    """A number as a tree."""
-    return Node("number", number=float(number))
+    """A number as a tree; a recorded one stays what it is."""
+    return Node("number", number=float(number) if present(number) is number else number)
 
 
 def variable(name: str) -> Node:

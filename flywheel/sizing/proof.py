@@ -9,15 +9,15 @@ of the model itself nothing is proven.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from bondgraph.recording import Program
-from flywheel.machine.programs import Structure, recorded
+from flywheel.machine.programs import RATE, Structure, recorded
 from flywheel.numerics.units import exact_ratio
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Scene, Table
@@ -35,12 +35,25 @@ _OF_PI = 1  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _PROVEN = "for the scene's numbers as written in decimals"
 _LOOSE = 64.0  # what extremes leave open, over what cells do
+_MOST_CELLS = 60  # of a motion, above the first precision: more would take a thousand times as long as a sizing
+_OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
+_SECANT, _APART = 1e-8, 2e-14  # of a flywheel: from which its irregularity is followed, and between which it is proven
 _ROWS = ("inertia", "slope", "moment", "per_unknown")
 _INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
 
 
-def proven(scene: Scene) -> Proof:
+class Motion(NamedTuple):
+    """A motion near the one that is to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0."""
+
+    wheel: float
+    unknown: float
+    omega: float
+
+
+def proven(scene: Scene, motion: Motion | None = None) -> Proof:
     """The proof of a scene's figures, or the reason why there is none.
+
+    Where torques depend on speed, the figures of the motion are proven near the one given.
 
     >>> import flywheel
     >>> yoke = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}, "yoke": {"mass": 20}},
@@ -57,7 +70,7 @@ def proven(scene: Scene) -> Proof:
     reason, same = _refusal(scene), 0
     if not reason:
         try:
-            figures, same = _figures(scene)
+            figures, same = _figures(scene, motion)
         except NameError as error:
             reason = f"a function that balls do not have ({error.name})"
         except (ValueError, ArithmeticError) as error:
@@ -73,10 +86,10 @@ def _refusal(scene: Scene) -> str:
         return "a scene that was not read has no numbers as written"
     if scene.areas is not None:
         return "a diagram of areas has no machine"
-    if scene.depends_on_speed:
-        return "torques depend on speed"
     if any(mechanism.linkage is not None for mechanism in scene.mechanisms):
         return "positions of linkages are solved for, not given by formulas"
+    if any(efficiency < 1.0 for efficiency in scene.efficiencies.values()):
+        return "meshes have losses"
     for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
         if isinstance(load.law, Table):
             return f"{load.path}: a table's pieces are calculated in floats"
@@ -88,31 +101,39 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int)
     if not figures:
         return "nothing is proven"
     taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""
-    return f"proven {_PROVEN}: {', '.join(figures)}{taken}; not proven: that the model is the machine"
+    only = "; not proven: that no lighter flywheel will do, and that no other motion is steady" * scene.depends_on_speed
+    return f"proven {_PROVEN}: {', '.join(figures)}{taken}{only}; not proven: that the model is the machine"
 
 
 # -- the machine over balls ------------------------------------------------------------------------------------------------
 
 
-def _figures(scene: Scene) -> tuple[dict[str, tuple[float, float]], int]:
+def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
     """Every figure that can be proven, by its key, and how many pairs of numbers count as equal."""
     from flywheel.numerics import balls
 
     assert scene.document is not None
     quantities = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
     structure = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()], zeros=True)
-    width = np.inf
+    open_still = balls.UnprovenError("nothing")
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
             columns = [_as_written(*each) for each in quantities.items()]
             same = _kept(structure, columns)
-            found = _cycle(scene, structure, columns, order, left)
-            figures = {name: balls.ends(ball) for name, ball in found.items()}
-            widths = _widths(found)
-            width = max(widths.values())
-        if width <= WIDTH:
-            return figures, same
-    raise balls.UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+            try:
+                found = (
+                    _moving(scene, structure, columns, (order, left), motion)
+                    if scene.depends_on_speed
+                    else _cycle(scene, structure, columns, order, left)
+                )
+            except balls.UnprovenError as error:
+                open_still = error
+                continue
+            width = max(_widths(found).values())
+            if width <= WIDTH:
+                return {name: balls.ends(ball) for name, ball in found.items()}, same
+            open_still = balls.UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+    raise open_still
 
 
 def _widths(found: Mapping[str, Any]) -> dict[str, float]:
@@ -122,7 +143,7 @@ def _widths(found: Mapping[str, Any]) -> dict[str, float]:
     scales |= {name: "flywheel.approximate_total" for name in found if name.startswith("flywheel.")}
     widths = {}
     for name, ball in found.items():
-        size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)))
+        size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)) if one in found)
         widths[name] = 0.0 if ball.rad().is_zero() else 2.0 * float(ball.rad()) / max(size, 1e-300)
     return widths
 
@@ -188,14 +209,15 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     speed, ratio, last = _over_balls(structure.numbers._replace(outputs=tuple(given)), 3)(zero, *columns)
     square = ratio * ratio
     edges = _edges(structure, columns)
-    cells = _cells(structure, edges, columns, order, left)
+    walks = [_over_balls(walk.program, len(_ROWS)) for walk in structure.walks]
+    cells = _cells([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
     figures = {"speed": balls.ball(speed)}
     balance = zero
     if structure.unknown:
         net, effect = (sum((_gain(cell, k) for cell in cells), zero) for k in (_MOMENT, _UNKNOWN))
         balance = -net / effect
         figures["balance.value"] = balance
-    sums = _Sums(cells, balance)
+    sums = _Sums(cells, _works(cells, balance))
     work, low_work = sums.greatest(zero, left), -sums.greatest(zero, left, -1)
     inertia, least = sums.inertia(left), -sums.inertia(left, -1)
     figures |= {"accumulated_max": work, "accumulated_min": low_work, "energy_fluctuation": work - low_work}
@@ -249,25 +271,20 @@ def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
     return edges
 
 
-def _cells(structure: Structure, edges: Sequence[Any], columns: Sequence[Any], order: int, left: float) -> list[Model]:
-    """Models of I*, dI*/dphi, M* and dM*/du on cells all over the cycle."""
+def _cells(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
+    """Models of I*, dI*/dphi, M* and whatever else functions of the stretches give, on cells all over the cycle."""
     from flywheel.numerics import balls
 
-    walks: dict[int, Callable[..., Any]] = {}
-    for walk in structure.walks:
-        if id(walk) not in walks:
-            walks[id(walk)] = _over_balls(walk.program, len(_ROWS))
-    functions = [walks[id(walk)] for walk in structure.walks]
     stretches = list(pairwise(edges))
-    scales = np.zeros(len(_ROWS))
+    scales: Any = 0.0
     for function, (low, high) in zip(functions, stretches, strict=True):
         for share in (0.2, 0.5, 0.8):
             at = balls.exact(float(low) + share * float(high - low))
-            scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at, *columns)])
+            scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at)])
     errors = [left * (scale or 1.0) for scale in scales.tolist()]
     found: list[Model] = []
     for function, (low, high) in zip(functions, stretches, strict=True):
-        found += balls.models(lambda phi, function=function: function(phi, *columns), low, high, order, errors)  # type: ignore[misc]
+        found += balls.models(function, low, high, order, errors)
     return found
 
 
@@ -275,19 +292,23 @@ def _gain(cell: Model, k: int) -> Any:
     return cell.integral(k)(cell.high - cell.middle)
 
 
-class _Sums:
-    """W and I* all over the cycle as polynomials, of which extremes are wanted."""
+def _works(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
+    """W and M* in each cell, with the unknown's share."""
+    start = 0 * balance
+    for cell in cells:
+        rising = cell.integral(_MOMENT) + balance * cell.integral(_UNKNOWN) + start
+        yield rising, cell.polynomials[_MOMENT] + balance * cell.polynomials[_UNKNOWN]
+        start = rising(cell.high - cell.middle)
 
-    def __init__(self, cells: Sequence[Model], balance: Any) -> None:
-        self._curves, start = [], 0 * balance
-        self._size = self._largest = 0.0
-        for cell in cells:
-            rising = cell.integral(_MOMENT) + balance * cell.integral(_UNKNOWN) + start
-            moment = cell.polynomials[_MOMENT] + balance * cell.polynomials[_UNKNOWN]
-            self._curves.append((cell, rising, moment))
-            start = rising(cell.high - cell.middle)
-            self._size = max(self._size, abs(float(start.mid())))
-            self._largest = max(self._largest, abs(float(cell.polynomials[_INERTIA][0].mid())))
+
+class _Sums:
+    """An energy, given with its slope cell by cell, and I* all over the cycle as polynomials, and their extremes."""
+
+    def __init__(self, cells: Sequence[Model], energies: Iterable[tuple[Any, Any]]) -> None:
+        self._curves = [(cell, *energy) for cell, energy in zip(cells, energies, strict=True)]
+        ends = (abs(energy(cell.high - cell.middle)) for cell, energy, _ in self._curves)
+        self._size = max(float(end.mid()) for end in ends)
+        self._largest = max(abs(float(cell.polynomials[_INERTIA][0].mid())) for cell in cells)
 
     def greatest(self, factor: Any, left: float, sign: int = 1) -> Any:
         """The greatest of sign (W + factor I*)."""
@@ -345,3 +366,169 @@ class _Sums:
             for cell, *_ in self._curves
         ]
         return greatest(curves, _LOOSE * left * self._largest)
+
+
+# -- the motion where torques depend on speed --------------------------------------------------------------------------
+
+
+def _moving(
+    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: Motion | None
+) -> dict[str, Any]:
+    """The balls of the figures of the motion, by their keys.
+
+    A flywheel for an irregularity, and a balance for a speed, follow from the intermediate value theorem: on one side of
+    it the motion is less even than asked, on the other more, and in between there is one motion for each flywheel, which
+    changes continuously with it; and so is the speed with the balance.
+    """
+    from flywheel.numerics import balls
+
+    if near is None:
+        raise balls.UnprovenError("there is no motion")
+    asked, zero = scene.irregularity, balls.rational(0, 1)
+    wanted = (2, 1 if asked is not None else 5, *((0,) if structure.unknown else ()))
+    numbers = structure.numbers._replace(outputs=tuple(structure.numbers.outputs[k] for k in wanted))
+    ratio, last, *speeds = _over_balls(numbers, len(wanted))(zero, *columns)
+    motions = _Motions(structure, columns, near, *fineness)
+    wheel = last * ratio**2 if asked is None else balls.exact(near.wheel)
+    if asked is not None and near.wheel > 0.0:
+        wheel = motions.for_irregularity(last, *speeds)
+    unknown = motions.balance(wheel, *speeds) if speeds else zero
+    found = motions.at(wheel, unknown)
+    figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
+    figures |= {"speed": found.level} | ({"balance.value": unknown} if speeds else {})
+    if asked is None or near.wheel == 0.0:
+        figures |= {"simulation.irregularity": found.irregularity}
+        figures |= {"simulation.speed_max": found.fast, "simulation.speed_min": found.slow}
+    if asked is not None:
+        if near.wheel == 0.0 and not found.irregularity <= last:
+            raise balls.UnprovenError("whether a flywheel is needed")
+        figures["flywheel.exact"] = wheel / ratio**2
+    return figures
+
+
+class _Speeds(NamedTuple):
+    """The greatest and the least speed of a motion, and whether the unknown speeds it up (1), slows it down (-1) or both."""
+
+    fast: Any
+    slow: Any
+    effect: int
+
+    @property
+    def level(self) -> Any:
+        """Mean of the two."""
+        return (self.fast + self.slow) / 2
+
+    @property
+    def irregularity(self) -> Any:
+        """Difference of the two over their mean."""
+        return 2 * (self.fast - self.slow) / (self.fast + self.slow)
+
+
+class _Motions:
+    """Steady motions of a machine with any flywheel and balance, as solutions of dE/dphi = M*(phi, sqrt(2 E/(I* + J)))."""
+
+    def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
+        from flywheel.numerics import balls
+
+        self._near, self._order, self._left = near, order, left
+        parts, functions, edges = [], [], _edges(structure, columns)
+        speed, unknown = balls.exact(near.omega), balls.exact(near.unknown)
+        for walk in structure.walks:
+            assert walk.rate is not None
+            inertia, first = _over_balls(walk.program, 2), len(RATE)
+            rate = walk.rate._replace(outputs=walk.rate.outputs[first : first + 3]).only(3)
+            parts.append((inertia, *map(_over_balls, rate.split(2))))
+
+            moment = _over_balls(rate)
+            functions.append(lambda phi, i=inertia, m=moment: (*i(phi, *columns), m(phi, *columns, speed, unknown)[0]))
+        self._cells = _cells(functions, edges, order, left)
+        if order > _PRECISIONS[0][1] and len(self._cells) > _MOST_CELLS:
+            raise balls.UnprovenError("that a motion through so many cells is found in time")
+        self._effort = max(abs(float(cell.polynomials[_MOMENT][0].mid())) for cell in self._cells)
+        self._laws, ends = [], [float(edge) for edge in edges[1:]]
+        for cell in self._cells:
+            inertia, early, late = parts[sum(end < float(cell.middle) for end in ends)]
+            places = [balls.variable(centre) for centre in (cell.middle, cell.low.union(cell.high))]
+            self._laws.append([(inertia(phi, *columns)[0], early(phi, *columns), late) for phi in places])
+        sums = _Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
+        self.bounds = -sums.inertia(left, -1), sums.inertia(left)
+
+    def at(self, wheel: Any, unknown: Any) -> _Speeds:
+        """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
+        from flywheel.numerics import balls
+
+        omega = balls.exact(self._near.omega)
+
+        def law(inertia: Any, known: Sequence[Any], late: Callable[..., Any]) -> Callable[[Any], Any]:
+            def rate(energy: Any) -> tuple[Any, Any]:
+                total = inertia + wheel
+                speed = (2 * energy / total).sqrt()
+                moment, by_speed, _ = late(*known, speed, unknown)
+                return moment, by_speed / (total * speed)
+
+            return rate
+
+        places = [
+            balls.Place(cell.low, cell.high, cell.middle, *(law(*each) for each in pair))
+            for cell, pair in zip(self._cells, self._laws, strict=True)
+        ]
+        first = self._cells[0]
+        start = (first.polynomials[_INERTIA](first.low - first.middle) + wheel) * omega**2 / 2
+        orbit = balls.periodic(places, start, self._order, _OPEN_MOTION * self._left * abs(float(start)))
+        open_by = orbit.reach.union(-orbit.reach)
+        parts = zip(places, orbit.polynomials, self._laws, strict=True)
+        effect = balls.one_way(
+            (cell.high - cell.low, *self._effect(whole, energy(cell.span) + open_by, wheel, unknown))
+            for cell, energy, (_, whole) in parts
+        )
+        sums = _Sums(self._cells, [(energy, energy.derivative()) for energy in orbit.polynomials])
+        slope = self.bounds[0].union(self.bounds[1]) + wheel
+
+        def extreme(sign: int) -> Any:
+            def gap(square: Any) -> Any:
+                return sign * (sums.greatest(-square, self._left, sign) + open_by) - square * wheel
+
+            return (2 * balls.falling_zero(gap, slope, omega**2 / 2)).sqrt()
+
+        return _Speeds(extreme(1), extreme(-1), effect)
+
+    def _effect(self, law: Sequence[Any], energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any]:
+        """dF/du and dF/dE all over a cell, at energies there."""
+        from flywheel.numerics import balls
+
+        inertia, known, late = law
+        total = balls.first(inertia) + wheel
+        speed = (2 * energy / total).sqrt()
+        _, by_speed, by_unknown = late(*map(balls.first, known), speed, unknown)
+        return balls.ball(by_unknown), by_speed / (total * speed)
+
+    def balance(self, wheel: Any, speed: Any) -> Any:
+        """The ball of the unknown with which a motion has a speed."""
+        from flywheel.numerics import balls
+
+        size = max(abs(self._near.unknown), self._effort)
+        here, step = balls.exact(self._near.unknown), balls.exact(_SECANT * size)
+        found = self.at(wheel, here)
+        slope = (self.at(wheel, here + step).level - found.level) / step
+        middle = (here + (speed - found.level) / slope).mid()
+        apart = (4 * abs((speed - self.at(wheel, middle).level) / slope) + self._left * size).upper()
+        low, high = (self.at(wheel, middle + side * found.effect * apart).level for side in (-1, 1))
+        if not (found.effect and low < speed < high):
+            raise balls.UnprovenError("that the mean speed is as asked with a balance near")
+        return balls.around(middle, apart)
+
+    def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
+        """The ball of the flywheel with which a motion has an irregularity."""
+        from flywheel.numerics import balls
+
+        def irregularity(wheel: Any) -> Any:
+            return self.at(wheel, self.balance(wheel, *speeds) if speeds else balls.rational(0, 1)).irregularity
+
+        wheel = balls.exact(self._near.wheel)
+        beside = (wheel * (1 + balls.exact(_SECANT))).mid()
+        here, there = irregularity(wheel), irregularity(beside)
+        wheel = (wheel + (asked - here) * (beside - wheel) / (there - here)).mid()
+        light, heavy = ((wheel * (1 + side * balls.exact(_APART))).mid() for side in (-1, 1))
+        if not irregularity(light) > asked > irregularity(heavy):
+            raise balls.UnprovenError("that the irregularity is as asked with a flywheel near")
+        return light.union(heavy)

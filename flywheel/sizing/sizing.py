@@ -28,7 +28,7 @@ from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
 from flywheel.sizing.motor import MotorShaft
 from flywheel.sizing.power_flow import power_flow
-from flywheel.sizing.proof import proven
+from flywheel.sizing.proof import Motion, proven
 from flywheel.sizing.results import (
     Balance,
     Beside,
@@ -223,8 +223,17 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
-        proof=proven(scene) if level == levels.PROOF else None,
+        proof=proven(scene, _at_start(regime)) if level == levels.PROOF else None,
     )
+
+
+def _at_start(regime: Regime) -> Motion | None:
+    """The motion as it is at the beginning of the cycle; None of a machine without one."""
+    run = regime.run
+    if run is None:
+        return None
+    omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.zeros(1))
+    return Motion(run.inertia, regime.cycle.balance or 0.0, float(omega[0]))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from flywheel.regime.cycle_equations import Demand
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
-from flywheel.sizing.proof import WIDTH, proven
+from flywheel.sizing.proof import WIDTH
 from flywheel.sizing.sizing import check_complete, size
 from flywheel.study import answers
 from flywheel.study.answers import NoAnswerError, Question, Reference, Revolve, answer, verified
@@ -297,7 +297,8 @@ def _sized(question: Question, rtol: float) -> float:
 
 def _proven(question: Question) -> float:
     """The middle of the interval in which the figure is proven to lie."""
-    proof = proven(question.machine.scene)
+    proof = size(question.machine, accuracy="proof").proof
+    assert proof is not None
     if proof.reason:
         raise NoAnswerError(f"not provable: {proof.reason}")
     low, high = proof.figures["flywheel.exact" if question.sized else "simulation.irregularity"]

@@ -10,16 +10,16 @@ from itertools import count
 
 import numpy as np
 
-from tests.estimates.checking import FLOOR, Outcome, outcome
+from tests.estimates.checking import FLOOR, PROVEN, Outcome, outcome
 
 SPAN = 1_000_000  # seeds of scenes belong to a seed of runs by this
 
 
-def run(wanted: int, seed: int) -> Iterator[Outcome]:
+def run(wanted: int, seed: int, accuracy: str = "normal") -> Iterator[Outcome]:
     """Outcomes until so many scenes were compared."""
     done = 0
     for k in count():
-        found = outcome(SPAN * seed + k)
+        found = outcome(SPAN * seed + k, accuracy)
         done += found.counts
         yield found
         if done >= wanted:
@@ -29,7 +29,7 @@ def run(wanted: int, seed: int) -> Iterator[Outcome]:
 def ratios(found: list[Outcome]) -> dict[str, np.ndarray]:
     """Estimate over true error, figure by figure."""
     pairs: dict[str, list[float]] = {}
-    for row in (row for item in found for row in item.rows):
+    for row in (row for item in found for row in item.rows if not row.name.startswith(PROVEN)):
         name = row.name.split()[-1] if row.name.startswith("area ") else row.name
         pairs.setdefault(name, []).append(row.estimate / max(row.true, FLOOR))
     return {name: np.array(values) for name, values in sorted(pairs.items())}
@@ -44,6 +44,9 @@ def summary(found: list[Outcome]) -> str:
         f"{sum(len(i.rows) for i in sized)} figures; beside them {sum(i.refused is not None for i in found)} refused, "
     )
     lines[0] += f"{len(lost)} without a reference {lost or ''}"
+    if proven := sum(item.proven for item in sized):
+        inside = sum(row.kept for item in sized for row in item.rows if row.name.startswith(PROVEN))
+        lines.append(f"{proven} scenes proven, {inside} true values inside their intervals")
     shares = ratios(found)
     if shares:
         shares["all"] = np.concatenate(list(shares.values()))
@@ -67,13 +70,17 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000, help="scenes that are compared")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, help="the seed of one scene, as a run names it")
+    parser.add_argument(
+        "--against", choices=("proof",), help="hold the intervals of --accuracy proof against the reference too"
+    )
     chosen = parser.parse_args()
+    accuracy = chosen.against or "normal"
     if chosen.only is not None:
-        found = [outcome(chosen.only)]
+        found = [outcome(chosen.only, accuracy)]
         print(shown(found[0]))
         return int(bool(found[0].faults))
     found, start = [], time.monotonic()
-    for item in run(chosen.count, chosen.seed):
+    for item in run(chosen.count, chosen.seed, accuracy):
         found.append(item)
         if item.faults or len(found) % 50 == 0:
             told = f"{len(found)} scenes, {time.monotonic() - start:.0f} s"

@@ -17,6 +17,7 @@ from tests.oracle.machine import Machine
 from tests.oracle.numbers import Real, real
 
 HALF_ULP = 2.0**-53  # a figure is a double
+PROVEN = "outside "  # how the names of rows about proofs begin
 FLOOR = 1e-17  # of true errors, where ratios are formed
 
 
@@ -38,7 +39,7 @@ class Row(NamedTuple):
 class Outcome(NamedTuple):
     """Outcome of a scene: its rows; faults in a sentence each; the package's refusal; whether speeds matter.
 
-    `lost` where the reference finds no motion: nothing holds it but rounding, even of 64 bits.
+    `lost` where the reference finds no motion: nothing holds it but rounding, even of 64 bits. `proven` where figures were.
     """
 
     seed: int
@@ -47,6 +48,7 @@ class Outcome(NamedTuple):
     refused: str | None
     moving: bool
     lost: bool = False
+    proven: bool = False
 
     @property
     def counts(self) -> bool:
@@ -54,24 +56,34 @@ class Outcome(NamedTuple):
         return self.refused is None and not self.lost
 
 
-def outcome(seed: int) -> Outcome:
-    """A scene of a seed, sized and compared."""
+def outcome(seed: int, accuracy: str = "normal") -> Outcome:
+    """A scene of a seed, sized and compared; at accuracy proof also with its proven intervals."""
     scene = scene_of(seed)
     with np.errstate(all="ignore"):
-        machine = Machine(scene)
+        machine = Machine(scene if accuracy == "normal" else in_decimals(scene))
         try:
-            sizing = flywheel.size(flywheel.load(scene), simulate=False)
+            sizing = flywheel.size(flywheel.load(scene), accuracy=accuracy)
         except flywheel.SceneError as error:
             return Outcome(seed, (), tuple(refusal(machine, scene)), str(error), machine.moving)
         try:
             rows = tuple(moving(machine, sizing) if machine.moving else still(machine, sizing))
         except (regimes.NoMotionError, np.linalg.LinAlgError):
             return Outcome(seed, (), (), None, True, lost=True)
+    proven = sizing.proof is not None and bool(sizing.proof.figures)
     faults = [f"{r.name}: true error {r.true:.3g}, estimate {r.estimate:.3g}" for r in rows if not r.kept]
     missed = [r for r in rows if r.relative and r.by_rtol and not r.true <= sizing.rtol + HALF_ULP]
     if sizing.reached and missed:
         faults += [f"{r.name}: true error {r.true:.3g} at rtol {sizing.rtol:g}, said to be reached" for r in missed]
-    return Outcome(seed, rows, tuple(faults), None, machine.moving)
+    return Outcome(seed, rows, tuple(faults), None, machine.moving, proven=proven)
+
+
+def in_decimals(written: Any) -> Any:
+    """A scene whose numbers are the decimals that are written, not the floats beside them."""
+    if isinstance(written, dict):
+        return {key: value if key == "motor" else in_decimals(value) for key, value in written.items()}
+    if isinstance(written, list):
+        return [in_decimals(value) for value in written]
+    return repr(written) if isinstance(written, float) else written
 
 
 def refusal(machine: Machine, scene: Scene) -> list[str]:
@@ -162,6 +174,21 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
         rows.append(
             Row("period alone", error(sizing.simulation.period, true["simulation"]["period"]), sizing.error.period or 0.0)
         )
+    return [*rows, *outside(sizing, true)]
+
+
+def outside(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
+    """How far true values lie outside the intervals in which they are proven to lie."""
+    rows = []
+    for key, ends in ({} if sizing.proof is None else sizing.proof.figures).items():
+        value: Any = true
+        for name in ("balance" if key == "balance.value" else key).split("."):
+            value = value.get(name) if isinstance(value, dict) else None
+        if value is not None:
+            low, high = map(Real, ends)
+            scale = true["exchanged"] if key.startswith("accumulated") else value
+            off = error(max(low - value, value - high, Real(0)), Real(0), scale)
+            rows.append(Row(f"{PROVEN}{key}", off, 0.0, by_rtol=False))
     return rows
 
 

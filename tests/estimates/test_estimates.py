@@ -12,6 +12,7 @@ from tests.estimates import checking
 from tests.estimates.__main__ import SPAN, summary
 from tests.estimates.checking import Outcome, Row, outcome
 from tests.estimates.scenes import scene_of
+from tests.extras import extra
 from tests.limits import sample
 
 SAMPLE = (*range(14), 28, 30)  # the last two: a scotch yoke, a shaper
@@ -35,6 +36,8 @@ FOUND = {  # what these once had wrong
     8000969: "a speed that its motor hardly fixes, said to be reached",
     1000287: "an approximate flywheel that is but rounding beside an exact one",
 }
+
+PROVEN = (3000027, 3000155, 3000354, 3000398, 3000251, 3000406, 3000012, 3000094, 3000178)
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +67,14 @@ def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) ->
     told = summary(outcomes).splitlines()
     (whole,) = [line for line in told if line.strip().startswith("all ")]
     assert float(whole.split("median")[1].split(",")[0]) < 300
+
+
+@pytest.mark.parametrize("seed", sample(PROVEN, 4))
+def test_true_values_lie_in_their_proven_intervals(seed: int) -> None:
+    extra("flint")
+    found = outcome(seed, "proof")
+    assert found.proven
+    assert found.faults == ()
 
 
 @pytest.mark.parametrize("seed", sample(FOUND, 10))

@@ -6,10 +6,12 @@ import json
 import math
 from decimal import Decimal
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
 from flywheel.machine import programs
@@ -140,7 +142,8 @@ def test_values_of_a_yoke_by_its_closed_form() -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"load": [{"on": "slider", "force": "-1000*v"}], "drive": {"torque": "balance"}}, "depend on speed"),
+        ({"load": [{"on": "slider", "force": "-1000 if v > 3 else 0"}]}, "laws switch at a speed"),
+        ({"shafts": {"motor": {"ratio": 3, "efficiency": 0.9}}, "drive": {"on": "motor", "torque": "balance"}}, "losses"),
         ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
         ({"load": [{"on": "slider", "table": {"angle": [0, 1, 6.283185307179586], "value": [0, -9, 0]}}]}, "table"),
     ],
@@ -277,3 +280,102 @@ def test_a_wheel_too_light_for_a_motion_is_not_proven_to_have_one() -> None:
     light["mechanism"]["slider"] = {"mass": "1 kg"}
     found = proven({**light, "flywheel": {"inertia": "1 kg m²"}})
     assert (found.figures, found.reason) == ({}, "the motion with a flywheel so light")
+
+
+QUADRATIC = {
+    "inertia": [{"on": "crank", "value": 2}],
+    "load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "-0.5*omega**2"}],
+}
+
+
+def quadratic(total: Any, drive: Any) -> tuple[Any, Any]:
+    """Extreme speeds with T = u - s sin(phi) - b omega²: E = u/k - s (k sin(phi) - cos(phi))/(k² + 1), k = 2 b/J."""
+    k = 1 / mp.mpf(total)
+    return tuple(mp.sqrt(2 * k * (drive / k + side * 20 / mp.sqrt(k * k + 1))) for side in (1, -1))
+
+
+def sized(scene: dict[str, Any]) -> Any:
+    found = flywheel.size(flywheel.load({**QUADRATIC, **scene}), accuracy="proof")
+    assert found.proof is not None
+    return found.proof
+
+
+def holds(ends: tuple[float, float], true: Any) -> bool:
+    return ends[0] <= true <= ends[1] and ends[1] - ends[0] <= WIDEST * abs(true)
+
+
+def test_a_motion_with_torques_of_speed_has_the_speeds_of_its_closed_form() -> None:
+    found = sized({"drive": {"torque": 50}, "flywheel": {"inertia": 3}}).figures
+    with mp.workdps(40):
+        fast, slow = quadratic(5, 50)
+        assert holds(found["simulation.speed_max"], fast)
+        assert holds(found["simulation.speed_min"], slow)
+        assert holds(found["speed"], (fast + slow) / 2)
+        assert holds(found["simulation.irregularity"], 2 * (fast - slow) / (fast + slow))
+
+
+def test_a_flywheel_with_torques_of_speed_is_that_of_the_closed_form() -> None:
+    proof = sized({"drive": {"torque": 50}, "flywheel": {"irregularity": "2 %"}})
+
+    def off(total: Any) -> Any:
+        fast, slow = quadratic(total, 50)
+        return 2 * (fast - slow) / (fast + slow) - mp.mpf("0.02")
+
+    with mp.workdps(40):
+        assert holds(proof.figures["flywheel.exact"], mp.findroot(off, proof.figures["flywheel.exact"][0] + 2) - 2)
+    assert "not proven: that no lighter flywheel" in proof.statement
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_balance_beside_torques_of_speed_is_that_of_the_closed_form(sign: int) -> None:
+    law = {"load": [*QUADRATIC["load"], {"on": "crank", "torque": f"{sign}*u"}], "parameters": {"u": "balance"}}
+    found = sized({**law, "regime": {"speed": 10}, "flywheel": {"irregularity": "2 %"}}).figures
+
+    def off(total: Any, drive: Any) -> Any:
+        fast, slow = quadratic(total, drive)
+        return 2 * (fast - slow) / (fast + slow) - mp.mpf("0.02"), (fast + slow) / 2 - 10
+
+    with mp.workdps(40):
+        near = found["flywheel.exact"][0] + 2, sign * found["balance.value"][0]
+        total, drive = mp.findroot(off, near)
+        assert holds(found["flywheel.exact"], total - 2)
+        assert holds(found["balance.value"], sign * drive)
+
+
+@pytest.mark.parametrize(("order", "cells"), [(3, 12), (5, 12), (5, 24), (9, 6)])
+def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: int, cells: int) -> None:
+    """E' = sin(phi) - E/16 has E = (sin(phi)/16 - cos(phi))/(1 + 1/256)."""
+    balls, arb = pytest.importorskip("flywheel.numerics.balls"), extra("flint").arb
+
+    def law(place: Any) -> Any:
+        phi = balls.variable(place)
+        return lambda energy: (phi.sin() - energy / 16, 0 * energy - arb(1) / 16)
+
+    with balls.precision(96, order):
+        edges = [arb(k) * 2 * arb.pi() / cells for k in range(cells + 1)]
+        middles = [((low + high) / 2).mid() for low, high in pairwise(edges)]
+        places = [
+            balls.Place(low, high, middle, law(middle), law(low.union(high)))
+            for (low, high), middle in zip(pairwise(edges), middles, strict=True)
+        ]
+        orbit = balls.periodic(places, arb(0), order, 1e-12)
+        off = arb(0)
+        for place, energy in zip(places, orbit.polynomials, strict=True):
+            for share in (-0.9, -0.4, 0.0, 0.7):
+                step = share * (place.high - place.middle)
+                phi = place.middle + step
+                off = off.max(abs(energy(step) - (phi.sin() / 16 - phi.cos()) / arb(1 + 1 / 256)))
+    assert 1e-3 * float(orbit.reach) < float(off) < float(orbit.reach)
+
+
+def test_a_machine_even_enough_without_a_flywheel_is_proven_to_need_none() -> None:
+    found = sized({"drive": {"torque": 50}, "flywheel": {"irregularity": 0.9}}).figures
+    assert found["flywheel.exact"][0] <= 0.0 <= found["flywheel.exact"][1] < 1e-300
+    assert found["simulation.irregularity"][1] < 0.9
+
+
+def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
+    rising = {"load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "0.5*omega**2"}]}
+    scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
+    found = proof.proven(scene, proof.Motion(3.0, 0.0, 10.0))
+    assert (found.figures, found.reason) == ({}, "a steady motion that is stable")

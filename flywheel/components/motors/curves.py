@@ -15,7 +15,7 @@ from flywheel.components.energy import Energy
 from flywheel.components.motors.motor import EVERYWHERE, OMEGA, Fact, Motor, Point, Span, wrong_numbers, wrong_point
 from flywheel.language import text as _
 from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
-from flywheel.numerics.expressions import Expression, Node, between, expression_of, numeral, parse
+from flywheel.numerics.expressions import Expression, Node, between, compiled, expression_of, numeral, parse
 from flywheel.numerics.faults import Fault, SceneError, suggestion
 
 MOST_ROWS = 200
@@ -50,7 +50,7 @@ class Constant(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        return parse(expression_of(self.value))
+        return compiled("{value}", value=self.value)
 
     def facts(self) -> Iterator[Fact]:
         """Fact that its torque is constant."""
@@ -101,7 +101,7 @@ class Line(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        return parse(f"{expression_of(self.at_rest)} - {expression_of(self.fall)}*omega")
+        return compiled("{at_rest} - {fall}*omega", at_rest=self.at_rest, fall=self.fall)
 
     @property
     def no_load_speed(self) -> float:
