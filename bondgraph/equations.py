@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 _MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are looked for
+_MOST_EXACT = 1000  # the same where its numbers are exact
 
 
 class SymbolicWalk(Walk):
@@ -113,10 +114,13 @@ def readable(expression: Any) -> Any:
 
     least = sympy.count_ops(expression)
     divided = any(power.base.is_Add and power.exp.is_negative for power in expression.atoms(sympy.Pow))
-    if least > _MOST_TIDIED or not divided:  # a sum of products is left as it is
+    most = _MOST_CANCELLED if expression.has(sympy.Float) else _MOST_EXACT
+    if least > max(most, _MOST_TIDIED) or not divided:  # a sum of products is left as it is
         return expression
-    forms = [expression, sympy.factor_terms(sympy.together(expression))]
-    if least <= _MOST_CANCELLED and expression.is_rational_function():
+    forms = [expression]
+    if least <= _MOST_TIDIED:
+        forms.append(sympy.factor_terms(sympy.together(expression)))
+    if least <= most and expression.is_rational_function():
         forms.append(sympy.factor_terms(sympy.cancel(expression)))
     return min(forms, key=sympy.count_ops)
 

@@ -35,6 +35,7 @@ Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or 
 
 _TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
 _TRIED = (0.37, -0.71, 1.0)  # values of what a law depends on, at which a jump is looked for
+_SMALL = 1e-12  # a flow at which a law that jumps is still what it is beside its jump, and one with a pole is not
 _JUMP = 1e-9  # of the law at 1: less is none
 _NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
 _AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
@@ -113,11 +114,14 @@ def dry_resistors(graph: BondGraph) -> tuple[str, ...]:
         for other in _TRIED:
             values = [graph.parameters.get(n, other) or other for n in law.of]
             own = law.of.index(OWN_FLOW)
+            flows = (-_TINY, _TINY, -_SMALL, _SMALL, 1.0)
             try:
-                low, high, one = (float(law(*values[:own], f, *values[own + 1 :])) for f in (-_TINY, _TINY, 1.0))
+                with np.errstate(all="ignore"):
+                    low, high, under, over, one = (float(law(*values[:own], f, *values[own + 1 :])) for f in flows)
             except (ValueError, ArithmeticError, TypeError, GraphError):
                 continue
-            if high - low > _JUMP * max(abs(one), abs(high)):
+            least = _JUMP * max(abs(one), abs(high))
+            if high - low > least and max(abs(high - over), abs(low - under)) < _SMALL * abs(high - low) / _JUMP:
                 found.append(element.name)
                 break
     return tuple(found)

@@ -593,6 +593,23 @@ def test_a_function_known_by_its_values_has_another_as_its_derivative():
     assert sympy.lambdify(x, [called(x), called(x).diff(x)], modules="numpy")(3.0) == [9.0, 6.0]
 
 
+@pytest.mark.parametrize(("rungs", "most"), [(2, 23), (3, 76)])
+def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
+    """u g1 g2 over the sum of products, less the inner resistance, as nodal analysis leaves it."""
+    b = Builder().one("s1").on("s1", Se("u", 1.0), R("r1", 1.0)).zero("n1").bond("s1", "n1").on("n1", R("g1", 2.0))
+    for k in range(2, rungs + 1):
+        b.one(f"s{k}").bond(f"n{k - 1}", f"s{k}").on(f"s{k}", R(f"r{k}", 1.0 + k))
+        b.zero(f"n{k}").bond(f"s{k}", f"n{k}").on(f"n{k}", R(f"g{k}", 2.0 + k))
+    graph = b.one("out").bond(f"n{rungs}", "out").on("out", I("m", 1.5)).build()
+    (rate,) = state_equations(graph).derivatives
+    assert sympy.count_ops(rate) <= most
+    inner, voltage = 0.0, 1.0  # Thevenin's, rung by rung
+    for k in range(1, rungs + 1):
+        series, leak = inner + (1.0 if k == 1 else 1.0 + k), 2.0 if k == 1 else 2.0 + k
+        inner, voltage = series * leak / (series + leak), voltage * leak / (series + leak)
+    assert_allclose(state_equations(graph).numeric()(0.0, [0.7]), [voltage - inner * 0.7 / 1.5], rtol=1e-13)
+
+
 # Equations handed over: machine code and Modelica.
 
 

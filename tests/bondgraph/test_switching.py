@@ -148,6 +148,19 @@ def test_friction_that_varies_and_wet_friction_beside_it():
     assert_allclose(run.displacement("x", 10.0), truth.y[1, -1:], rtol=1e-8)
 
 
+def test_a_load_of_constant_power_is_no_dry_friction():
+    """e = P/f has a pole where friction has a jump: m v' = F - P/v."""
+    b = (
+        Builder()
+        .one("m")
+        .on("m", I("M", 2.0), Se("F", 3.0), R("load", lambda f: 4.0 / f), R("root", lambda f: f / np.sqrt(abs(f))))
+    )
+    run = simulate(b.build(), 1.0, initial={"m": 5.0})
+    truth = solve_ivp(lambda t, v: (3.0 - 4.0 / v - v**0.5) / 2.0, (0, 1.0), [5.0], method="DOP853", rtol=1e-12, atol=1e-13)
+    assert_allclose(run.flow("m", 1.0), truth.y[:, -1], rtol=1e-8)
+    assert run.events == ()
+
+
 def test_a_condition_that_undoes_itself_chatters():
     b = Builder().one("m").one("drive").zero("relay", when=lambda f_m: f_m < 1.0).bond("drive", "relay").bond("relay", "m")
     b.on("drive", Se("F", 30.0), R("ri", 1.0)).on("relay", R("slip", 1.0)).on("m", I("M", 1.0), R("b", 1.0))
