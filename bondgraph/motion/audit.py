@@ -68,8 +68,8 @@ class Auditor:
     def __init__(self, sight: Sight) -> None:
         self.graph, self.times, self.shape = sight.graph, sight.times, sight.times.shape
         self.state, self.anchors, self.displacement_of = sight.states, sight.anchors, sight.displacement_of
-        self.flows = {number: _filled(value, self.shape) for number, value in sight.flows.items()}
-        self.efforts = {number: _filled(value, self.shape) for number, value in sight.efforts.items()}
+        self.flows = {number: filled(value, self.shape) for number, value in sight.flows.items()}
+        self.efforts = {number: filled(value, self.shape) for number, value in sight.efforts.items()}
         self.places: dict[str, Any] = {TIME: self.times, **self.state}
         self.places |= {name: signal(*[self.times] * len(signal.of)) for name, signal in sight.signals.items()}
         for letter, values in (("f", self.flows), ("e", self.efforts)):
@@ -79,18 +79,18 @@ class Auditor:
         """The value of an element's law, of its own quantity where it depends on that."""
         law, named = self.graph.elements[name].law, self.graph.own(name)
         if not isinstance(law, Function):
-            return _filled(self._motion(name, law) if isinstance(law, Law | Modulus) else law, self.shape)
+            return filled(self._motion(name, law) if isinstance(law, Law | Modulus) else law, self.shape)
         arguments = []
         for of in law.of:
             parameter = of in self.graph.parameters and of != named
             value = own if of == named else self.graph.parameter(of, name) if parameter else self.places[of]
-            arguments.append(_filled(value, self.shape))
-        return _filled(_by_rows(law, arguments), self.shape)
+            arguments.append(filled(value, self.shape))
+        return filled(_by_rows(law, arguments), self.shape)
 
     def _motion(self, name: str, law: Law | Modulus) -> Array:
         """A law or modulus of a motion, position by position."""
         q = self.state[self.displacement_of[law.motion.of]]
-        anchors = _filled(self.anchors.get(law.motion.of, q), self.shape)
+        anchors = filled(self.anchors.get(law.motion.of, q), self.shape)
         speed = self.flows[entry(self.graph, law.motion.of).number]
         own = self.flows[entry(self.graph, name).number]
 
@@ -98,7 +98,7 @@ class Auditor:
             here, there = (Here(x, law.motion.position(x, np, anchor), np, speed, flow, t) for x in (q, anchor))
             return law.value(here.position) if isinstance(law, Modulus) else law.effort(here, there)
 
-        return _filled(_by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
+        return filled(_by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
 
     def wrong_power(self) -> dict[str, Array]:
         """By element, the power that its law does not account for; of junctions and two-ports, what they do not pass on."""
@@ -220,5 +220,6 @@ def _energy(at: Auditor, name: str) -> Array:
     return np.asarray(0.5 * stored**2 / constant) if constant else np.zeros(at.shape)
 
 
-def _filled(value: Any, shape: tuple[int, ...]) -> Array:
+def filled(value: Any, shape: tuple[int, ...]) -> Array:
+    """Returns a value as an array of a shape."""
     return np.broadcast_to(np.asarray(value, dtype=float), shape)

@@ -24,7 +24,7 @@ from bondgraph.graph import BondGraph, as_graph, entry
 from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
-from bondgraph.motion.audit import Audit, Sight, audit
+from bondgraph.motion.audit import Audit, Sight, audit, filled
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.formulation import Port
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
@@ -288,7 +288,14 @@ def simulate(
     _check_arguments(until, rtol, method or "DOP853", step, evaluations)
     method = method or ("RK45" if rtol >= _LOOSE else "DOP853")
     if as_graph(graph).switched or (step is None and not breaks and dry_resistors(graph)):
-        run = _through_modes(graph, signals or {}, initial or {}, until, rtol, method, step, breaks, int(evaluations))
+        for name, given in (("step", step), ("breaks", breaks)):
+            if given:
+                raise GraphError(f"{name}: found {given!r} beside switched junctions; leave it out")
+        switched = Switched(graph, signals or {}, int(evaluations))
+        begin = switched.begin(lambda dynamics: _start(dynamics, initial or {}))
+        trip, error = switched.follow(begin, until, rtol, method)
+        first = switched.dynamics(trip.modes[0])
+        run = Run(first, trip.stretches, ({},), error, rtol, switched.evaluations, method, (), trip)
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
@@ -305,27 +312,6 @@ def simulate(
         if not run.audit.energy <= tolerance:
             raise GraphError(f"energy audit: {run.audit.energy:.3g} of the energy is missing, {tolerance:g} allowed")
     return run
-
-
-def _through_modes(
-    graph: BondGraph,
-    signals: Mapping[str, Any],
-    initial: Mapping[str, float],
-    until: float,
-    rtol: float,
-    method: str,
-    step: float | None,
-    breaks: Mapping[str, Any] | None,
-    evaluations: int,
-) -> Run:
-    """The motion of a graph with switches."""
-    for name, given in (("step", step), ("breaks", breaks)):
-        if given:
-            raise GraphError(f"{name}: found {given!r} beside switched junctions, whose events end the steps; leave it out")
-    switched = Switched(graph, signals, evaluations)
-    trip, error = switched.follow(switched.begin(lambda dynamics: _start(dynamics, initial)), until, rtol, method)
-    first = switched.dynamics(trip.modes[0])
-    return Run(first, trip.stretches, ({},), error, rtol, switched.evaluations, method, (), trip)
 
 
 def _lost_heat(graph: BondGraph) -> Iterator[str]:
@@ -866,14 +852,14 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
     with np.errstate(all="ignore"):
         instant, passed, stored = walk.instant(), np.zeros(times.shape), np.zeros(times.shape)
         for port in form.ports:
-            power = _filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
+            power = filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
             place = next((k for k, p in enumerate(form.stores) if p == port), None)
             if place is not None and port.element.name not in form.massless:
-                given = _filled(walk.outputs[place], times.shape)
+                given = filled(walk.outputs[place], times.shape)
                 stored = stored + 0.5 * np.abs(given * states[place])
             elif port in form.followers and form.graph.is_linear(port.element.name):
                 constant = form.graph.constant(port.element.name)
-                stored = stored + 0.5 * constant * _filled(walk.value(port.input), times.shape) ** 2
+                stored = stored + 0.5 * constant * filled(walk.value(port.input), times.shape) ** 2
             elif port.element.name not in form.massless:
                 passed = passed + np.abs(power)
         energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
@@ -906,7 +892,3 @@ def _stretched(dynamics: Dynamics, port: Port, start: list[float], energy: float
         except GraphError:  # the law ends here
             break
     return stretch
-
-
-def _filled(value: Any, shape: tuple[int, ...]) -> Array:
-    return np.broadcast_to(np.asarray(value, dtype=float), shape)
