@@ -328,22 +328,31 @@ class _Reader:
             yield More(name, path, label, about, kind, self.places.begun(name), named=section.named or section.free)
 
     def table(
-        self, path: str, title: str, section: Section, raw: object, *, removable: bool = False, level: int = 0
+        self,
+        path: str,
+        title: str,
+        section: Section,
+        raw: object,
+        *,
+        removable: bool = False,
+        level: int = 0,
+        on: object = None,
     ) -> Iterable[Group]:
-        """The group of a table, and those of the tables within it."""
+        """The group of a table, and those of the tables within it; a model acts where its load does, `on`."""
         table = raw if isinstance(raw, Mapping) else {}
-        known = (path, title, section.name, section.about, removable, level, self.places, current(), repr(table))
+        on = table.get("on", on)
+        known = (path, title, section.name, section.about, removable, level, repr(on), self.places, current(), repr(table))
         if known not in _kept:
             if len(_kept) >= _MOST_KEPT:
                 _kept.clear()
-            _kept[known] = tuple(self.new_table(path, title, section, table, removable, level))
+            _kept[known] = tuple(self.new_table(path, title, section, table, removable, level, on))
         return _kept[known]
 
     def new_table(
-        self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int
+        self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int, on: object
     ) -> Iterator[Group]:
         """The groups of a table as `table` has them, which keeps them: an edit changes one of many."""
-        rotating = self.places.rotates(table.get("on"))
+        rotating = self.places.rotates(on)
         inner = [
             key for key in section.keys if key.kind in ("table", "model", "tables") and isinstance(table.get(key.name), dict)
         ]
@@ -353,9 +362,9 @@ class _Reader:
         more = tuple(self.more(path, section, table, rotating))
         yield Group(path, title, about, tuple(self.fields(path, plain, table, rotating)), more, removable, level)
         for key in inner:
-            yield from self.inner(child(path, key.name), key, table[key.name], level + 1)
+            yield from self.inner(child(path, key.name), key, table[key.name], level + 1, on)
 
-    def inner(self, path: str, key: Key, table: Mapping[str, Any], level: int) -> Iterator[Group]:
+    def inner(self, path: str, key: Key, table: Mapping[str, Any], level: int, on: object) -> Iterator[Group]:
         """The group of a table within a table: a model, a motor, limits, rows of numbers."""
         if key.kind == "model":
             kinds = MOTORS if key.name == "motor" else LOAD_MODELS
@@ -364,7 +373,7 @@ class _Reader:
             if section is None:
                 type_key = next(iter(kinds.values())).keys[0]
                 section = Section(key.name, key.about, (type_key,))
-            yield from self.table(path, title_of(key.name), section, table, removable=True, level=level)
+            yield from self.table(path, title_of(key.name), section, table, removable=True, level=level, on=on)
         elif key.name in INNER:
             yield from self.table(path, title_of(key.name), INNER[key.name], table, removable=True, level=level)
         else:

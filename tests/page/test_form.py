@@ -571,6 +571,18 @@ def test_a_value_that_is_opened_with_a_fault_keeps_its_unit(
     assert draft.outline.text == text.replace(line, written)
 
 
+@pytest.mark.parametrize(("key", "good", "unit"), [("constant", "8 N m", "N m"), ("proportional", "0.1 N m s", "N m s/rad")])
+def test_a_model_that_turns_keeps_its_units_while_a_value_is_empty(key: str, good: str, unit: str) -> None:
+    text = (EXAMPLES / "drive_lines/compressor.toml").read_text("utf-8")
+    draft = Draft(text)
+    draft.edit(f"load[1].model.{key}", "")
+    field = draft.form.field(f"load[1].model.{key}")
+    assert field is not None
+    assert field.unit == unit
+    draft.edit(f"load[1].model.{key}", good)
+    assert draft.outline.text == text
+
+
 def test_each_value_of_the_form_stands_at_its_span() -> None:
     text = "# ä€\U0001f600\n" + PRESS.read_text("utf-8")
     draft = Draft(text)
