@@ -137,6 +137,12 @@ class SingleStroke:
         flywheel.notebooks.save_picture(self, path)
         return None
 
+    def report(self, path: str | Path, *, language: str | None = None, units: str = "si") -> None:
+        """The worked report, written into an HTML or PDF file; `language` "en" or "es", `units` "si" or "us"."""
+        import flywheel
+
+        flywheel.report.write(self, path, language=language, units=units)
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
         given, exact = (self.inertia, None) if self.given else (None, self.inertia)
@@ -286,7 +292,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "overrun": found.rest - plan.stop_at - plan.continuous * TURN,
         "stroke_time": found.stop_time,
         "recovery_time": _recovery(sides, speeds, found),
-        "wheel_energy": 0.5 * _driving_inertia(strokes) * (found.driving.start.omega**2 - speeds.least**2),
+        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.driving.start.omega**2 - speeds.least**2),
         "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / found.period,
         "motor_torque_mean": mean,
@@ -347,7 +353,7 @@ def course(found: SingleStroke, count: int) -> Course:
     speeds = ratio * _driving_speeds(strokes, phases, between)
     power = (_torque(strokes, speeds) * speeds).reshape(half.shape[0], -1)
     drive_work = np.concatenate(([0.0], np.cumsum((half * weights * power).sum(axis=1))))
-    inertia = _driving_inertia(strokes)
+    inertia = driving_inertia(strokes)
     return Course(
         time,
         phi,
@@ -367,7 +373,13 @@ def _switches(trail: Trail) -> Array:
     return np.array([one.step.end for one, other in pairs if one.anchor != other.anchor], dtype=float)
 
 
-def _driving_inertia(strokes: Strokes) -> float:
+def driven_inertia(strokes: Strokes, phases: Phases) -> float:
+    """I* of the driven side (kg m² at the crank) where the crank stands as the clutch engages."""
+    rest = phases.slipping.start.phi
+    return float(strokes.driven.at(rest, rest, 0.0).inertia)
+
+
+def driving_inertia(strokes: Strokes) -> float:
     """All that turns on the driving side (kg m² at the clutch's shaft), its flywheel included."""
     return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
 
@@ -423,9 +435,9 @@ def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
 
 def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     """Figures by the formulas of presses: a clutch alone against inertias, then the work as a blow from the flywheel."""
-    inertia, speed = _driving_inertia(strokes), run.phases.driving.start.omega
+    inertia, speed = driving_inertia(strokes), run.phases.driving.start.omega
     clutch, energy, period = strokes.clutch, max(run.energy["loads"], 0.0), run.phases.period
-    behind = float(strokes.driven.at(run.phases.slipping.start.phi, run.phases.slipping.start.phi, 0.0).inertia)
+    behind = driven_inertia(strokes, run.phases)
     joined = press_work.engage(inertia, speed, behind / strokes.ratio**2, torque=clutch.torque)
     press = press_work.press_cycle(energy, period, 0.0)
     at_once = joined.time or 0.0  # of a torque without a rise; the impulse is the same with one
@@ -689,7 +701,7 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
         return known[inertia]
 
     strokes = Strokes(scene, 1.0, tolerance)
-    own = _driving_inertia(strokes) - strokes.wheel**2
+    own = driving_inertia(strokes) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
     scale = max(own, crank / strokes.ratio**2) / strokes.wheel**2
 

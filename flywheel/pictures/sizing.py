@@ -101,6 +101,14 @@ def _draw_stroke(found: SingleStroke) -> Figure:
     return sheet
 
 
+def stroke_svg(found: SingleStroke) -> str:
+    """The picture of a period of a machine that works stroke by stroke, as an SVG element."""
+    with rc_context(STYLE):
+        rows = strokes.diagram(part_of_stroke(found))
+        assert isinstance(rows, Diagram)
+        return figures.svg(_draw_stroke(found), "single_stroke", rows.title, rows.about)
+
+
 def panel(sizing: Sizing, kind: str, *, form: str = "screen", name: str = "") -> str:
     """One panel as an SVG element with a title and a description, in the language in use.
 

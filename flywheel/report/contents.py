@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,10 +18,11 @@ from bondgraph.files import replacement, write_text
 from flywheel import language as languages
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
+from flywheel.motions.single_stroke import SingleStroke, single_stroke
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.report import document as documents
-from flywheel.report import drive, regime, sheet, solutions, wheel
+from flywheel.report import drive, regime, sheet, solutions, strokes, wheel
 from flywheel.report.context import Context, number, quantity
 from flywheel.report.document import Cell, Document, Figure, Formula, Items, Listing, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
@@ -32,7 +34,7 @@ from flywheel.sizing.sizing import size
 from flywheel.tables.scene import place
 from flywheel.tables.sizing import candidates, limit_names, remarks
 
-Given = Sizing | Machine | Scene
+Given = Sizing | SingleStroke | Machine | Scene
 """What a report is of."""
 
 _MOST_ROWS = 400  # of a scene's table
@@ -69,7 +71,7 @@ def html(
 def worked(given: Given, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False) -> Document:
     """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
     scene = given if isinstance(given, Scene) else given.scene
-    found = given if isinstance(given, Sizing) else sized(given)
+    found = given if isinstance(given, Sizing | SingleStroke) else sized(given)
     sizing = found if isinstance(found, Sizing) else None
     alone = cover_sheet and sizing is not None
     parts = () if alone else tuple(_parts(scene, sizing, given, printed))
@@ -86,6 +88,8 @@ def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | Non
 
 def _missing(scene: Scene) -> str:
     """Reason why there can be no steady regime with a flywheel; nothing where there can."""
+    if scene.single_stroke is not None:
+        return _("The machine works stroke by stroke: it has no steady cycle.")
     if scene.stroke is not None:
         return _("The machine moves one way, from one end of its stroke to the other: it has no cycle and no flywheel.")
     if not scene.has_flywheel:
@@ -153,6 +157,12 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
 
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
+    if isinstance(given, SingleStroke) or scene.single_stroke is not None:
+        yield _scene(scene, [str(remark) for remark in scene.remarks])
+        yield from _mechanisms(None, replace(scene, single_stroke=None))
+        yield from strokes.sections(given if isinstance(given, SingleStroke) else single_stroke(scene))
+        yield references(None, [scene.source] if scene.source else [])
+        return
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
     known = None if sizing is None else context(sizing)
     yield from _mechanisms(known, given)
@@ -190,7 +200,7 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
     yield references(known, sources)
 
 
-def _mechanisms(known: Context | None, given: Given) -> Iterator[Section]:
+def _mechanisms(known: Context | None, given: Sizing | Machine | Scene) -> Iterator[Section]:
     """Mechanism, bond graph, positions and coefficients, I* and M*: drawn where the steps of the regime do not."""
     try:
         from flywheel.report import mechanisms  # type: ignore[attr-defined, unused-ignore]

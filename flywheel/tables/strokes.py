@@ -37,7 +37,7 @@ _OF_CLUTCH = (
     ),
 )
 _OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")
-_BY_KEY = {one.key: one for one in FINDINGS}
+BY_KEY = {one.key: one for one in FINDINGS}
 _PERCENT = 100.0
 
 
@@ -73,7 +73,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         for key in keys:
             value = found.figures[key]
             if isinstance(value, float):
-                yield Row(_BY_KEY[key].name, *shown(_BY_KEY[key], value, found.error.get(key, 0.0), system))
+                yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, found.error.get(key, 0.0), system))
 
     title = printable(found.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
@@ -120,7 +120,7 @@ def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
     """The formulas of presses beside what the motion gives."""
     table = []
     for key, value in found.formulas.items():
-        one, exact = _BY_KEY[key], float(found.figures[key] or 0.0)
+        one, exact = BY_KEY[key], float(found.figures[key] or 0.0)
         off = f"{100.0 * (value / exact - 1.0):+.3g} %" if exact else ""
         cells = shown(one, value, 0.0, system), shown(one, exact, found.error.get(key, 0.0), system)
         table.append((one.name, *map(str, cells), number(off)))
@@ -145,7 +145,7 @@ def full(found: SingleStroke) -> str:
     rows += [(key, str(found.figures[key]), "") for key in ("keeps_up", "decides")]
     energies = [(key, figure(value, found.error["energy"][key]), "J") for key, value in found.energy.items()]
     shares = [(key, figure(value, found.error["shares"][key]), "") for key, value in found.shares.items()]
-    formulas = [(key, figure(value), _BY_KEY[key].unit) for key, value in found.formulas.items()]
+    formulas = [(key, figure(value), BY_KEY[key].unit) for key, value in found.formulas.items()]
     lists = {"Figures": rows, "Energy of a period": energies, "Loads over their limits": shares, "By formulas": formulas}
     return paragraphs(
         [[found.scene.title or ""], scene_rows(found.scene), *([title, *columns(each)] for title, each in lists.items())]

@@ -16,6 +16,7 @@ from flywheel.motions.single_stroke import clutch_heat, course
 from flywheel.motions.strokes import Strokes, periodic
 from flywheel.page import data
 from flywheel.reference import text
+from flywheel.report import contents, document
 
 TURN = 2 * math.pi
 DEGREE = math.pi / 180
@@ -346,6 +347,16 @@ def test_formulas_are_those_of_the_motion_where_nothing_else_acts():
     found = flywheel.single_stroke(rotor(drive__torque="0.01*(40 - omega)", load=None, single_stroke__rate="1 1/min"))
     assert found.formulas["clutch_heat"] == pytest.approx(found.clutch_heat, rel=2e-3)
     assert found.formulas["slip_time"] == pytest.approx(found.slip_time, rel=2e-3)
+
+
+def test_the_report_has_every_figure_with_its_formula(tmp_path):
+    found = flywheel.single_stroke(rotor(single_stroke__approach="2 m/s", brake__0__rise="20 ms"), 1e-6)
+    worked = contents.worked(found)
+    assert (document.untraced(worked), document.unreproduced(worked)) == ([], [])
+    found.report(tmp_path / "stroke.html", language="es")
+    page = (tmp_path / "stroke.html").read_text()
+    for words in ("La carrera que se repite", "ISO 13855", "Lo que soporta", "el embrague patina"):
+        assert words in page
 
 
 def test_the_picture_is_drawn_and_the_page_has_it_over_time(tmp_path):
