@@ -173,7 +173,7 @@ def _loads(found: SingleStroke) -> Section:
     beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
     rate = Quantity("", found.greatest_rate, "1/min")
-    told = _("At {rate} strokes a minute {what} decides.", rate=f"{60.0 * rate.value:.5g}", what=share_name(found.decides))
+    told = _("At {rate} strokes a minute the limit is {what}.", rate=f"{60.0 * rate.value:.5g}", what=share_name(found.decides))
     parts.append(Note(told, "remark"))
     rows: list[tuple[Cell, ...]] = []
     for key, value in found.formulas.items():
@@ -181,5 +181,5 @@ def _loads(found: SingleStroke) -> Section:
         exact = float(found.figures[key] or 0.0)
         rows.append((BY_KEY[key].name, Formula(symbol), Quantity("", value, unit), Quantity("", exact, unit)))
     head = (_("quantity"), _("symbol"), _("by formula"), _("in the motion"))
-    parts.append(Table(_("Formulas of presses beside the motion"), head, tuple(rows)))
+    parts.append(Table(_("Formulas of presses compared with the motion"), head, tuple(rows)))
     return Section(_("What it bears"), tuple(parts))
