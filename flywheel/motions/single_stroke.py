@@ -75,6 +75,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("emergency_time", "s", "from a stop signal to standstill at most", words=lambda: _("emergency stop within")),
     Finding("emergency_angle", "rad", "crank angle of that signal", words=lambda: _("longest from a signal at")),
     Finding("safety_distance", "m", "K T + C by ISO 13855", words=lambda: _("safety distance")),
+    Finding("inch_angle", "rad", "that the crank turns by an inching touch", words=lambda: _("inching touch turns")),
     Finding("holding_torque", "N m", "of the brake at standstill, on its shaft", words=lambda: _("brake torque at rest")),
     Finding("mean_power", "W", "of the drive", words=lambda: _("mean power of the drive")),
     Finding("motor_torque_mean", "N m", "of the drive, over time", words=lambda: _("drive torque, mean")),
@@ -209,7 +210,8 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
         strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
         tight, loose = (_Run.of(each, periodic(each)) for each in (strokes, rougher))
         for each, one in ((strokes, tight), (rougher, loose)):
-            one.figures.update(_emergency(each, one.phases))
+            touch = each.plan.inch
+            one.figures.update(_emergency(each, one.phases), inch_angle=None if touch is None else each.inching(touch))
         greatest, decides, off = _greatest_rate(rougher, loose)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares

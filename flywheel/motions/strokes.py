@@ -397,6 +397,20 @@ class Strokes:
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
         return coasting, braking, time, held.moment
 
+    def inching(self, touch: float) -> float:
+        """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), with the driving side idling before.
+
+        The clutch acts for the touch and its `fall`; then the brake is put on.
+        """
+        rest, last = self.plan.stop_at, touch + self.clutch.fall
+        driving, slipping = self._slip_until(self.typical * self.ratio, rest, last)
+        begin, time = _last(slipping), float(slipping.t[-1])
+        if slipping.goal == "lock":
+            begin = _last(self._run(self.whole, Start(*begin), [straight("stall", 1, 0.0, 1.0)], max(last - time, 0.0)))
+        elif slipping.goal is not None or begin[1] <= _BACKWARDS * self.typical:
+            self._taken_along(driving, slipping, rest)
+        return _last(self.braked_from(*begin))[0] - rest
+
     def braked_from(self, phi: float, omega: float) -> Trail:
         """The driven side from an angle (rad) and a speed (rad/s) at which the brake is put on until it stands still."""
         goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, phi + TURN, -1.0)]

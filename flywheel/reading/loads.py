@@ -625,6 +625,7 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
         plan.fields["approach"],
         plan.fields["response"],
         plan.fields["intrusion"],
+        plan.fields["inch"],
     )
 
 

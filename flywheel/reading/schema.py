@@ -309,6 +309,7 @@ _SECTIONS = (
             ),
             Key("approach", "velocity", "of a hand, K of ISO 13855: S = K T + C", None, POSITIVE, example="2 m/s"),
             Key("response", "time", "of light curtain and control, part of T", 0.0, NOT_NEGATIVE, example="30 ms"),
+            Key("inch", "time", "for which a touch engages the clutch, in setting up", None, POSITIVE, example="40 ms"),
             Key("intrusion", "length", "that a hand comes in unseen, C", 0.0, NOT_NEGATIVE, example="128 mm"),
         ),
         one_of=(("rate", "idle"),),

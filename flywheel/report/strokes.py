@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from flywheel.components.press_work import engage
+from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import SingleStroke, driven_inertia, driving_inertia
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
@@ -172,8 +173,8 @@ def _loads(found: SingleStroke) -> Section:
     )
     beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
-    rate = Quantity("", found.greatest_rate, "1/min")
-    told = _("At {rate} strokes a minute the limit is {what}.", rate=f"{60.0 * rate.value:.5g}", what=share_name(found.decides))
+    rate = number(f"{60.0 * found.greatest_rate:.5g}")
+    told = _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
     parts.append(Note(told, "remark"))
     rows: list[tuple[Cell, ...]] = []
     for key, value in found.formulas.items():

@@ -288,7 +288,8 @@ class SingleStroke(NamedTuple):
 
     One of `rate` (strokes per second) and `idle` (s, from standstill to the next engagement) is set. `continuous` strokes
     follow one another before the crank is stopped. For the safety distance of ISO 13855: the `approach` speed of a hand
-    (m/s), the `response` time (s) of what sees it, and the `intrusion` distance (m) before it does.
+    (m/s), the `response` time (s) of what sees it, and the `intrusion` distance (m) before it does. `inch` (s) is how
+    long a touch engages the clutch where the press is set up.
     """
 
     clutch: Clutch
@@ -300,6 +301,7 @@ class SingleStroke(NamedTuple):
     approach: float | None = None
     response: float = 0.0
     intrusion: float = 0.0
+    inch: float | None = None
 
 
 class Phase(NamedTuple):

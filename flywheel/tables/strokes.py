@@ -34,6 +34,7 @@ _OF_CLUTCH = (
         "emergency_time",
         "emergency_angle",
         "safety_distance",
+        "inch_angle",
     ),
 )
 _OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")

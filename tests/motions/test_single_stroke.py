@@ -178,6 +178,16 @@ def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     assert given.motor_torque_peak / 14.0 == pytest.approx(found.limits["motor_torque"].reached, rel=1e-6)
 
 
+@pytest.mark.parametrize("touch", [0.02, 0.2])
+def test_an_inching_touch_turns_the_crank_by_its_impulse(touch):
+    strokes = wound_up(flywheel.load(ROTOR).with_(IDLE | {"single_stroke.inch": touch}))
+    locks = J_WHEEL * 40 / (J_WHEEL * RATIO + J_CRANK / RATIO)  # the speed of both, on the crank
+    slip = min(touch, locks * J_CRANK / (CLUTCH * RATIO))
+    speed = CLUTCH * RATIO * slip / J_CRANK
+    turned = speed * slip / 2 + speed * (touch - slip) + speed**2 * J_CRANK / BRAKE / 2
+    assert strokes.inching(touch) == pytest.approx(turned, rel=1e-8)
+
+
 def test_the_safety_distance_is_that_of_the_longest_stop():
     safety = {"approach": "2 m/s", "response": "30 ms", "intrusion": "100 mm"}
     changes = {f"single_stroke__{name}": value for name, value in safety.items()}
