@@ -110,4 +110,40 @@ def straight_drive() -> dict[str, Any]:
     return crank_press(0.0, mechanism=linkage, load=[{"on": "bore", "force": "-2 kN", "while": "v > 0"}])
 
 
+# texts of scenes, with a type of motor, or a place and a model of a load, to be filled in
+
+DRIVEN = """
+[[inertia]]
+on = "crank"
+value = 3
+[[load]]
+on = "crank"
+torque = "-0.0004*omega**2*(1 + sin(phi))"
+[drive]
+motor = {type = "%s", torque = "40 N m"}
+[flywheel]
+inertia = 2
+[regime]
+"""
+LOADED = """
+[mechanism]
+type = "slider-crank"
+crank.length = "60 mm"
+rod.length = "240 mm"
+slider.mass = "2.5 kg"
+[[load]]
+on = "%s"
+model = {%s}
+[[load]]
+on = "slider"
+force = "-100 N"
+while = "v > 0"
+[drive]
+torque = "balance"
+[regime]
+speed = "100 rpm"
+[flywheel]
+irregularity = 0.1
+"""
+
 ALL = {"yoke": yoke, "press": press, "shaper": shaper, "rotor": rotor}

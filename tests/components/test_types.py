@@ -18,41 +18,9 @@ from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
+from tests.scenes import DRIVEN, LOADED
 
 REFERENCE = Path(flywheel.__file__).parent / "reference"
-DRIVEN = """
-[[inertia]]
-on = "crank"
-value = 3
-[[load]]
-on = "crank"
-torque = "-0.0004*omega**2*(1 + sin(phi))"
-[drive]
-motor = {type = "%s", torque = "40 N m"}
-[flywheel]
-inertia = 2
-[regime]
-"""
-LOADED = """
-[mechanism]
-type = "slider-crank"
-crank.length = "60 mm"
-rod.length = "240 mm"
-slider.mass = "2.5 kg"
-[[load]]
-on = "%s"
-model = {%s}
-[[load]]
-on = "slider"
-force = "-100 N"
-while = "v > 0"
-[drive]
-torque = "balance"
-[regime]
-speed = "100 rpm"
-[flywheel]
-irregularity = 0.1
-"""
 BELT = 'type = "belt", tight = "6 N", slack = "2 N", radius = "20 mm"'
 ON_A_PORT = ("press", "punch", "indicator", "compressor")
 

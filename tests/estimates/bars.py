@@ -10,9 +10,9 @@ Table = dict[str, Any]
 Ports = list[tuple[str, str, float]]
 
 
-def short(value: float) -> float:
+def short(value: float, digits: int = 4) -> float:
     """A number as a user would write it."""
-    return float(f"{value:.4g}")
+    return float(f"{value:.{digits}g}")
 
 
 def length(draw: Random) -> float:

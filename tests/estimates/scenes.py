@@ -6,24 +6,20 @@ from random import Random
 from typing import Any
 
 from tests.estimates import bars
+from tests.estimates.bars import short
 
 Scene = dict[str, Any]
 Draw = Random
 
 
-def digits(value: float, count: int = 4) -> float:
-    """A number as a user would write it."""
-    return float(f"{value:.{count}g}")
-
-
 def log(draw: Draw, low: float, high: float) -> float:
     """A number whose logarithm is evenly spread."""
-    return digits(low * (high / low) ** draw.random())
+    return short(low * (high / low) ** draw.random())
 
 
 def even(draw: Draw, low: float, high: float) -> float:
     """A number that is evenly spread."""
-    return digits(draw.uniform(low, high))
+    return short(draw.uniform(low, high))
 
 
 def degrees(draw: Draw, low: float = 0, high: float = 360) -> str:
@@ -97,11 +93,11 @@ def _loads(draw: Draw, scene: Scene, ports: list[tuple[str, str, float]], speed:
     for _ in range(draw.choice([1, 1, 2, 3])):
         if ports and draw.random() < 0.75:
             name, what, size = draw.choice(ports)
-            loads.append({"on": name} | _law(draw, what, digits(work / size), port=True))
+            loads.append({"on": name} | _law(draw, what, short(work / size), port=True))
         else:
             name = draw.choice(["crank", *scene.get("shafts", {})])
             ratio = scene["shafts"][name]["ratio"] if name != "crank" else 1.0
-            loads.append({"on": name} | _law(draw, "torque", digits(work / 6 / ratio), port=False))
+            loads.append({"on": name} | _law(draw, "torque", short(work / 6 / ratio), port=False))
     scene["load"] = loads
     springs = [(name, size) for name, what, size in ports if what == "force"]
     if springs and draw.random() < 0.3:
@@ -143,13 +139,13 @@ def _table(draw: Draw, size: float, period: int) -> Scene:
     if draw.random() < 0.4:
         angle = sorted([*angle, draw.choice(inner)])
     kind = draw.choice(["linear", "pchip", "step"])
-    value = [digits(size * draw.uniform(-1, 1), 3) for _ in angle]
+    value = [short(size * draw.uniform(-1, 1), 3) for _ in angle]
     return {"angle": angle, "value": value, "angle_unit": "deg", "interpolation": kind}
 
 
 def _expression(draw: Draw, size: float, port: bool) -> str:
     """A force or torque as a text of phi, and of the sense of motion."""
-    a, b, width = digits(draw.uniform(0.3, 6), 4), digits(draw.uniform(0.1, 0.9), 3), log(draw, 0.01, 0.5)
+    a, b, width = short(draw.uniform(0.3, 6), 4), short(draw.uniform(0.1, 0.9), 3), log(draw, 0.01, 0.5)
     texts = [
         f"{size!r}*sin(phi)",
         f"{size!r}*(1 + {b!r}*cos(3*phi) - 0.5*sin(2*phi))",
@@ -157,11 +153,11 @@ def _expression(draw: Draw, size: float, port: bool) -> str:
         f"-{size!r}/(1 + ((phi - {a!r})/{width!r})**2)",
         f"-{size!r}*max(sin(phi) - {b!r}, 0)",
         f"-{size!r}*abs(cos(phi))",
-        f"min({size!r}, {digits(2 * size)!r}*sin(phi)**2) - {digits(0.3 * size)!r}",
+        f"min({size!r}, {short(2 * size)!r}*sin(phi)**2) - {short(0.3 * size)!r}",
         f"-{size!r}*sign(sin(2*phi - {a!r}))",
-        f"-{size!r} if {a!r} < phi < {digits(a + width)!r} else {digits(0.05 * size)!r}",
+        f"-{size!r} if {a!r} < phi < {short(a + width)!r} else {short(0.05 * size)!r}",
         f"-{size!r}*sqrt(1.01 + cos(phi - {a!r}))",
-        f"{size!r}*(phi - {a!r}) if phi < {a!r} else -{digits(0.2 * size)!r}*(phi - {a!r})**2",
+        f"{size!r}*(phi - {a!r}) if phi < {a!r} else -{short(0.2 * size)!r}*(phi - {a!r})**2",
     ]
     if port:
         texts += [f"-{size!r}*sign(v)", f"-{size!r}*sign(v)*(1 + {b!r}*sin(phi))"]
@@ -174,7 +170,7 @@ def _drive(draw: Draw, scene: Scene, work: float) -> None:
     if chance < 0.7:
         scene["drive"] = {"on": on, "torque": "balance"}
         return
-    mean = digits(work / 6)
+    mean = short(work / 6)
     scene["parameters"] = {"drag": "balance"}
     shape = draw.choice(["-drag", "-drag*(1 + 0.3*sin(phi))", "-drag*max(sin(phi), 0)", "20 - drag*(1 - cos(phi))"])
     scene["load"].append({"on": "crank", "torque": shape})
@@ -189,23 +185,23 @@ def _resistance(draw: Draw, scene: Scene, ports: list[tuple[str, str, float]], w
     if kind in ("motor", "line"):
         scene.pop("parameters", None)
         scene["load"] = [load for load in scene["load"] if "drag" not in str(load.get("torque", ""))]
-        start, fastest = digits(mean * draw.uniform(1.5, 6)), digits(speed * draw.uniform(1.05, 1.5))
-        scene["load"].append({"on": "crank", "torque": digits(-0.5 * mean)})
-        slope = digits(start / fastest)
+        start, fastest = short(mean * draw.uniform(1.5, 6)), short(speed * draw.uniform(1.05, 1.5))
+        scene["load"].append({"on": "crank", "torque": short(-0.5 * mean)})
+        slope = short(start / fastest)
         law = {"motor": {"type": "line", "starting_torque": start, "no_load_speed": fastest}}
         scene["drive"] = {"on": "crank"} | (law if kind == "motor" else {"torque": f"{start!r} - {slope!r}*omega"})
         del scene["regime"]["speed"]
         return
     texts = {
-        "linear": f"-{digits(0.3 * mean / speed)!r}*omega",
-        "square": f"-{digits(0.3 * mean / speed**2)!r}*omega**2",
-        "kink": f"-{digits(mean / speed)!r}*max(0, omega - {digits(0.99 * speed)!r})",
+        "linear": f"-{short(0.3 * mean / speed)!r}*omega",
+        "square": f"-{short(0.3 * mean / speed**2)!r}*omega**2",
+        "kink": f"-{short(mean / speed)!r}*max(0, omega - {short(0.99 * speed)!r})",
     }
     if kind == "damper" or (kind == "port" and not ports):
-        scene["damper"] = [{"on": "crank", "coefficient": digits(0.2 * mean / speed)}]
+        scene["damper"] = [{"on": "crank", "coefficient": short(0.2 * mean / speed)}]
     elif kind == "port":
         name, _, size = draw.choice(ports)
-        scene["damper"] = [{"on": name, "coefficient": digits(0.5 * mean / speed / size**2)}]
+        scene["damper"] = [{"on": name, "coefficient": short(0.5 * mean / speed / size**2)}]
     else:
         scene["load"].append({"on": "crank", "torque": texts[kind]})
 
@@ -219,4 +215,4 @@ def _asked(draw: Draw, scene: Scene, work: float, speed: float) -> None:
         scene["flywheel"] = {"on": on, "irregularity": eps}
     else:
         eps = max(eps, 1e-4) if draw.random() < 0.7 else eps
-        scene["flywheel"] = {"on": on, "inertia": digits(work / (min(eps, 0.3) * speed**2) / ratio**2 * log(draw, 0.3, 10))}
+        scene["flywheel"] = {"on": on, "inertia": short(work / (min(eps, 0.3) * speed**2) / ratio**2 * log(draw, 0.3, 10))}

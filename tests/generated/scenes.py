@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tests.estimates import bars
+from tests.estimates.bars import short
 from tests.oracle.courses import Machine
 from tests.oracle.drive_lines import tree
 from tests.oracle.motions import Mechanism, mechanism
@@ -18,11 +19,6 @@ from tests.oracle.motions import Mechanism, mechanism
 Scene = dict[str, Any]
 Rng = np.random.Generator
 FAMILIES = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "linked slider", "linked bars", "toggle press")
-
-
-def short(number: float, digits: int = 4) -> float:
-    """A number as a user would write it."""
-    return float(f"{number:.{digits}g}")
 
 
 def spread(rng: Rng, low: float, high: float) -> float:

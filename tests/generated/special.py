@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from tests.estimates import bars
-from tests.generated.scenes import Drawn, Rng, Scene, Size, chance, composed, short, spread, volts
+from tests.estimates.bars import short
+from tests.generated.scenes import Drawn, Rng, Scene, Size, chance, composed, spread, volts
 
 KINDS = ("duty", "stroke", "models", "starts", "friction", "limits")
 SLIDING = ("scotch-yoke", "slider-crank", "crank-shaper", "linked slider")

@@ -10,8 +10,9 @@ import numpy as np
 
 import flywheel
 from flywheel import SceneError
+from tests.estimates.bars import short
 from tests.generated.judging import Verdict
-from tests.generated.scenes import Scene, chance, short, spread
+from tests.generated.scenes import Scene, chance, spread
 from tests.oracle.motors import kloss
 from tests.oracle.strokes import TURN, Plan, stroke
 

@@ -26,6 +26,7 @@ from flywheel.regime import turning_moment
 from flywheel.scene.keys import POSITIVE, Key
 from flywheel.starters import kinds, starter
 from tests.mechanisms import swinging_cylinder
+from tests.scenes import DRIVEN, LOADED
 
 # The data of the page's drawings: the library's own figures, plain and finite, for machines of every kind.
 
@@ -401,37 +402,8 @@ def test_edits_that_make_no_sense_are_faults_and_leave_the_text() -> None:
 
 # -- types -----------------------------------------------------------------------------------------------------------------
 
-DRIVEN = """
-[[inertia]]
-on = "crank"
-value = 3
-[[load]]
-on = "crank"
-torque = "-0.0004*omega**2*(1 + sin(phi))"
-[drive]
-motor = {type = "constant", torque = "40 N m"}
-[flywheel]
-inertia = 2
-[regime]
-"""
-LOADED = """
-[mechanism]
-type = "slider-crank"
-crank.length = "60 mm"
-rod.length = "240 mm"
-slider.mass = "2.5 kg"
-[[load]]
-on = "PLACE"
-model = {type = "constant", EFFORT = "1 N"}
-[drive]
-torque = "balance"
-[regime]
-speed = "100 rpm"
-[flywheel]
-irregularity = 0.1
-"""
-ON_A_SHAFT = LOADED.replace("PLACE", "crank").replace('EFFORT = "1 N"', 'torque = "1 N m"')
-ON_A_PORT = LOADED.replace("PLACE", "slider").replace("EFFORT", "force")
+ON_A_SHAFT = LOADED % ("crank", 'type = "constant", torque = "1 N m"')
+ON_A_PORT = LOADED % ("slider", 'type = "constant", force = "1 N"')
 
 
 def chosen(text: str, *edits: tuple[str, str]) -> tuple[str, list[str]]:
@@ -449,7 +421,7 @@ def choices_of_type(text: str) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("first", MOTORS)
 def test_each_motor_follows_each_other_one_without_a_fault(first: str) -> None:
-    text, _faults = chosen(DRIVEN, ("drive.motor.type", first))
+    text, _faults = chosen(DRIVEN % "constant", ("drive.motor.type", first))
     for kind in MOTORS:
         changed, faults = chosen(text, ("drive.motor.type", kind))
         assert tomllib.loads(changed)["drive"]["motor"]["type"] == kind
