@@ -140,6 +140,7 @@ class Walk:
         anchors: Anchors,
         given: Sequence[Sequence[Any]] = (),
         stop: int | None = None,
+        acts: bool = True,
     ) -> None:
         self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
         self.t, self.anchors, self.state = t, anchors, list(state)
@@ -161,7 +162,8 @@ class Walk:
         self._biased: dict[int, Any] | None = None
         self._gain()
         self.balance: Balance | None = None
-        self._act()
+        if acts:
+            self._act()
 
     def rates(self) -> list[Any]:
         """The rates of the state."""

@@ -750,7 +750,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             faults.append(_no_state(dynamics, name))
     refuse(faults)
     for junction, value in flows.items():
-        led, gain = form.flow_state(junction), Walk(dynamics.tables, 0.0, start.tolist(), {}).gain
+        led, gain = form.flow_state(junction), Walk(dynamics.tables, 0.0, start.tolist(), {}, acts=False).gain
         assert led is not None
         port, share = form.stores[led], gain[form.variable(junction)][led]
         if form.graph.coupled(port.element.name):
