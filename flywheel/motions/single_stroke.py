@@ -177,7 +177,7 @@ class SingleStroke:
         }
 
 
-def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> SingleStroke:
+def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates: bool = True) -> SingleStroke:
     """The periodic stroke of a machine with clutch and brake, with its flywheel given, or sized for an irregularity.
 
     While the clutch slips it passes the torque T, whatever the speeds: J1 dw1/dt = M1 - T, J2 dw2/dt = M2 + T, and heats by
@@ -187,6 +187,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
         machine: a `Scene` with `[single_stroke]`, or its `Machine`.
         rtol: relative accuracy asked of every figure but the greatest rate; the scene's own if None. Where it is not
             reached, the error says so.
+        rates: False to leave out the search of the greatest rate, which then is None.
 
     Raises:
         SceneError: for a stroke that does not go through, with where and when: a clutch that never locks or slips again, a
@@ -212,7 +213,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None) -> Single
         for each, one in ((strokes, tight), (rougher, loose)):
             touch = each.plan.inch
             one.figures.update(_emergency(each, one.phases), inch_angle=None if touch is None else each.inching(touch))
-        greatest, decides, off = _greatest_rate(rougher, loose)
+        greatest, decides, off = _greatest_rate(rougher, loose) if rates else (None, None, 0.0)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares
     error: dict[str, Any] = _off(tight.figures, loose.figures)

@@ -63,7 +63,7 @@ def answer(
         sizing, machine, faults = _sized(subject, rest)
     else:
         try:
-            stroke = single_stroke(scene, None if rest else _QUICK)
+            stroke = single_stroke(scene, None if rest else _QUICK, rates=rest)
         except SceneError as error:
             faults = list(error.faults)
     wanted = [panel for panel in panels_there if panel in view.get("panels", panels_there)]

@@ -83,7 +83,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         _flywheel(found, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH))),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(_decides(found),)),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(_decides(found))),
         _shares(found),
         _formulas(found, system),
     )
@@ -101,9 +101,11 @@ def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
     return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), tuple(rows), sentences=decides)
 
 
-def _decides(found: SingleStroke) -> str:
+def _decides(found: SingleStroke) -> Iterator[str]:
+    if found.greatest_rate is None:
+        return
     rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
-    return _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
+    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
 
 
 def _shares(found: SingleStroke) -> Block:
