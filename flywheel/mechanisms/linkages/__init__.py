@@ -9,8 +9,8 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 [0.054030231, 0.084147098]
 """
 
-from flywheel.mechanisms.linkages.equations import Poses
-from flywheel.mechanisms.linkages.positions import Solution, solve, solve_over
+from flywheel.mechanisms.linkages.equations import Poses, Track
+from flywheel.mechanisms.linkages.positions import Solution, Tangent, follow, placed, solve, solve_over, tangent
 from flywheel.scene.linkage import Coupling, Driver, Joint, Lift, Link, Linkage, Point, Side
 
 __all__ = [
@@ -24,6 +24,11 @@ __all__ = [
     "Poses",
     "Side",
     "Solution",
+    "Tangent",
+    "Track",
+    "follow",
+    "placed",
     "solve",
     "solve_over",
+    "tangent",
 ]
