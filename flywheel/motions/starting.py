@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from bondgraph.numerics import root
 from flywheel.components.motors import Connection, Motor, Started, Switch
 from flywheel.components.motors.starting import as_started
+from flywheel.components.motors.thermal import rise_after
 from flywheel.machine.dynamics import NODES, ONSET, Dynamics, Start, Trail
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import DRIVE, Anchor, Machine
@@ -339,6 +340,7 @@ class StartHeat(NamedTuple):
         stator: copper heat of an induction motor's stator, J; None where the plate does not tell it.
         allowed: (I_L/I_n)² times the time for which the warm motor bears the current I_L of its locked rotor, s.
         allowed_cold: the same of the cold motor, s.
+        rise: of the temperature of the windings in it, K; None where the motor's data do not tell.
 
     """
 
@@ -352,6 +354,7 @@ class StartHeat(NamedTuple):
     stator: float | None
     allowed: float | None
     allowed_cold: float | None
+    rise: float | None = None
 
     @property
     def share(self) -> float | None:
@@ -380,7 +383,7 @@ class StartHeat(NamedTuple):
 
     def errors(self, before: StartHeat | None, share: float, relative: float) -> dict[str, float | None]:
         """Errors of its figures: `share` of the difference from a run before, and a relative error of the motion."""
-        names = ("time", "current_squared", "winding", "added", "stator", "share", "share_cold")
+        names = ("time", "current_squared", "winding", "added", "stator", "share", "share_cold", "rise")
         found: dict[str, float | None] = {}
         for name in names:
             now, then = getattr(self, name), None if before is None else getattr(before, name)
@@ -412,7 +415,9 @@ def start_heat(trail: Trail) -> StartHeat | None:
     rated = None if own.rated is None else trail.time_to(own.rated.speed / ratio)
     over = rated is not None and len(running.times) >= len(running.connections)
     end = max([rated or 0.0, *running.times]) if over else float(trail.t[-1])
-    squared, winding, added = _integrals(trail, running, end)
+    if not end > 0.0:
+        return None  # it begins faster than that
+    squared, winding, added, rise = _integrals(trail, running, end)
     known, stator = squared is not None and own.current_share(0.0) is not None, own.rated_stator_heat
     title = "direct on line" if own.start is None else own.start.title
     return StartHeat(
@@ -426,18 +431,26 @@ def start_heat(trail: Trail) -> StartHeat | None:
         stator=None if stator is None or squared is None else stator * squared,
         allowed=own.locked_rotor_limit(),
         allowed_cold=own.locked_rotor_limit(cold=True),
+        rise=rise,
     )
 
 
-def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None, float, float]:
-    """Integrals over time up to an end (s): of the windings' current over the rated one squared (s), of both heats (J)."""
+def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None, float, float, float | None]:
+    """Integrals over time up to an end (s): of the windings' current over the rated one squared (s), of both heats (J).
+
+    And the rise of the windings' temperature, K.
+    """
     times, owners, lasting = trail.gauss(end)
     omega = trail.dynamics.ratio * trail.states(times, owners)[1]
     within = trail.anchors(owners)[1].time
     current = running.windings_at(omega, times, within)
     heats = running.heat_at(omega, times, within), running.added_heat_at(omega, times, within)
     winding, added = (0.0 if heat is None else float(lasting @ heat) for heat in heats)
-    return (None if current is None else float(lasting @ current**2)), winding, added
+    rise, own = None, running.own
+    if own.thermal is not None and heats[0] is not None:
+        stator = 0.0 if current is None else (own.rated_stator_heat or 0.0) * current**2
+        rise = rise_after(own.thermal, times, lasting, (heats[0] + stator) / own.rated_total_heat, end)
+    return (None if current is None else float(lasting @ current**2)), winding, added, rise
 
 
 # -- what trips an inverter ----------------------------------------------------------------------------------------------

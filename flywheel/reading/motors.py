@@ -30,6 +30,7 @@ from flywheel.components.motors import (
     Start,
     Switch,
     Synchronous,
+    Thermal,
     dc_from_plate,
     field_steps,
     line_from_no_load,
@@ -37,11 +38,13 @@ from flywheel.components.motors import (
     resistance_steps,
     soft_start,
     star_delta,
+    thermal,
     transformer,
 )
 from flywheel.components.motors.motor import BRAKING, OVERCURRENT
 from flywheel.components.motors.starting import check_start
 from flywheel.components.motors.synchronous import damper_slope, saliency_of
+from flywheel.components.motors.thermal import CLASSES
 from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
 from flywheel.numerics.faults import Fault, SceneError, quote, show
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
@@ -93,8 +96,31 @@ def _motor(item: Item, folder: Path | None) -> Motor | None:
         return None
     if found is not None and "start" in item.raw and "start" in item.fields:
         start = _start(item, found)
-        return None if start is None else replace(found, start=start)
+        found = None if start is None else replace(found, start=start)
+    if found is not None and "thermal" in item.raw and "thermal" in item.fields:
+        data = _thermal(item, found)
+        return None if data is None else replace(found, thermal=data)
     return found
+
+
+def _thermal(item: Item, motor: Motor) -> Thermal | None:
+    """Thermal data of the windings, from the table `thermal` in a motor's own; None after noting faults."""
+    path = f"{item.path}.thermal"
+    table = as_table(item.raw["thermal"], path, item.faults)
+    if table is None:
+        return None
+    given = read_item(table, THERMAL, path, item.faults)
+    if given.clean and motor.rated is None:
+        item.add("thermal", "a motor without a rated point", "its name plate", "a rise is that at the rated point")
+    if not given.clean or not item.clean:
+        return None
+    fields = given.fields
+    try:
+        winding = fields["winding_time_constant"], fields["winding_share"]
+        return thermal(fields["time_constant"], fields["rise"], fields["class"], *winding)
+    except SceneError as error:
+        item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
+        return None
 
 
 def _start(item: Item, motor: Motor) -> Start | None:
@@ -208,6 +234,20 @@ INVERTER = Section(
 )
 _START = Key("start", "table", "how it is started; along a motion in time alone")
 _INVERTER = Key("inverter", "table", "inverter that feeds it instead of the mains")
+_SHARE_OF_RISE = "of the rise at the rated point that is the windings' over the iron"
+THERMAL = Section(
+    "thermal",
+    "how a motor's windings warm up",
+    (
+        Key("time_constant", "time", "of the whole motor", None, POSITIVE, True, example="20 min"),
+        Key("class", "choice", "of the insulation, by IEC 60085", required=True, choices=tuple(CLASSES)),
+        Key("rise", "number", "of the temperature at the rated point, K; default: the limit of the class", None, POSITIVE),
+        Key("winding_time_constant", "time", "of the windings over the iron", None, POSITIVE, example="90 s"),
+        Key("winding_share", "number", _SHARE_OF_RISE, 0.0, Range(0.0, 1.0, high_open=True), example="0.4"),
+    ),
+    begin={"time_constant": "20 min", "class": "F"},
+)
+_THERMAL = Key("thermal", "table", "how its windings warm up")
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
 _RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
@@ -548,12 +588,17 @@ _TYPES = (
 MOTOR_TYPE = Key("type", "choice", "its type", required=True, choices=tuple(motor.name for motor, _ in _TYPES))
 MOTORS = {
     motor.name: motor._replace(
-        keys=(MOTOR_TYPE, *motor.keys, _INERTIA, *([_START] if motor.makes.starts else [])), begin=begin
+        keys=(
+            *(MOTOR_TYPE, *motor.keys, _INERTIA),
+            *([_START] if motor.makes.starts else []),
+            *([_THERMAL] if motor.makes.heated else []),
+        ),
+        begin=begin,
     )
     for motor, begin in _TYPES
 }
 """What a motor may be: its keys, what makes it of them, its class, and how it begins on a form."""
-TABLES = {"full_load": CURVE, "start": START, "inverter": INVERTER}
+TABLES = {"full_load": CURVE, "start": START, "inverter": INVERTER, "thermal": THERMAL}
 """Tables within a motor's own, by their keys."""
 
 # -- duty --------------------------------------------------------------------------------------------------------------

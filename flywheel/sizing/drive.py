@@ -13,6 +13,7 @@ import numpy as np
 
 from flywheel.components.energy import Energy, mean_effective_pressure, mechanical_efficiency
 from flywheel.components.load_models import is_loss
+from flywheel.components.motors.thermal import Losses, course
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
@@ -20,8 +21,8 @@ from flywheel.numerics.cells import ROUNDING, Array, Cells
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
-from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment
-from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Trip
+from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment, heat_share
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Temperature, Trip
 
 
 def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
@@ -260,6 +261,20 @@ def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
         at = float(mesh.phi.flat[np.argmin(power(mesh, omega)[0])])
         trips.append(Trip(returned[0], -least, returned[1], at))
     return InverterLoad(mean, most, least, current, tuple(trips), errors)
+
+
+def temperature(shaft: MotorShaft) -> Temperature | None:
+    """Rise of the windings along a steady motion; None where the motor's data do not tell."""
+    motor = shaft.motor
+    if motor is None or motor.thermal is None:
+        return None
+    mean, error = heat_share(motor, shaft)
+    mesh, own = shaft.cycle.mesh, () if shaft.run.along is None else tuple(shaft.run.along)
+    omega = shaft.omega(mesh)
+    share = motor.heat_share(shaft.ratio * omega, own)
+    heat, time = cells.integral(np.stack((share / omega, 1.0 / omega)), mesh.half)
+    found = course(motor.thermal, map(Losses, time.tolist(), (heat / time).tolist()))
+    return Temperature(found.greatest, found.time, motor.thermal.limit, error / max(mean, 1e-300))
 
 
 def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.components.motors.thermal import Losses, course, starts_an_hour
 from flywheel.machine.machine import circuit_of
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING
@@ -31,15 +32,19 @@ from flywheel.regime.branch import Existence
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
+from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.limits import FlywheelPoint, LimitState, Span
 from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
-from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
+from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing, Temperature
 
 LONGEST = 600.0
 """Period (s) of a duty that the mean of its heat speaks for, unless another is agreed on: IEC 60034-1 has 10 minutes."""
 _FADED = 0.05  # fraction of a change of speed left when it has settled
+_GONE = 1e-6  # the same where it is no longer followed
 _TOO_LONG = 0.05  # fraction of a phase that settling may take
+_FOLLOWED = 0.002  # fraction of a phase from which on the change of speed into it is followed in time
+_CHANGES = 1e-7  # error allowed of that
 _ROUGHLY = 1e-6  # relative error above which a start is taken as linear in the flywheel
 
 
@@ -115,7 +120,8 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         runs = _all(running, lambda phase: plain(_scene(phase)))
         hardest = max(running, key=lambda phase: _irregularity(runs[phase.name]))
         found, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
-        return replace(found, duty=duty, messages=(*found.messages, *_messages(duty, scene, None)))
+        told = (*found.messages, *_messages(duty, scene, None), *_trips(runs, hardest))
+        return replace(found, duty=duty, temperature=_temperature(duty, scene), messages=tuple(dict.fromkeys(told)))
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
@@ -140,15 +146,18 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     else:
         found = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
     wheel = found.flywheel._replace(broken=limits.broken_beyond(every, inertia))
-    duty = over(scene.duty, runs, inertia)._replace(governing=hardest.name)
+    duty = over(scene.duty, runs, inertia, follow=not whole)._replace(governing=hardest.name)
     needed = {name: _smallest(spans[name]) for name in whole}
     for name in scene.limits.keys() - whole.keys():
         needed[name] = max(sizing.limits[name].alone for sizing in alone.values())
     kept = {name: _reached(name, asked, duty, runs, needed[name], error) for name, asked in scene.limits.items()}
     others = {name: each for name, each in spans.items() if name != _of(hardest) or found.scene.limits != scene.limits}
-    told = (*found.messages, *_messages(duty, scene, decides), *limits.gaps(others, inertia, 1.0))
+    told = (*found.messages, *_messages(duty, scene, decides), *_trips(runs, hardest), *limits.gaps(others, inertia, 1.0))
+    if whole and len(running) > 1:
+        told = (*told, f"beside a limit of {' and '.join(whole)} changes of speed between phases are left out")
     binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
-    return replace(found, flywheel=wheel, duty=duty, limits=kept, binding=binding, messages=tuple(dict.fromkeys(told)))
+    found = replace(found, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene), limits=kept, binding=binding)
+    return replace(found, messages=tuple(dict.fromkeys(told)))
 
 
 def _all(phases: Iterable[Phase], run: Callable[[Phase], Sizing]) -> dict[str, Sizing]:
@@ -341,27 +350,39 @@ _SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # figures averaged
 
 
 class _Start(NamedTuple):
-    """A start from rest: time (s), the motor's work and heat (J), the integral of its torque squared (N² m² s), error."""
+    """A start from rest, or a change of speed: time (s), the motor's work and heat (J), the integral of its torque squared.
+
+    That is in N² m² s; `error` is relative, `speed` the crank's at the end, rad/s.
+    """
 
     time: float
     work: float
     heat: float | None
     square: float
     error: float
+    speed: float = 0.0
 
 
-def _start(phase: Phase, inertia: float) -> _Start:
-    """One start of a phase's machine, from rest to its regime."""
+def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = None) -> _Start:
+    """One start of a phase's machine from rest to its regime, or a change of speed: from crank angle 0 and a speed on.
+
+    change: that speed (rad/s), and how long it is followed (s).
+    """
     import flywheel  # motions in time stand above sizings
 
     scene, path = _scene(phase), f"{phase.path}.starts"
     if scene.motor is None:
         raise SceneError([Fault(path, "starts of a drive that is no motor", "a motor", "leave starts out")])
     try:
-        run = flywheel.run_up(analysed(scene, inertia))
+        given = analysed(scene, inertia)
+        if change is None:
+            run = flywheel.run_up(given)
+        else:
+            running = replace(given, motor=replace(scene.motor, start=None))
+            run = flywheel.transient(running, start=change[0], at=0.0, end=change[1], rtol=_CHANGES)
     except SceneError as error:
         raise SceneError([fault._replace(path=f"{path}: {fault.path}") for fault in error.faults]) from None
-    if run.reason != "regime":
+    if change is None and run.reason != "regime":
         raise SceneError(
             [Fault(path, f"a start that does not reach the regime: {run.ended}", "a start that reaches the regime")]
         )
@@ -373,41 +394,71 @@ def _start(phase: Phase, inertia: float) -> _Start:
     half, heat = 0.5 * (t[:, -1] - t[:, 0]), run.energy.copper
     square = float(half @ (torque[:, 1:-1] ** 2 @ weights))
     if scene.motor.heated == "rotor_heat" and scene.drive is not None:
-        speed, begun = scene.shafts[scene.drive.on] * omega[:, 1:-1], run.start_heat
+        speed, begun = scene.shafts[scene.drive.on] * omega[:, 1:-1], None if change is not None else run.start_heat
         if scene.motor.start is None or begun is None:
             heat = float(half @ (scene.motor.total_heat(speed) @ weights))
         else:  # by its connections up to the rated speed in the last of them, then as it runs
             later = scene.motor.stator_heat(speed)
             later = np.zeros_like(speed) if later is None else np.where(t[:, 1:-1] > begun.time, later, 0.0)
             heat = (run.energy.rotor_heat or 0.0) + (begun.stator or 0.0) + float(half @ (later @ weights))
-    return _Start(run.time, run.energy.drive, heat, square, 2 * run.error)
+    return _Start(run.time, run.energy.drive, heat, square, 2 * run.error, run.omega)
 
 
-def _load(phase: Phase, sizing: Sizing, inertia: float) -> PhaseLoad:
-    """A phase that runs, from the sizing of its machine with the flywheel (kg m²), and from one of its starts."""
-    energy, motion, cyclic = sizing.energy, sizing.simulation, sizing.cyclic
+def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = None) -> PhaseLoad:
+    """A phase that runs, from the sizing of its machine with the flywheel (kg m²), and from one of its starts.
+
+    Without starts the change of speed from that at its beginning (rad/s) is followed in time, where that takes a while.
+    """
+    energy, motion = sizing.energy, sizing.simulation
     period = None if motion is None else motion.period
     if phase.duration is None and period is None:
         found = f"{phase.cycles:g} cycles of a machine that has no motion"
         raise SceneError([Fault(f"{phase.path}.cycles", found, "a duration")])
+    settling = _settling(sizing)
     start = _start(phase, inertia) if phase.starts else None
+    change = None
+    if start is None and begin is not None and settling is not None and phase.duration is not None:
+        change = _change(phase, begin, inertia, settling)
     steady, duration = _times(phase, start, period or 0.0)
     of_period = sizing.error.period or ROUNDING
     errors = {"duration": steady * of_period if phase.duration is None else ROUNDING * duration}
-    settling = None
-    if cyclic is not None and period is not None and 0.0 < cyclic.multiplier < 1.0:
-        settling = period * log(_FADED) / log(cyclic.multiplier)
     row = PhaseLoad(
         phase.name, False, duration, 1.0, phase.loaded, period and steady / period, phase.starts, sizing.speed,
         None if motion is None else motion.irregularity, settling=settling,
         start_time=start and start.time, start_heat=start and start.heat,
+        change_time=change and change.time, change_heat=change and change.heat,
+        change_speed=change and change.speed,
     )  # fmt: skip
     if energy is None:
         return row._replace(errors=errors)
     values, off = _of_motor(sizing)
     if start is not None:
         values, off = _with_starts(values, off, start, phase.starts, steady / duration, duration)
+    elif change is not None:
+        values, off = _with_starts(values, off, change, 1, 1.0 - change.time / duration, duration)
     return row._replace(**values, peak_power=energy.peak_power, errors=errors | off)
+
+
+def _settling(sizing: Sizing) -> float | None:
+    """Time (s) in which a change of speed fades to 5 %; None where that is not known."""
+    cyclic, period = sizing.cyclic, None if sizing.simulation is None else sizing.simulation.period
+    if cyclic is None or period is None or not 0.0 < cyclic.multiplier < 1.0:
+        return None
+    return period * log(_FADED) / log(cyclic.multiplier)
+
+
+def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _Start | None:
+    """The change from a speed (rad/s) to the phase's regime; None where it counts for little, or outlasts the phase."""
+    scene, duration = _scene(phase), phase.duration or 0.0
+    if scene.motor is None or circuit_of(scene) is not None:
+        return None
+    if not _FOLLOWED * duration < settling < 0.5 * duration:
+        return None
+    lasting = min(settling * log(_GONE) / log(_FADED), duration)
+    try:
+        return _start(phase, inertia, (begin, lasting))
+    except SceneError:  # it stalls on the way
+        return None
 
 
 def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, float]:
@@ -479,29 +530,24 @@ def _with_starts(
     return found, off
 
 
-def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float) -> Duty:
+def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float, follow: bool = True) -> Duty:
     """The figures of a duty with one flywheel (kg m² at its own shaft).
 
     Args:
         phases: in their order.
         sizings: of the phases that run with that flywheel, by name.
         inertia: of the flywheel.
+        follow: whether changes of speed between the phases are followed in time.
 
     Raises:
         SceneError: for starts that do not come to the regime, or that take more time than there is.
 
     """
     listed, rows = list(phases), list[PhaseLoad]()
-    faults: list[Fault] = []
-    for phase in listed:
-        try:
-            if phase.scene is None:
-                rows.append(PhaseLoad(phase.name, True, phase.duration or 0.0, phase.cooling))
-            else:
-                rows.append(_load(phase, sizings[phase.name], inertia))
-        except SceneError as error:
-            faults += error.faults
-    refuse(faults)
+    for _again in range(2 if follow else 1):  # changes that go on to the end of a phase begin the next one
+        rows, before = _rows(listed, sizings, inertia, rows, follow), rows
+        if before or not any(row.change_time == row.duration for row in rows):
+            break
     period = sum(row.duration for row in rows)
     cooled = sum(row.duration * row.cooling for row in rows)
     figures, errors = dict[str, float | None](), {"period": sum(row.errors.get("duration", 0.0) for row in rows) / period}
@@ -523,6 +569,30 @@ def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float)
         phases=tuple(rows),
         errors=errors,
     )
+
+
+def _rows(
+    phases: list[Phase], sizings: Mapping[str, Sizing], inertia: float, before: list[PhaseLoad], follow: bool
+) -> list[PhaseLoad]:
+    """The phases one after another, each from the speed at the end of the last; `before` are those of a round before."""
+    faults, rows = list[Fault](), list[PhaseLoad]()
+    for k, phase in enumerate(phases):
+        last = phases[k - 1]
+        begin, run = None, sizings.get(last.name)
+        if follow and last is not phase and run is not None and run.run is not None and run.cycle is not None:
+            row = rows[-1] if rows else before[-1] if before else None
+            begin = float(turning_moment.speed_over_cycle(run.cycle, run.speed, run.run, np.zeros(1))[0])
+            if row is not None and row.change_time == row.duration and row.change_speed is not None:
+                begin = row.change_speed
+        try:
+            if phase.scene is None:
+                rows.append(PhaseLoad(phase.name, True, phase.duration or 0.0, phase.cooling))
+            else:
+                rows.append(_load(phase, sizings[phase.name], inertia, begin))
+        except SceneError as error:
+            faults += error.faults
+    refuse(faults)
+    return rows
 
 
 def _combined(name: str, rows: list[PhaseLoad]) -> tuple[float | None, float | None]:
@@ -553,6 +623,37 @@ def _type(phases: list[Phase]) -> str | None:
     )
 
 
+def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
+    """Rise of the windings over a duty, phase by phase with starts and changes of speed; None where data are missing."""
+    data = None if scene.motor is None else scene.motor.thermal
+    if data is None or scene.motor is None or any(row.heat is None and not row.rest for row in duty.phases):
+        return None
+    rated, sequence, ends, starts = scene.motor.rated_total_heat, list[Losses](), list[int](), dict[str, int]()
+    for row in duty.phases:
+        heat, count = (row.heat or 0.0) * row.duration, row.starts or int(row.change_time is not None)
+        time, joules = row.start_time or row.change_time or 0.0, row.start_heat or row.change_heat or 0.0
+        steady = row.duration - count * time
+        after = (heat - count * joules) / steady / rated if steady > 0.0 else 0.0
+        for _start in range(count):
+            sequence += [Losses(time, joules / time / rated), Losses(steady / count, after, row.cooling)]
+        if not count:
+            sequence.append(Losses(steady, after, row.cooling))
+        ends.append(len(sequence))
+        if row.starts:
+            starts[row.name] = starts_an_hour(data, after, Losses(time, joules / time / rated))
+    found = course(data, sequence)
+    rises = tuple((row.name, found.ends[end]) for row, end in zip(duty.phases, ends, strict=True))
+    return Temperature(found.greatest, found.time, data.limit, duty.errors.get("heat", 0.0), rises, starts)
+
+
+def _trips(runs: Mapping[str, Sizing], hardest: Phase) -> Iterator[str]:
+    """Messages on an inverter that trips in other phases than the one whose messages are told."""
+    for name, run in runs.items():
+        if name != hardest.name and run.inverter is not None:
+            for line in trip_messages(run.inverter.trips):
+                yield f"{name}: {line}"
+
+
 # -- what is to be said ------------------------------------------------------------------------------------------------
 
 
@@ -563,7 +664,8 @@ def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
     else:
         yield f"{binding} over the whole duty decides the flywheel; the figures are those of {duty.governing} with it"
     for row in duty.phases:
-        if row.settling is not None and row.settling > _TOO_LONG * row.duration and len(duty.phases) > 1:
+        lasting = row.settling is not None and row.settling > _TOO_LONG * row.duration and len(duty.phases) > 1
+        if lasting and row.settling is not None and row.change_time is None:
             told = f"{row.name} lasts {row.duration:.4g} s, and a change of speed takes {row.settling:.4g} s to fade to 5 %"
             yield f"{told}: between phases the machine runs otherwise than in a regime, which is left out"
     rests = [row for row in duty.phases if row.rest]
@@ -572,5 +674,10 @@ def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
         yield f"of the time at rest a share of {shares} counts for the motor's cooling"
         if not any(row.starts for row in duty.phases):
             yield "the heat of starts after a rest is not counted: give starts to count it"
-    if duty.period > LONGEST and duty.heat is not None and len(duty.phases) > 1:
+    if (
+        duty.period > LONGEST
+        and duty.heat is not None
+        and len(duty.phases) > 1
+        and (scene.motor is None or not scene.motor.thermal)
+    ):
         yield f"a duty of {duty.period / 60:.4g} min, longer than 10 min, heats the motor above its mean for a while"

@@ -477,6 +477,31 @@ class InverterLoad(NamedTuple):
         return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
 
 
+class Temperature(NamedTuple):
+    """Rise of the windings' temperature (K) in a cycle or a duty that repeats for ever; `limit` is that of their class.
+
+    `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`,
+    of each phase that has starts, the most in an hour with its load between them. `error` is relative.
+    """
+
+    greatest: float
+    time: float
+    limit: float
+    error: float
+    phases: tuple[tuple[str, float], ...] = ()
+    starts: Mapping[str, int] = {}
+
+    @property
+    def within(self) -> bool:
+        """Tells whether the windings stay within the limit."""
+        return self.greatest <= self.limit * (1.0 + self.error)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns all of it for JSON, SI throughout."""
+        phases = [{"name": name, "rise": rise} for name, rise in self.phases]
+        return {**self._asdict(), "phases": phases, "starts": dict(self.starts), "within": self.within}
+
+
 MATTERS = 0.01
 """Share by which a figure must differ from that of the static curve for the summary to say that the fluxes matter."""
 
@@ -519,8 +544,10 @@ class PhaseLoad(NamedTuple):
     `duration` (s) with its starts and `cycles` without;
     `speed` (rad/s, mean of extremes, of the crank), `irregularity`; `mean_power` and `peak_power` (W) of the drive,
     `rms_torque` (N m, on its shaft), `heat` (W) of what heats the motor, `current_rms` (A), those of starts included but
-    for the peak; shares are over the rated point. `start_time` (s) and `start_heat` (J) are those of one start, `settling`
-    (s) the time in which a change of speed fades to 5 %. `errors` are estimated errors of figures, in their units.
+    for the peak; shares are over the rated point. `start_time` (s) and `start_heat` (J) are those of one start,
+    `change_time` and `change_heat` those of the change of speed from the phase before, where it is followed, up to
+    `change_speed` (rad/s). `settling` (s) is the time in which a change of speed fades to 5 %. `errors` are estimated errors
+    of figures, in their units.
     """
 
     name: str
@@ -541,6 +568,9 @@ class PhaseLoad(NamedTuple):
     current_rms: float | None = None
     start_time: float | None = None
     start_heat: float | None = None
+    change_time: float | None = None
+    change_heat: float | None = None
+    change_speed: float | None = None
     settling: float | None = None
     errors: Mapping[str, float] = {}
 
@@ -633,6 +663,7 @@ class Sizing:
     built: SelectedWheel | None = None
     friction: JointFriction | None = None
     inverter: InverterLoad | None = None
+    temperature: Temperature | None = None
     duty: Duty | None = None
     limits: Mapping[str, Limit] = field(default_factory=dict)
     binding: str | None = None

@@ -23,7 +23,7 @@ from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import drive_work, energy, engine, inverter_load, synchronism, trip_messages
+from flywheel.sizing.drive import drive_work, energy, engine, inverter_load, synchronism, temperature, trip_messages
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
 from flywheel.sizing.motor import MotorShaft
@@ -178,7 +178,8 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
-    inverter = None if regime.run is None else inverter_load(MotorShaft(scene, cycle, regime.run, speed, rtol))
+    shaft = None if regime.run is None else MotorShaft(scene, cycle, regime.run, speed, rtol)
+    inverter = None if shaft is None else inverter_load(shaft)
     messages = (
         *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
@@ -218,6 +219,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         built=built,
         friction=friction,
         inverter=inverter,
+        temperature=None if shaft is None else temperature(shaft),
         limits=limits,
         binding=regime.binding if regime.limits else _binding(limits),
         accuracy=level,

@@ -544,6 +544,8 @@ def _motor_start(transient: Transient) -> list[str]:
     )
     heats = (("winding of rotor or armature", found.winding), ("resistors", found.added or None), ("stator", found.stator))
     rows += [(f"heat, {where}", f"{figure(heat, most=5)} J") for where, heat in heats if heat is not None]
+    if found.rise is not None:
+        rows.append(("rise of the windings", f"{figure(found.rise, most=4)} K from the cold motor"))
     if found.current_squared is not None:
         rows.append(("integral of (I/I_n)^2", f"{figure(found.current_squared, most=5)} s"))
     states = (

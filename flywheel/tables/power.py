@@ -406,7 +406,14 @@ def duty(sizing: Sizing) -> list[str]:
     percent = figure(100 * found.cyclic_duration_factor, 0.0, 4)
     title = f"Duty of {figure(found.period, 0.0, 5)} s{kind}, loaded for {percent} % of it; the hardest: {found.governing}"
     lines = [title, *columns([[row[k] for k in kept] for row in table], [header[k] for k in kept])]
-    return [*lines, *block("Over the duty", _over(found))[1:]]
+    lines += block("Over the duty", _over(found))[1:]
+    rise = sizing.temperature
+    if rise is not None:
+        ends = ", ".join(f"{figure(end, 0.0, 4)} K after {name}" for name, end in rise.phases)
+        most, after = figure(rise.greatest, 0.0, 5), figure(rise.time, 0.0, 4)
+        told = f"Windings: greatest rise {most} K after {after} s, limit {rise.limit:g} K; {ends}."
+        lines += sentences([told, *(f"At most {count} starts an hour into {name}." for name, count in rise.starts.items())])
+    return lines
 
 
 def _over(found: Duty) -> Iterator[Row]:
@@ -424,6 +431,9 @@ def _over(found: Duty) -> Iterator[Row]:
     if found.heat is not None:
         yield Row("mean heat over the duty", figure(found.heat, 0.0, 6), f"W{beside(found.heat_share)}")
     for row in found.phases:
+        if row.change_time is not None:
+            heat = "" if row.change_heat is None else f", heat {figure(row.change_heat, 0.0, 4)} J"
+            yield Row(f"the change into {row.name}", figure(row.change_time, 0.0, 4), f"s{heat}")
         if row.start_time is not None:
             heat = "" if row.start_heat is None else f", heat {figure(row.start_heat, 0.0, 4)} J"
             yield Row(f"a start into {row.name}", figure(row.start_time, 0.0, 4), f"s{heat}")

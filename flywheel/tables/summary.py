@@ -437,6 +437,10 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         speed = f"{few_digits(rated.speed / SI.scales['speed'][0].size, 5)} rpm"
         name = _("{motor}, {power} at {speed}", motor=title, power=units.read(rated.power, "power", 4), speed=speed)
         yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} %", mean=shares[0], peak=shares[1]))
+    if (rise := sizing.temperature) is not None:
+        stands = _("within") if rise.within else _("TOO HOT")
+        allowed = _("{limit} K allowed, {stands}", limit=f"{rise.limit:g}", stands=stands)
+        yield Row(_("rise of the windings"), few_digits(rise.greatest, 4), "K", allowed)
     heat = power.heat_of(sizing, motor, energy)
     if sizing.duty is not None and heat is not None:
         return  # what it bears is told of all phases together

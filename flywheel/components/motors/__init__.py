@@ -14,6 +14,7 @@ from flywheel.components.motors.starting import (
     transformer,
 )
 from flywheel.components.motors.synchronous import Synchronous
+from flywheel.components.motors.thermal import Thermal, thermal
 from flywheel.components.motors.two_axis import EquivalentCircuit, Impedances, TwoAxisInduction
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Started",
     "Switch",
     "Synchronous",
+    "Thermal",
     "TwoAxisInduction",
     "dc_from_plate",
     "field_steps",
@@ -44,5 +46,6 @@ __all__ = [
     "resistance_steps",
     "soft_start",
     "star_delta",
+    "thermal",
     "transformer",
 ]

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph.graph import Part
 from bondgraph.numerics import root
 from flywheel.components.energy import Energy
+from flywheel.components.motors.thermal import Thermal
 from flywheel.language import text as _
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults
 from flywheel.numerics.cells import Cells
@@ -336,13 +337,14 @@ class Inverter(NamedTuple):
 class Motor(ABC):
     """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
 
-    `inverter` feeds it instead of the mains; `start` is its starting method. All other figures are those in normal running,
-    in the last connection.
+    `inverter` feeds it instead of the mains; `start` is its starting method, `thermal` the data of its temperature. All
+    other figures are those in normal running, in the last connection.
     """
 
     inertia: float = 0.0
     start: Start | None = None
     inverter: Inverter | None = None
+    thermal: Thermal | None = None
     title: ClassVar[str]
     formula: ClassVar[str] = ""
     """Its torque in a sentence; none where its expression says it."""

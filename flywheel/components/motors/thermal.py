@@ -1,0 +1,216 @@
+"""Temperature of a motor's windings over its losses: by one or two time constants, over a duty, a cycle or any motion.
+
+`Thermal` is what is known of the motor; `course` the temperature over a sequence of losses that repeats for ever,
+`rise_after` that at the end of losses from the cold motor on, `starts_an_hour` how many starts the windings stand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
+from flywheel.numerics.faults import Fault, suggestion
+
+HOUR = 3600.0
+CLASSES = {"A": 60.0, "E": 75.0, "B": 80.0, "F": 105.0, "H": 125.0}
+"""Limits of the temperature rise by thermal class, K: windings by resistance, air-cooled, below 5 MW (IEC 60034-1)."""
+
+
+class Losses(NamedTuple):
+    """A stretch of constant losses: how long (s), the losses over those at the rated point, the share of the cooling."""
+
+    time: float
+    share: float
+    cooling: float = 1.0
+
+
+class Thermal(NamedTuple):
+    """What is known of how a motor's windings warm up.
+
+    With losses q over the rated ones the rise of the windings is the sum of two parts, each dx/dt = (r q - c x)/T: that of
+    the whole motor, r = (1 - a) R, time constant T, c the share of its cooling; and that of the windings over the iron,
+    r = a R, time constant T_w, c = 1. R is the rise at the rated point for ever.
+
+    Args:
+        time_constant: T, s.
+        rise: R, K.
+        limit: greatest rise that is allowed, K.
+        winding_time_constant: T_w, s; None for one time constant.
+        winding_share: a, 0 for one time constant.
+
+    Valid for constant heat transfer, and losses that do not depend on the temperature. Source: IEC 60034-1 (duty types,
+    table of limits of rise); IEC 60034-29 and Fischer, Elektrische Maschinen, 14th ed. (one and two bodies).
+
+    """
+
+    time_constant: float
+    rise: float
+    limit: float
+    winding_time_constant: float | None = None
+    winding_share: float = 0.0
+
+    def faults(self) -> list[Fault]:
+        """The faults of its numbers, by the scene's keys."""
+        named = {"time_constant": self.time_constant, "rise": self.rise}
+        if self.winding_time_constant is not None:
+            named["winding_time_constant"] = self.winding_time_constant
+        found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
+        if (self.winding_time_constant is None) != (self.winding_share == 0.0):
+            told = f"{self.winding_share:g} without" if self.winding_time_constant is None else "nothing beside"
+            found.append(Fault("winding_share", f"{told} a winding_time_constant", "both or neither"))
+        elif not 0.0 <= self.winding_share < 1.0:
+            found.append(Fault("winding_share", f"{self.winding_share:g}", "a share of the rise, below 1"))
+        elif self.winding_time_constant is not None and not self.winding_time_constant < self.time_constant:
+            told = f"{self.winding_time_constant:g} s beside a time_constant of {self.time_constant:g} s"
+            found.append(Fault("winding_time_constant", told, "a shorter one"))
+        return found
+
+    @property
+    def bodies(self) -> tuple[tuple[float, float, bool], ...]:
+        """Rise (K) at the rated point, time constant (s) and whether less cooling reaches it, of each part."""
+        slow = ((1.0 - self.winding_share) * self.rise, self.time_constant, True)
+        if self.winding_time_constant is None:
+            return (slow,)
+        return slow, (self.winding_share * self.rise, self.winding_time_constant, False)
+
+    def step(self, parts: Sequence[float], losses: Losses) -> tuple[float, ...]:
+        """The parts of the rise (K) after a stretch, from those at its beginning."""
+        found = []
+        for part, (rise, constant, cooled) in zip(parts, self.bodies, strict=True):
+            cooling, ways = (losses.cooling if cooled else 1.0), losses.time / constant
+            gain = -math.expm1(-cooling * ways) / cooling if cooling else ways
+            found.append(part * math.exp(-cooling * ways) + rise * losses.share * gain)
+        return tuple(found)
+
+    def turn(self, parts: Sequence[float], losses: Losses) -> float | None:
+        """The time (s) within a stretch at which the rise is greatest or least; None where it is so at an end.
+
+        The parts change at r_i exp(-c_i t/T_i): one against the other is 0 at ln(-r_1/r_2)/(c_1/T_1 - c_2/T_2).
+        """
+        if len(parts) == 1:
+            return None
+        rates, speeds = [], []
+        for part, (rise, constant, cooled) in zip(parts, self.bodies, strict=True):
+            cooling = losses.cooling if cooled else 1.0
+            rates.append((rise * losses.share - cooling * part) / constant)
+            speeds.append(cooling / constant)
+        if not rates[0] * rates[1] < 0.0:
+            return None
+        time = math.log(-rates[0] / rates[1]) / (speeds[0] - speeds[1])
+        return time if 0.0 < time < losses.time else None
+
+
+def thermal(
+    time_constant: float, rise: float | None, kind: str, winding: float | None = None, share: float = 0.0
+) -> Thermal:
+    """A motor's thermal data by its class; without a rise at the rated point the limit of the class counts as that.
+
+    Raises:
+        SceneError: for values out of range, and an unknown class.
+
+    >>> thermal(1200.0, 80.0, "F").limit
+    105.0
+
+    """
+    if kind not in CLASSES:
+        refuse([Fault("class", f'"{kind}"', f"one of {', '.join(CLASSES)}", suggestion(kind, tuple(CLASSES)))])
+    found = Thermal(time_constant, CLASSES[kind] if rise is None else rise, CLASSES[kind], winding, share)
+    refuse(found.faults())
+    return found
+
+
+class Course(NamedTuple):
+    """The rise over a sequence that repeats for ever: K at the ends of its stretches, the greatest, when (s).
+
+    `ends` begins with the rise at the sequence's beginning.
+    """
+
+    ends: tuple[float, ...]
+    greatest: float
+    time: float
+
+
+def course(data: Thermal, sequence: Iterable[Losses]) -> Course:
+    """The rise over a sequence of losses that repeats for ever.
+
+    Each part is linear in its beginning, x_1 = D x_0 + E, so that x_0 = E/(1 - D) comes again.
+
+    >>> data = thermal(600.0, 100.0, "H")
+    >>> found = course(data, [Losses(300.0, 1.0), Losses(300.0, 0.0)])
+    >>> [round(rise, 6) for rise in found.ends], round(100 * (1 - math.exp(-0.5)) / (1 - math.exp(-1.0)), 6)
+    ([37.754067, 62.245933, 37.754067], 62.245933)
+
+    """
+    listed = list(sequence)
+    zero = tuple(0.0 for _ in data.bodies)
+    parts = zero
+    for losses in listed:
+        parts = data.step(parts, losses)
+    begun = []
+    for part, (_rise, constant, cooled) in zip(parts, data.bodies, strict=True):
+        ways = sum((each.cooling if cooled else 1.0) * each.time for each in listed) / constant
+        begun.append(part / -math.expm1(-ways) if ways else math.inf)
+    parts, clock = tuple(begun), 0.0
+    ends, greatest, at = [sum(parts)], sum(parts), 0.0
+    for losses in listed:
+        if (turn := data.turn(parts, losses)) is not None:
+            inner = sum(data.step(parts, losses._replace(time=turn)))
+            if inner > greatest:
+                greatest, at = inner, clock + turn
+        parts, clock = data.step(parts, losses), clock + losses.time
+        ends.append(sum(parts))
+        if ends[-1] > greatest:
+            greatest, at = ends[-1], clock
+    return Course(tuple(ends), greatest, at)
+
+
+def rise_after(data: Thermal, times: ArrayLike, weights: ArrayLike, shares: ArrayLike, end: float) -> float:
+    """The rise (K) of the windings at a time, from the cold motor on: the sum of r integral of q exp(-(t - s)/T)/T ds.
+
+    Args:
+        data: of the motor.
+        times: s of the integral, s, shape (n,).
+        weights: of these in an integral over time, s, shape (n,).
+        shares: q, losses over the rated ones, shape (n,).
+        end: t, s.
+
+    >>> data = thermal(10.0, 100.0, "H")
+    >>> nodes, weights = np.polynomial.legendre.leggauss(20)
+    >>> round(rise_after(data, 2.5 * (nodes + 1), 2.5 * weights, np.ones(20), 5.0), 9), round(100 * (1 - math.exp(-0.5)), 9)
+    (39.346934029, 39.346934029)
+
+    """
+    before, weighted = (
+        end - np.asarray(times, dtype=float),
+        np.asarray(weights, dtype=float) * np.asarray(shares, dtype=float),
+    )
+    return float(sum(rise / constant * (weighted @ np.exp(-before / constant)) for rise, constant, _ in data.bodies))
+
+
+def starts_an_hour(data: Thermal, running: float, start: Losses) -> int:
+    """The most starts in an hour, evenly spread over running, with which the windings stay within their limit.
+
+    Args:
+        data: of the motor.
+        running: losses between the starts, over the rated ones.
+        start: time and losses of a start.
+
+    >>> starts_an_hour(thermal(1200.0, 80.0, "B"), 0.5, Losses(2.0, 30.0))
+    29
+
+    """
+
+    def kept(count: int) -> bool:
+        rest = HOUR / count - start.time
+        return course(data, [start, Losses(rest, running)]).greatest <= data.limit * (1.0 + 1e-12)
+
+    low, high = 0, int(HOUR / start.time)
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if kept(middle) else (low, middle - 1)
+    return low
