@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 import flywheel
 from flywheel import Machine, SceneError, transient
@@ -584,3 +584,25 @@ def test_states_at_the_ends_of_steps_are_those_of_the_motion():
     phi, omega = found.at(found.t)
     assert found.phi == pytest.approx(phi, rel=1e-12)
     assert found.omega == pytest.approx(omega, abs=1e-12)
+
+
+def test_a_compressor_that_a_speed_loads_starts_where_the_loaded_one_does_not():
+    """Unloaded up to a speed, by an expression of omega: against scipy's stepping with the switch as an event."""
+    run = transient(scene(PLATE, "-3 - (40 + 20*sin(phi) if omega > 100 else 0)"), end="8 s")
+    own = run.scene.motor
+    assert own is not None
+
+    def rates(t, y, compresses):
+        load = 3.0 + compresses * (40.0 + 20.0 * math.sin(y[0]))
+        return [y[1], (float(own.torque(y[1])) - load) / INERTIA]
+
+    def loaded(t, y, compresses):
+        return y[1] - 100.0
+
+    loaded.terminal = True
+    first = solve_ivp(rates, (0.0, 9.0), [0.0, 0.0], "DOP853", events=loaded, args=(0,), rtol=1e-11, atol=1e-11)
+    second = solve_ivp(rates, (first.t[-1], 8.0), first.y[:, -1], "DOP853", args=(1,), rtol=1e-11, atol=1e-11)
+    assert first.t[-1] < 6.0
+    assert run.omega == pytest.approx(second.y[1, -1], rel=1e-8)
+    with pytest.raises(SceneError, match="does not start"):
+        transient(scene(PLATE, "-3 - (40 + 20*sin(phi))"), end="regime")
