@@ -485,6 +485,7 @@ _SYNCHRONOUS = (
     Key("asynchronous_ratio", "number", "greatest torque of the damper winding over rated torque", None, POSITIVE),
     Key("field_at", "speed", "from which the field is given, below synchronous speed", None, POSITIVE),
     Key("field_time", "time", "time constant of the field", 0.0, NOT_NEGATIVE),
+    _INVERTER,
 )
 
 
@@ -513,7 +514,11 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
         field = 4 * math.pi * fields["frequency"] / poles
         damping = fields["power"] / field * damper_slope(greatest, slip * field)
     names = ("power", "frequency", "pull_out_ratio", "asynchronous_ratio", "field_at", "field_time", "inertia")
-    return Synchronous(poles=poles, saliency=saliency, damping=damping, **{name: fields[name] for name in names})
+    inverter = _inverter(item)
+    if not item.clean:
+        return None
+    found = Synchronous(poles=poles, saliency=saliency, damping=damping, **{name: fields[name] for name in names})
+    return found if inverter is None else found.fed(inverter)
 
 
 _ENGINE = (

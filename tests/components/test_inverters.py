@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel import SceneError
-from flywheel.components.motors import Induction, Inverter, InverterInduction, Plate
+from flywheel.components.motors import Induction, Inverter, InverterInduction, Plate, Synchronous
 
 RPM = math.pi / 30
 PLATE = Plate(voltage=400.0, current=15.0, power_factor=0.83)
@@ -272,3 +272,36 @@ def test_a_ramp_too_short_trips_by_overcurrent_when_the_current_comes_to_its_lim
     assert "overcurrent" in line
     slower = flywheel.transient(flywheel.load(STARTED % 'frequency = "50 Hz", ramp = "8 s"'), end="0.4 s")
     assert not any("TRIPS" in message for message in slower.messages)
+
+
+@pytest.mark.parametrize(("frequency", "weakening"), [(30.0, 50.0), (80.0, 50.0)])
+def test_a_synchronous_motor_is_its_circuit_at_that_voltage_and_frequency(frequency, weakening):
+    mains = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0, saliency=0.3)
+    motor = mains.fed(Inverter(frequency, weakening, braking="regenerative"))
+    field = 50 * math.pi
+    xd = 1.0 / (mains.field_torque * field)  # at U = E = 1: T = E U sin d/(x omega) + U² (1/x_q - 1/x_d) sin 2d/(2 omega)
+    both = 2.0 * mains.reluctance_torque * field
+    volts, back, share = min(frequency, weakening) / 50.0, frequency / 50.0, frequency / 50.0
+    for d in (0.2, 0.7, 1.2):
+        torque = volts * back * math.sin(d) / (xd * share) + volts**2 * both / share * math.sin(2 * d) / 2.0
+        assert float(motor.synchronizing_torque(d)) == pytest.approx(torque / (field * share), rel=1e-12)
+    assert float(motor.damper_torque(3.0)) == pytest.approx((volts / share) ** 2 * 12.0)
+    assert motor.no_load_speed == pytest.approx(field * share)
+    with pytest.raises(SceneError, match=r"inverter\.ramp"):
+        mains.fed(Inverter(frequency, weakening, ramp=2.0))
+
+
+def test_a_synchronous_motor_keeps_step_with_its_inverter():
+    scene = {
+        "load": [{"on": "crank", "torque": "-30 - 20*sin(phi)"}],
+        "drive": {
+            "motor": {"type": "synchronous", "power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2}
+            | {"asynchronous_slip": 0.04, "inverter": {"frequency": "30 Hz"}},
+        },
+        "flywheel": {"inertia": 0.5},
+    }
+    found = flywheel.size(flywheel.load(scene))
+    assert 2 * math.pi / found.energy.period == pytest.approx(30 * math.pi, rel=1e-9)
+    assert found.inverter.power == pytest.approx(found.power_flow.input, rel=1e-6)
+    assert found.inverter.current is None
+    assert found.inverter.trips == ()

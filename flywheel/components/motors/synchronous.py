@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -20,6 +20,7 @@ from flywheel.components.motors.motor import (
     Circuit,
     Fact,
     GraphState,
+    Inverter,
     Motor,
     Point,
     Slopes,
@@ -282,9 +283,55 @@ class Synchronous(Motor):
         heat = self.damper_heat(omega)
         return {"rotor": heat, "field": torque * (self.synchronous_speed - omega) - heat}
 
+    def fed(self, inverter: Inverter) -> Synchronous:
+        """The motor on an inverter at a set frequency, constant voltage over frequency, its field current unchanged.
+
+        With phi = min(1, f_w/f) the torque of the field goes with V E/(X omega) ~ phi, the reluctance torque with
+        V²/(X omega) ~ phi², and the damper winding at the same slip speed with phi². The rated torque goes with phi.
+
+        Raises:
+            SceneError: for a ramp, a torque limit, or a field that is switched, which its load angle does not tell of.
+
+        >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
+        >>> fast = motor.fed(Inverter(100.0, 50.0))
+        >>> round(fast.pull_out_torque / motor.pull_out_torque, 9), round(fast.power, 3), round(fast.damping, 9)
+        (0.5, 15000.0, 1.0)
+
+        """
+        faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
+        given = {"ramp": inverter.ramp, "torque_limit": inverter.torque_limit}
+        faults += [
+            Fault(f"inverter.{name}", f"{value:g} of a {self.title}", "none", "it keeps step at the set frequency alone")
+            for name, value in given.items()
+            if value
+        ]
+        if self.field_at is not None:
+            faults.append(Fault("field_at", "a field that is switched, on an inverter", "a field always on"))
+        refuse(faults)
+        flux, share = min(1.0, inverter.weakening / inverter.frequency), inverter.frequency / self.frequency
+        saliency = self.saliency * flux
+        pull_out_torque = self.field_torque * flux * pull_out(saliency)[1]
+        ratio = pull_out_torque / (self.rated.torque * flux)
+        return replace(
+            self,
+            power=self.power * share * flux,
+            frequency=inverter.frequency,
+            pull_out_ratio=ratio,
+            saliency=saliency,
+            damping=self.damping * flux**2,
+            asynchronous_ratio=None if self.asynchronous_ratio is None else self.asynchronous_ratio * flux,
+            inverter=inverter,
+        )
+
+    def input_power(self, omega: Array, torque: Array) -> Array:
+        """Power of the field T omega_s, W: that of the shaft and the damper winding."""
+        return np.asarray(torque * self.synchronous_speed + 0.0 * omega)
+
     def facts(self) -> Iterator[Fact]:
         """The torque by its load angle."""
         yield from super().facts()
+        if self.inverter is not None:
+            yield Fact(_("On its inverter these are the values at the set frequency."))
         field, reluctance = Fact("", "T_p", self.field_torque, "N m"), Fact("", "T_r", self.reluctance_torque, "N m")
         words, law = (
             _("Greatest torque in synchronism, by its load angle"),
