@@ -517,8 +517,8 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
     inverter = _inverter(item)
     if not item.clean:
         return None
-    found = Synchronous(poles=poles, saliency=saliency, damping=damping, **{name: fields[name] for name in names})
-    return found if inverter is None else found.fed(inverter)
+    motor = Synchronous(poles=poles, saliency=saliency, damping=damping, **{name: fields[name] for name in names})
+    return motor if inverter is None else motor.fed(inverter)
 
 
 _ENGINE = (
