@@ -217,7 +217,7 @@ def place(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Places:
 
 
 def rearranged(graph: BondGraph, half: Mapping[str, tuple[float, float]], at: Places, attempt: int) -> Places:
-    """Other places for the same elements: pulled apart and shaken, another way at each attempt, then moved again."""
+    """New places for the same elements: pulled apart and shaken, differently at each attempt, then moved again."""
     k = np.arange(len(at))
     shake = _SHAKE * np.sin(np.stack([7.0 * k, 11.0 * k], axis=-1) + attempt)
     aligned = np.round((_PULL * np.array(list(at.values())) + shake) / STEP) * STEP
@@ -445,7 +445,7 @@ class Segment(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Its length in points."""
+        """The length in points."""
         return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
 
     def point(self, share: float, aside: float = 0.0) -> Spot:

@@ -50,7 +50,7 @@ def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[st
 
 
 def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
-    """Everything that a walk from `start` comes to, given what is near each thing.
+    """All nodes that a walk from `start` reaches, given the neighbours of each.
 
     >>> sorted(reached_from("a", {"a": ["b"], "b": ["a", "c"], "c": ["b"], "d": []}))
     ['a', 'b', 'c']
@@ -64,7 +64,7 @@ def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
 
 
 def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T, T]:
-    """For each thing the one that stands for all it is tied to: what stood for the first of a tie stands for the rest too.
+    """The representative of each node among all that it is tied to: that of the first of a tie serves for the rest too.
 
     >>> representatives([1, 2, 3, 4], [(2, 3), (3, 1)])
     {1: 2, 2: 2, 3: 2, 4: 4}
@@ -80,7 +80,7 @@ _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 
 def structural_faults(graph: BondGraph) -> Iterator[str]:
-    """Everything that is wrong with a graph's elements, bonds, names and domains."""
+    """All faults of a graph's elements, bonds, names and domains."""
     elements, bonds = graph.elements, graph.bonds
     faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
     faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
@@ -354,7 +354,7 @@ class BondGraph:
         return tuple(n for n in names if n not in self.parameters and n != own)
 
     def own(self, name: str) -> str | None:
-        """What a law calls the element's own quantity: f or e of a resistor, q of a compliance, p of an inertia."""
+        """The name of the element's own quantity in a law: f or e of a resistor, q of a compliance, p of an inertia."""
         element, law = self.elements[name], self.elements[name].law
         return own_name(element.kind, law.of, self._declared) if isinstance(law, Function) else None
 

@@ -261,7 +261,7 @@ _ALWAYS_OWN = (OWN_FLOW, OWN_DISPLACEMENT)
 
 
 def own_name(kind: str, names: Iterable[str], declared: Iterable[str]) -> str | None:
-    """What a law of these names calls its element's own quantity; a resistor's is its flow f, or its effort e.
+    """The name of the element's own quantity in a law of these names; a resistor's is its flow f, or its effort e.
 
     f and q are the element's own whatever the graph declares, e and p where it declares nothing of that name.
 

@@ -252,13 +252,13 @@ _STIFF = "{} keeps integral causality where all prefer derivative"
 
 
 def _given(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
-    """What a one-port gives."""
+    """The output variable of a one-port."""
     bond = graph.bond_of(name).number
     return Signal("f" if strokes[bond] == name else "e", bond)
 
 
 def _needs(graph: BondGraph, found: Causality) -> dict[Signal, set[Signal]]:
-    """Of every effort and flow those that it is computed from, at once, over time, or because a law reads them."""
+    """The efforts and flows from which each is computed, at once, over time, or because a law reads them."""
     needs = {variable: set(others) for variable, others in computed_from(graph, found.strokes).items()}
     for name, element in graph.elements.items():
         answers = [Signal(x, b.number) for b in graph.at(name) for x in "ef" if giver(b, x, found.strokes) == name]

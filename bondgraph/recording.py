@@ -266,7 +266,7 @@ class Recorded(Operand):
 
     @property
     def imag(self) -> float:
-        """Nothing."""
+        """The imaginary part, which is 0."""
         return 0.0
 
     def __format__(self, form: str) -> str:  # in texts it stands for what it is now
@@ -693,7 +693,7 @@ class Program(NamedTuple):
 
     @property
     def constants(self) -> Any:
-        """Its places in one array, tables one entry after another."""
+        """The constants in one array, tables one entry after another."""
         return np.concatenate([np.ravel(np.asarray(place, dtype=float)) for place in self.places] or [np.empty(0)])
 
     @property

@@ -62,7 +62,7 @@ class Reduced(NamedTuple):
     steepness: Any = 0.0
 
     def __repr__(self) -> str:
-        """At how many positions it is, and how far I* varies, instead of every array."""
+        """The number of positions and the range of I*, instead of every array."""
         inertia = np.atleast_1d(np.asarray(self.inertia, dtype=float))
         ends = f"{inertia.min():.6g} to {inertia.max():.6g}" if inertia.size else "none"
         return f"Reduced({max(inertia.size, np.size(self.moment))} positions, I* {ends})"

@@ -319,7 +319,7 @@ def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:
 def _difference(
     graph: BondGraph, zero: str, ones: tuple[str, str]
 ) -> tuple[tuple[Bond, Bond], Bond, tuple[float, float, float]] | None:
-    """Of a 0-junction between two 1-junctions: its bonds to them, the third one, and its signs there."""
+    """The bonds of a 0-junction to two 1-junctions, the third bond, and the signs there."""
     at = {bond.other(zero): bond for bond in graph.at(zero)}
     if len(at) != 3 or len(graph.at(zero)) != 3 or not at.keys() >= set(ones):
         return None

@@ -403,7 +403,7 @@ def names_in(tree: Any) -> set[str]:
 
 
 def tree_faults(tree: Any, place: str) -> Iterator[str]:
-    r"""Everything that is wrong with a tree, a line each with its place; a tree that is too large is not read to its end.
+    r"""All faults of a tree, a line each with its place; a tree that is too large is not read to its end.
 
     >>> print(*tree_faults(["add", ["sin"], "theta"], "law"), sep="\n")
     law[1]: found sin of 0 arguments, expected 1
@@ -469,7 +469,7 @@ _LEAVES = {"name": "[name, text]", "ratio": "[ratio, whole number, whole number 
 
 
 def _bits(tree: Any) -> float:
-    """At most how many bits the exact numbers of a tree could grow to; infinite where a power is beyond the limit."""
+    """An upper bound of the bits of a tree's exact numbers; infinite where a power is beyond the limit."""
     if not isinstance(tree, list):
         return float(tree.bit_length()) if isinstance(tree, int) else 1.0
     if tree[0] == "name":

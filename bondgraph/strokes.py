@@ -226,7 +226,7 @@ def _givers(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Signal, str]:
 
 
 def _towards(start: Signal, known: Inputs) -> dict[Signal, Signal]:
-    """Everything that `start` is computed from, each with the next variable on the shortest way to it."""
+    """All variables from which `start` is computed, each with the next variable on the shortest way to it."""
     towards = {start: start}
     queue = [start]
     for variable in queue:

@@ -27,7 +27,7 @@ class SymbolicGraph(BondGraph):
     """A graph whose parameters are symbols; checked already, as the graph that it comes from."""
 
     def __post_init__(self) -> None:
-        """Nothing is checked twice."""
+        """Skips the checks, which have been made."""
 
     def constant(self, name: str) -> Any:
         """The expression that an element's constant law stands for."""

@@ -161,7 +161,7 @@ def _quotient(value: Any, divisor: Any) -> Any:
 
 
 def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
-    """Of floats alone, as recordings call it."""
+    """Solves a system of floats alone, for recordings."""
     if len(matrix) == 1:
         return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
     try:
@@ -172,7 +172,7 @@ def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
 
 
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
-    """Of SymPy expressions: numbers serve as pivots, and what these leave follows by Cramer's rule.
+    """Solves a system of SymPy expressions: numbers serve as pivots, the rest follows by Cramer's rule.
 
     A pivot that is no number may vanish at a position where the system as a whole does not.
     """

@@ -101,7 +101,7 @@ class Auditor:
         return filled(_by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
 
     def wrong_power(self) -> dict[str, Array]:
-        """By element, the power that its law does not account for; of junctions and two-ports, what they do not pass on."""
+        """The power of each element that its law does not explain; of junctions and two-ports, the power not passed on."""
         found = {}
         for element in self.graph.elements.values():
             bonds, e, f = self.graph.at(element.name), self.efforts, self.flows

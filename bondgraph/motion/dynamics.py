@@ -197,7 +197,7 @@ class Walk:
         )
 
     def stored(self, port: Port, x: Any) -> Any:
-        """What a store in integral causality gives: an inertia its flow, a compliance its effort."""
+        """The output of a store in integral causality: the flow of an inertia, the effort of a compliance."""
         name, inertia = port.element.name, port.element.kind == "I"
         if name in self.form.massless:
             return x
@@ -374,7 +374,7 @@ class Walk:
         return total
 
     def _gain(self) -> None:
-        """Of every variable, {column: gain}."""
+        """The gains of every variable, {column: gain}."""
         for ratio, name in self.tables.moduli:
             self.moduli[id(ratio)] = self._modulus(ratio, name)
         self.gain = [{} for _ in self.form.support]
@@ -407,7 +407,7 @@ class Walk:
         ]
 
     def _act(self) -> None:
-        """What sources and resistors give, group by group."""
+        """The outputs of sources and resistors, group by group."""
         place = 0
         for group in self.form.groups:
             ports = [self.form.acting[k] for k in group.members]
@@ -452,7 +452,7 @@ class Walk:
         return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
 
     def _residual(self, ports: Sequence[Port], outputs: Sequence[Any]) -> Balance:
-        """What is left of the equations of resistors in a loop at their outputs, and its slopes."""
+        """The residual of the equations of resistors in a loop at their outputs, and its slopes."""
         columns = [self.form.column[p.output] for p in ports]
         for k, value in zip(columns, outputs, strict=True):
             self.outputs[k] = value
@@ -494,7 +494,7 @@ class Walk:
         return residual, slopes
 
     def _sensed(self, port: Port, law: Function, partials: Sequence[Any], columns: Sequence[int]) -> list[Any]:
-        """How the value of a law changes with the outputs of a loop by the flows and efforts that it reads."""
+        """The derivatives of a law's value by the outputs of a loop, through the flows and efforts that it reads."""
         read = [(self.form.read(port, name), partial) for name, partial in zip(law.of, partials, strict=True)]
         return [total(d * self.gain[v].get(k, 0.0) for v, d in read if v is not None) for k in columns]
 
@@ -538,7 +538,7 @@ class Walk:
         return given if port.element.kind == "I" else port.sign * given
 
     def _shares(self) -> dict[int, tuple[Any, Any]]:
-        """Of every store that others follow, the rates of what it gives and of its own momentum or displacement."""
+        """The rates of the output and of the momentum or displacement of every store that others follow."""
         places = self.tables.weighed
         matrix, force = self.mass_and_force()
         ports = [self.form.stores[k] for k in places]
@@ -631,14 +631,14 @@ class Walk:
         return settle(equation, 1, np.shape(given), f"{self.graph.title(name)}")[0]
 
     def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
-        """Of every follower, the rate of what it is given, and its weight."""
+        """The rate of the input of every follower, and its weight."""
         bias = self._bias()
         for port, weight in zip(self.form.followers, self._weights(), strict=True):
             gains = self.gain[port.input].items()
             yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
 
     def _bias(self) -> dict[int, Any]:
-        """Of what followers are given, and all that this follows from, the rate that varying moduli and sources make."""
+        """The rate by varying moduli and sources of the inputs of followers, and of all variables that these follow from."""
         if self._biased is not None:
             return self._biased
         steps = [self.form.steps[k] for k in self.tables.varying]
@@ -673,7 +673,7 @@ class Walk:
 
 
 def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
-    """How a loop of resistors is called in an error."""
+    """The name of a loop of resistors in an error."""
     return ", ".join(graph.where(p.element.name) for p in ports)
 
 
@@ -806,7 +806,7 @@ class Dynamics:
         return tuple(Walk(self.tables, t, values[:count], anchors).rates())
 
     def _recorded(self, what: Callable[[Walk], Sequence[Any]], groups: int = 0, stop: int | None = None) -> Rates:
-        """What follows from a walk as straight-line code of (t, *state, *anchors, *outputs of the first iterated groups)."""
+        """The results of a walk as straight-line code of (t, *state, *anchors, *outputs of the first iterated groups)."""
         count, recorder = len(self.state.names), Recorder()
         sizes = [len(g.members) for g in self.tables.iterated[:groups]]
         t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + sum(sizes)))

@@ -121,14 +121,14 @@ class Formulation:
         return self.flow[entry(self.graph, name).number]
 
     def name_of(self, variable: int) -> str:
-        """How a flow or effort variable is called: by its junction, else by its bond."""
+        """The name of a flow or effort variable: that of its junction, else of its bond."""
         kind, by = ("1", self.flow) if variable in self.flow.values() else ("0", self.effort)
         bond = next(b for b in self.graph.bonds if by[b.number] == variable)
         junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == kind]
         return junctions[0] if junctions else f"bond {bond.number}"
 
     def state_name(self, port: Port) -> str:
-        """How the state of a store is called."""
+        """The name of the state of a store."""
         if port.element.name in self.massless:
             return f"f_{self.name_of(port.output)}"
         return f"{'p' if port.element.kind == 'I' else 'q'}_{port.element.name}"
@@ -488,7 +488,7 @@ def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
 
 
 def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Solve]:
-    """What local steps leave over, as linear systems that are as small as can be, in the order in which they are solved."""
+    """The equations that local steps leave, as the smallest linear systems, in the order of their solution."""
     can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
     owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
 

@@ -435,7 +435,7 @@ def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
 
 
 def decay(along: RateField, t: float, state: Array) -> float:
-    """How fast the fastest of small changes of a state dies out, 1/s; 0 where none does, or nothing can be told."""
+    """The decay rate of the fastest small change of a state, 1/s; 0 where none decays, or where it is unknown."""
     _, slope = slopes(along, np.array([t]), state[:, None])
     scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
     if not np.isfinite(scaled).all():
@@ -502,7 +502,7 @@ class Implicit:
         return max(1.0, float(np.where(counted > 1, growth, np.inf).min()))
 
     def _solved(self, h: float, speed: float) -> tuple[Array, Array] | None:
-        """What the stages add to the states (k, stages), by Newton's method on all of them, and the rounding in it (k,).
+        """The increments of the states by the stages (k, stages), by Newton's method on all, and their rounding (k,).
 
         The gains become the integrals of the rates; None where that does not settle.
         """

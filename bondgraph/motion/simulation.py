@@ -96,7 +96,7 @@ class Run:
         return Run, tuple(getattr(self, one.name) for one in fields(self))
 
     def __repr__(self) -> str:
-        """Its extent and error, instead of every step."""
+        """The extent and error of the run, instead of every step."""
         names, error = ", ".join(self._names) or "no state", f"error={self.error:.2g}"
         return f"Run({len(self.stretches)} steps to t = {self.stretches[-1].end:g} s, {names}, {self.method}, {error})"
 
@@ -127,7 +127,7 @@ class Run:
 
     @property
     def reached(self) -> bool:
-        """Whether the estimated error is within the rtol asked (fixed steps: nothing was asked)."""
+        """True if the estimated error is within the required rtol (with fixed steps there is none)."""
         return self.rtol is None or self.error <= self.rtol
 
     @cached_property
@@ -138,7 +138,7 @@ class Run:
 
     @cached_property
     def _plain(self) -> bool:
-        """Whether all steps are explicit ones of one method, which are told all at once."""
+        """True if all steps are explicit ones of one method."""
         steps = [stretch.dense for stretch in self.stretches]
         return all(isinstance(one, runge_kutta.Step) for one in steps)
 
@@ -446,7 +446,7 @@ class _Stepper:
         return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
 
     def _check_dead_centres(self) -> None:
-        """Whether a motion whose inertia varies ends at a dead centre, by a loose run; at the start, from either side.
+        """Checks by a loose run whether a motion with varying inertia ends at a dead centre; at the start, from both sides.
 
         Equal steps would pass over such a place, or come to it after a million of them.
         """
@@ -554,7 +554,7 @@ class _Stepper:
         return Run(self.dynamics, tuple(stretches), tuple(self.anchors), 0.0, rtol, 0)
 
     def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Step, step: float, cost: float) -> None:
-        """Whether steps are as long as stability lets them be, by a mode that has decayed long ago."""
+        """Checks whether stability limits the steps, by a mode that has decayed long ago."""
         at, here = stretch.end, field(stretch.end, stretch.after)
         nudge = 1e-7 * np.maximum(np.abs(stretch.after), self.scale)
         slopes = [(field(at, stretch.after + h * unit) - here) / h for h, unit in zip(nudge, np.eye(here.size), strict=True)]
@@ -576,13 +576,13 @@ class _Stepper:
         self.relative = 0.0
 
     def _scales(self, run: Run) -> Array:
-        """What a run's states are measured by: each one's greatest value, or its share of the energy if it has none."""
+        """The scales of a run's states: the greatest value of each, or its share of the energy if that is 0."""
         greatest = np.abs(np.column_stack([self.start, run.ends.T])).max(axis=1, initial=0.0)
         scale = np.where(greatest > _NO_ENERGY * self.most, greatest, self.most)
         return np.where(scale > 0.0, scale, self.scale)
 
     def _energy_scales(self, run: Run) -> Array:
-        """What each state would be if it held all the energy of a run."""
+        """The value of each state with all the energy of a run in it."""
         some = np.unique(np.linspace(0, len(run.stretches) - 1, _SAMPLES).astype(int))
         anchors = {name: np.array([0.0, *(run.anchors[k][name] for k in some)]) for name in run.anchors[0]}
         for name, values in anchors.items():
@@ -622,7 +622,7 @@ class _Stepper:
         return found
 
     def _undefined_reason(self) -> str:
-        """Why there were no rates where they were last asked in vain."""
+        """The reason why the last evaluation gave no rates."""
         assert self.undefined is not None
         t, values, anchors = self.undefined
         try:
@@ -669,7 +669,7 @@ class _Stepper:
         return np.asarray(below + np.tril(below, -1).T)
 
     def _rounded_away(self) -> bool:
-        """Whether the least inertia at the start is what rounding makes of the displacements."""
+        """Tests whether the least inertia at the start is an effect of rounding of the displacements."""
         if not (self.dynamics.tables.moduli and self._weighed):
             return False
         nearby = [self.start, *self._beside(self.start, 4.0 * np.finfo(float).eps * np.abs(self.start))]
@@ -698,7 +698,7 @@ class _StiffnessError(Exception):
 
 
 def _rounding(run: Run) -> float:
-    """What rounding makes of the states, at least: each step leaves some."""
+    """The least error of the states by rounding, to which each step contributes."""
     return float(4.0 * np.finfo(float).eps * math.sqrt(len(run.stretches)))
 
 
@@ -842,7 +842,7 @@ def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
 
 
 def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
-    """What each state would be if it held all the energy of a run, from states (a column for every time).
+    """The value of each state with all the energy of a run in it, from states (a column for every time).
 
     E = greatest energy of all stores + integral of |e f| over all other ports. A linear store has sqrt(2 E W), W its own
     inertia or compliance with those that follow it; one of a curved law the least power of two with |e(q) q|/2 >= E (an

@@ -41,7 +41,7 @@ class Release(NamedTuple):
 
 
 def direction(forwards: float, backwards: float) -> float:
-    """Which way a body leaves its rest: 1, -1, or 0 where it is held.
+    """The direction in which a body leaves its rest: 1, -1, or 0 where it stays.
 
     Args:
         forwards: acceleration with which a motion forwards would begin.
@@ -61,7 +61,7 @@ def direction(forwards: float, backwards: float) -> float:
 
 
 def release(accelerations: Accelerations, start: float, end: float) -> Release:
-    """When dry laws let go of a body that rests, from a time on to another (s), between which everything is smooth.
+    """The time at which dry laws release a body at rest, within a stretch of time (s) in which all laws are smooth.
 
     The accelerations are resolved by Chebyshev series on stretches of time as short as they ask for, and the first root of
     each is looked for in one stretch after the other: a push that comes and goes is not passed over.

@@ -336,7 +336,7 @@ class Events(NamedTuple):
 
 
 def residuals(sides: Array, start: Array) -> Array:
-    """By how much values at the start of a stretch are on the other side than within it.
+    """The amounts by which values at the start of a stretch lie on the other side than within it.
 
     >>> residuals(np.array([1.0, -1.0]), np.array([-2e-8, -5.0])).tolist()
     [2e-08, 0.0]
@@ -411,7 +411,7 @@ def through(
 
 
 def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
-    """Whether implicit steps are the cheaper ones for the rest of a stretch, of which so many explicit ones were taken.
+    """Tests whether implicit steps are cheaper for the rest of a stretch, after `taken` explicit ones.
 
     Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
     """

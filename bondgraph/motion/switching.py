@@ -151,7 +151,7 @@ class Trip:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Those of the states of all modes."""
+        """The names of the states of all modes."""
         return tuple(self.switched.names)
 
     def told(self, times: Array, owners: NDArray[np.int_]) -> tuple[Array, dict[int, Array], dict[int, Array]]:
@@ -244,7 +244,7 @@ class Switched:
         return "on" if state else "off"
 
     def margins(self, at: Mode, times: Array, states: Array) -> tuple[Array, list[tuple[int, int]]]:
-        """What a mode lasts by, each above 0 within it, at times (n,); of each the switch and its state beyond."""
+        """The margins of a mode, each above 0 within it, at times (n,); of each the switch and its state beyond."""
         dynamics, rows = self.dynamics(at), []
         places = self._places(dynamics, times, states)
         beyond: list[tuple[int, int]] = []
@@ -270,7 +270,7 @@ class Switched:
         return law(*(own if n == OWN_FLOW and own is not None else v for n, v in zip(law.of, of, strict=True)))
 
     def _places(self, dynamics: Dynamics, times: Array, states: Array) -> dict[str, Any]:
-        """Everything that conditions may read."""
+        """All variables that conditions may read."""
         with np.errstate(all="ignore"):
             here = dynamics.at(times, list(states))
         found = {TIME: times} | {n: f(*[times] * len(f.of)) for n, f in dynamics.signals.items()}

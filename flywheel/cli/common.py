@@ -43,7 +43,7 @@ def plot_path(context: click.Context, parameter: click.Parameter, path: Path | N
 
 
 def within(low: float, high: float) -> Callable[[click.Context, click.Parameter, float | None], float | None]:
-    """A callback that refuses numbers outside [low, high]; an option that is not given is let pass."""
+    """A callback that refuses numbers outside [low, high]; an option that is not given is accepted."""
 
     def checked(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
         if value is not None and not low <= value <= high:
@@ -222,7 +222,7 @@ def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
 def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
     """Report a file that cannot be written in one line on standard error, and draw pictures in their language.
 
-    The command goes on to its other outputs and ends with exit code 1; at once where there is nothing to go on with.
+    The command goes on to its other outputs and ends with exit code 1; at once if there is no other output.
     """
     context = click.get_current_context(silent=True)
     asked = context.meta.get(_LANGUAGE) if context is not None and Path(path).suffix.lower() in PLOT_FORMATS else None
@@ -274,7 +274,7 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
 def spare(scene: Path, *outputs: Path | None) -> None:
     """Checks outputs before the calculation: a usage error for an input file, a line for one that cannot be written.
 
-    A picture is told by its ending; a text is compared with what is there when it is written.
+    The kind of a picture follows from its ending; a text is compared with what is there when it is written.
     """
     named = [output for output in outputs if output is not None]
     if not named:

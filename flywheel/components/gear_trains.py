@@ -1,8 +1,8 @@
 """Shafts geared to one another, with losses in the meshes; the same flywheel compared on every shaft.
 
 Speeds, torques and accelerations count positive in each shaft's own rotation, so that every ratio is above 0. Shafts and
-stages make a tree. A mesh takes a share 1 - eta of the power that passes it, whichever way that goes: tau being what the
-far side of a stage asks for (its inertia times its acceleration, less its torques), the near side feels r tau/eta where it
+stages make a tree. A mesh takes a share 1 - eta of the power that passes it, in either direction: tau being what the far
+side of a stage asks for (its inertia times its acceleration, less its torques), the near side feels r tau/eta where it
 drives and r tau eta where it is driven, r being the far speed over the near one.
 """
 
@@ -24,7 +24,7 @@ class Shaft(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A gear or belt stage: `ratio` is the speed of `driven` over that of `driving`; the names do not fix who drives."""
+    """A gear or belt stage: `ratio` is the speed of `driven` over that of `driving`; either of them may drive."""
 
     driving: str
     driven: str

@@ -391,8 +391,8 @@ class WheelAsked(NamedTuple):
     `method` is `exact` (an annulus), or `thin` (a rim at its mean radius). `at` tells which speed of the shaft whoever sizes
     the wheel is to take: the greatest or the mean. `rim_speed` is that of the outer radius, for a thin rim of the mean one.
     `rim_share` is the share of the inertia that the rim has, where hub and arms are not modelled. `torque` is the greatest
-    one between hub and rim. `step` and `size_step` are what inertia and dimensions are rounded up to. `path` is where all
-    this stands in a scene, for messages.
+    one between hub and rim. `step` and `size_step` are what inertia and dimensions are rounded up to. `path` is that of
+    these values in a scene, for messages.
     """
 
     shape: str

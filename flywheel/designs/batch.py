@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import SHIFT
+from flywheel.regime.turning_moment import EVALUATION, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -88,9 +88,9 @@ class Cycles(NamedTuple):
     """The cycles of designs as series on cells, as `turning_moment.Cycle`; designs are the last axis, cells that before it.
 
     `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
-    cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). Those of
-    `errors` have designs last, too; `tails` (2, cells, designs) is what the series of the first two leave out, `exchanged`
-    the work, and `mean` that of I* with its error.
+    cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
+    are the errors of W and of I* - I*(0), `inertias` (cells, designs) that of I*, `tails` and `by_cell` (2, cells, designs)
+    what the series of the first two leave out, and its share in W and in I*; `mean` is that of I* with its error.
     """
 
     edges: Array
@@ -100,8 +100,11 @@ class Cycles(NamedTuple):
     series: Array
     start: Array
     noise: Array
-    errors: Any
+    work: Array
+    variation: Array
+    inertias: Array
     tails: Array
+    by_cell: Array
     exchanged: Array
     mean: Array
 
@@ -171,20 +174,28 @@ def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
     accumulated = _times(_WEIGHTS, values[:5])[:, 0] * half
     start = np.zeros((2, *edges.shape))
     np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
-    exchanged = accumulated[3:].sum(axis=1)
+    exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
     series = _times(_FIT, values[:3])
     tails = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
-    by_angle, peaks = _by_angles(values[:2, 1:_LAST], phi), np.abs(values[1:3]).max(axis=1)
-    errors = turning_moment.cycle_errors(tails, half, peaks, exchanged, by_angle, end, spread)
+    by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
+    by_cell[0] *= spread
+    interpolation = by_cell.sum(axis=1)
+    angle = _by_angles(values[:2, 1:_LAST], phi)
+    slopes, sizes = np.abs(values[1:3]).max(axis=1)
+    inertias = tails[2] + turning_moment.INERTIA_EVALUATION * sizes + 2 * ROUNDING * end * slopes
+    work = interpolation[0] + spread * (EVALUATION * exchanged + angle[0])
+    variation = interpolation[1] + EVALUATION * slope_exchanged + angle[1]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
-    mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (errors.inertias * half).sum(axis=0))) / end
-    return Cycles(edges, middle, half, values[:2], series, start, noise, errors, tails[:2], exchanged[0], mean)
+    mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
+    return Cycles(
+        edges, middle, half, values[:2], series, start, noise, work, variation, inertias, tails[:2], by_cell, exchanged, mean
+    )
 
 
 def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Array, by_unknown: Array) -> Sums:
-    """Everything that figures and errors follow from, with the extremes of W + factor (I* - I*(0)) for three factors."""
+    """All sums for figures and errors, with the extremes of W + factor (I* - I*(0)) for three factors."""
     count = cycle.edges.shape[1]
     return Sums(
         start=cycle.inertia_at_start,
@@ -192,10 +203,10 @@ def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Arra
         by_unknown=by_unknown,
         net=cycle.start[0, -1],
         exchanged=cycle.exchanged,
-        work=cycle.errors.work,
-        variation=cycle.errors.variation,
-        inertia=cycle.errors.inertia,
-        first=cycle.errors.inertias[0],
+        work=cycle.work,
+        variation=cycle.variation,
+        inertia=cycle.inertias.max(axis=0),
+        first=cycle.inertias[0],
         **extremes_of(cycle, factors, np.broadcast_to(givens.loose, count)),
         mean=cycle.mean,
         largest=np.abs(cycle.series[2]).sum(axis=0).max(axis=0),
@@ -242,7 +253,7 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
         moving[-1][design[hit]] = variation[hit]
         worst = np.maximum(worst, error)
     turning = np.flatnonzero(which == INERTIA)
-    extent = _extent(cycles.series[2], cycles.errors.inertias, cell[turning], design[turning], t[turning])
+    extent = _extent(cycles.series[2], cycles.inertias, cell[turning], design[turning], t[turning])
     return {
         "greatest": greatest,
         "least": least,
@@ -344,7 +355,7 @@ def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: I
 def places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
     """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
     number, count = cycles.half.shape
-    level = cycles.noise[0] + factor * cycles.noise[1] + cycles.errors.work / cycles.edges[-1]
+    level = cycles.noise[0] + factor * cycles.noise[1] + cycles.work / cycles.edges[-1]
     design, end = np.arange(count), cycles.edges[-1]
     half, edge = cycles.half[cell, design], cell + (t > 0.0)
     series = cycles.series[0, :, cell, design] - factor[:, None] * cycles.series[1, :, cell, design]

@@ -129,7 +129,7 @@ class MotorChoice(NamedTuple):
     total_price: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, SI: what the table says of the motor beside what was found."""
+        """The row for JSON, SI: data of the table, and results."""
         row, rated, start = self.motor, self.motor.motor.rated, self.start
         own = {
             "name": row.name,
@@ -190,7 +190,7 @@ class SuitableMotors:
         return self.scene.flywheel_on
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON, SI."""
+        """All results for JSON, SI."""
         return {
             "title": self.scene.title,
             "on": self.on,
@@ -268,7 +268,7 @@ def suitable_motors(
 
 
 def _cheapest(choice: MotorChoice) -> tuple[float, float, float]:
-    """By what is paid in all, motors without a price last; then by power and inertia."""
+    """The key of the order: by total price, motors without a price last; then by power and inertia."""
     row = choice.motor
     power = 0.0 if row.motor.rated is None else row.motor.rated.power
     return inf if choice.total_price is None else choice.total_price, power, row.motor.inertia

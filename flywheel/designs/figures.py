@@ -91,7 +91,6 @@ _CACHED_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay
 _MACHINE_CODE_CELLS = 24_000  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _DESIGNS_WITHOUT_BAR = 16  # designs that are finished before a bar could be read
-_NOT_TOGETHER = "their motions are not found together"
 _KEPT_MACHINES = 64  # machines of which they are kept
 
 
@@ -125,8 +124,7 @@ def sized(
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
     batch, structures = empty(columns.shape[1]), structures_of(scene, paths)
-    groups = structures.sorted(columns)
-    for structure, which in groups:
+    for structure, which in structures.sorted(columns):
         group = at_once(structure, columns[:, which], rtol, engine)
         every = (group.halvings >= 0).all()
         known: Any = slice(None) if every else group.halvings >= 0
@@ -142,8 +140,8 @@ def sized(
             into[name][left] = value
     batch.ways[left] = alone.ways
     batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
-    if why := structures.why or _NOT_TOGETHER * any(structure.rates for structure, _ in groups):
-        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), why))
+    if structures.why:
+        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), structures.why))
     return batch._replace(interrupted=alone.interrupted)
 
 

@@ -750,7 +750,7 @@ def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, d
 
 @_compiled
 def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknown: bool, out: Any) -> None:
-    """Everything about the cycles of groups of lanes: (groups, rows, LANES) of sums."""
+    """All sums of the cycles of groups of lanes, (groups, rows, LANES)."""
     number = half.shape[1]
     series, cellwise, sums_of = np.zeros((number, 3, ORDER, _L)), np.zeros((number, _CELL // _L, _L)), np.zeros(_CYCLE)
     folded, row, places, doubt = np.zeros(ORDER * _L), np.zeros(_P * _L), np.zeros((4, _L)), np.zeros(_L)

@@ -32,6 +32,7 @@ from flywheel.regime.cycle_equations import (
     periodic_motions,
 )
 from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
+from flywheel.regime.turning_moment import CycleErrors
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
 Start = Callable[..., State | None]
@@ -44,7 +45,7 @@ _MOST_CUTS = 10  # rounds in which cells are cut anew where meshes change the si
 _CUT_MOVE = 1e-12  # of the cycle: what moves less has settled
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
-_LAYER, _MOST_LAYERS = 4.0, 8  # exponent of what fades in the first cell behind a jump; halvings towards it
+_LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what fades in the first cell behind a jump; halvings towards it
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
@@ -130,7 +131,7 @@ class DesignMoments(Moments):
         return found
 
     def cut(self, which: Index, angles: Array) -> DesignMoments:
-        """Some designs on cells that end at angles (rad) as well, (designs, cuts), as many in each cell of all of them."""
+        """The designs on cells with further ends at angles (rad), (designs, cuts), as many in each cell for all designs."""
         edges = self.mesh.edges[which]
         inside = (angles[:1, :, None] >= edges[:1, None, :]).sum(
             axis=(0, 1)
@@ -140,7 +141,7 @@ class DesignMoments(Moments):
         return DesignMoments(self.structure, self.columns[:, which], finer.T, self.starts + before[self.starts])
 
     def layered(self, which: Index, layers: int) -> DesignMoments:
-        """Some designs on cells whose first half is halved again and again, as speeds settle steeply behind a jump."""
+        """The designs on cells whose first half is halved repeatedly, because speeds settle steeply behind a jump."""
         edges = self.mesh.edges[which]
         shares = np.concatenate(([0.0], 0.5 ** np.arange(layers, 0, -1)))
         inner = edges[:, :-1, None] + np.diff(edges, axis=1)[:, :, None] * shares
@@ -369,8 +370,8 @@ def _at_constant_speed(
     loose: Any = 0.0
     if not givens.unknown:  # the last digits of a speed that the machine takes by itself shift a stiff torque in the cycle
         shifted = 4 * ROUNDING * speed * moments.total(np.abs(rate.by_speed))
-        cycle = cycle._replace(errors=cycle.errors._replace(work=cycle.errors.work + shifted))
-        loose = 2 * cycle.errors.work / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
+        cycle = cycle._replace(work=cycle.work + shifted)
+        loose = 2 * cycle.work / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
     at_speed = givens._replace(speed=speed, drive=None, unknown=False, irregularity=eps if sized else 0.0 * speed)
     square, none = speed**2, np.zeros(speed.shape)
     share = np.stack([(1 + sign * at_speed.irregularity / 2) ** 2 for sign in (1, -1, 0)])
@@ -401,7 +402,7 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
 
 
 def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Array], Array]:
-    """What lossy meshes pass at constant speeds (N m), and the work exchanged in a cycle (J)."""
+    """The torque through meshes with losses at constant speeds (N m), and the work exchanged in a cycle (J)."""
     exchanged = moments.total(moments.constant(speed, unknown[:, None, None]).exchanged)
     return moments.constant_losses(speed, unknown[:, None, None]), exchanged
 
@@ -456,7 +457,7 @@ def _patterns(
 
 
 def _moved(moments: DesignMoments, cuts: Array, passed: list[Array], exchanged: Array) -> tuple[Array, Array, Array]:
-    """Where cells should be cut instead (rad), how far that is from where they are, infinite elsewhere, and what may be."""
+    """New ends of cells (rad), their distance from the present ones, infinite elsewhere, and which may be moved."""
     angles, widths, fleeting = _reversals(moments, passed, exchanged)
     same = (np.isfinite(angles).sum(axis=1) == cuts.shape[1]) & ~fleeting
     if not cuts.shape[1] or angles.shape[1] < cuts.shape[1]:
@@ -533,7 +534,7 @@ def _motions(
 
 
 def _passed(moments: DesignMoments, solved: Periodic) -> tuple[list[Array], Array]:
-    """What lossy meshes pass along motions (N m), and the work exchanged in a cycle (J)."""
+    """The torque through meshes with losses along motions (N m), and the work exchanged in a cycle (J)."""
     state = solved.state
     return moments.transmitted(solved.omega, state.unknown, state.inertia), moments.total(solved.rate.exchanged)
 
@@ -550,8 +551,9 @@ def _of_motion(
         solved.speed,
     )
     inertia, balanced = state.inertia, givens.unknown
-    of_cycle = cycle.errors._replace(by_cell=cycle.errors.by_cell.transpose(0, 2, 1))
-    own = motion_errors(solved, demand, of_cycle, inertia + cycle.inertia_at_start)
+    by_cell = cycle.by_cell.transpose(0, 2, 1)
+    of_cycle: Any = (cycle.work, cycle.variation, cycle.inertias.max(axis=0), by_cell, cycle.inertias.T)
+    own = motion_errors(solved, demand, CycleErrors(*of_cycle), inertia + cycle.inertia_at_start)
     by_stiffness, bound_by_stiffness = errors_by_stiffness(solved)
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness
     total = inertia[:, None, None] + moments.inertia
@@ -564,7 +566,7 @@ def _of_motion(
     if balanced:
         errors["speed"] = _READING_ERROR + np.abs(speed / givens.speed - 1.0)
     exchanged = np.maximum(cycle.exchanged, 1e-300)
-    missed = np.maximum(irregularity, cycle.errors.work / exchanged)
+    missed = np.maximum(irregularity, cycle.work / exchanged)
     if demand.inertia is None:
         kept &= (inertia > 0.0) & (bound <= _HARDLY * (inertia + moments.inertia.max(axis=(-2, -1))))
         scale = np.maximum(inertia, np.ptp(cycle.start[0], axis=0) / (eps * speed**2))
@@ -574,10 +576,10 @@ def _of_motion(
         values["irregularity"], errors["irregularity"] = eps, irregularity
     if balanced:
         balance, size = state.unknown, np.abs(state.unknown * moments.total(solved.rate.by_unknown))
-        of_balance = own.balance * cycle.errors.work / np.where(size > 0.0, size, np.inf)
+        of_balance = own.balance * cycle.work / np.where(size > 0.0, size, np.inf)
         values["balance"], errors["balance"] = (
             balance,
-            np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.errors.work / exchanged),
+            np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.work / exchanged),
         )
     if givens.drive is not None:
         _add_power(moments, solved, cycle, values, errors, givens, errors["speed"] + 0.5 * eps * irregularity)
@@ -615,15 +617,13 @@ def _add_power(
     if law is None or isinstance(law, float | int):
         torque: Any = solved.state.unknown if law is None else givens.torque
         work = torque * np.asarray(givens.drive) * givens.span
-        error = (errors["balance"] * np.abs(work) + cycle.errors.work) if law is None else _READING_ERROR * np.abs(work)
+        error = (errors["balance"] * np.abs(work) + cycle.work) if law is None else _READING_ERROR * np.abs(work)
     else:
         drive, by_speed = moments.driven(solved.omega, solved.state.unknown)
         work, moved = moments.total(drive), np.abs(by_speed) * solved.omega * off_speed[:, None, None]
         tails = cells.tails(cells.fit(drive)) + moved.max(axis=-1)
-        error = (
-            (TAIL_OF_INTEGRAL * tails * moments.mesh.half[..., 0]).sum(axis=-1) + cycle.errors.work + moments.total(moved)
-        )
-    work = np.where(np.abs(work) <= cycle.errors.work, 0.0, work)
+        error = (TAIL_OF_INTEGRAL * tails * moments.mesh.half[..., 0]).sum(axis=-1) + cycle.work + moments.total(moved)
+    work = np.where(np.abs(work) <= cycle.work, 0.0, work)
     size = np.abs(work)
     values["power"] = work * solved.speed / givens.span
     errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + errors["speed"] + _READING_ERROR

@@ -132,7 +132,7 @@ class Optimum:
         return with_numbers(self.scene, self.numbers)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, SI throughout."""
+        """The optimum for JSON, SI throughout."""
         return {
             "title": self.scene.title,
             "objective": self.objective,
@@ -268,7 +268,7 @@ class _FigureFormula:
         raise SceneError([Fault(path, shown(name), f"one of {', '.join(own)}", near)])
 
     def __call__(self, family: Variation, columns: Array, values: Array) -> Array:
-        """Its values at designs."""
+        """The values at designs."""
         if self.figure is not None:
             return np.asarray(values[NAMES.index(self.figure)])
         given = {
@@ -649,7 +649,7 @@ def _messages(
 
 
 def _doubts(problem: _Optimization, reached: tuple[float, ...], better: int, *, agree: bool, slope: float) -> Iterator[str]:
-    """Other optima, and what does not confirm this one."""
+    """Messages on other optima, and on checks that do not confirm this one."""
     sign = -1.0 if problem.greatest else 1.0
     value = sign * problem.best()[1][0]
     close = sum(abs(end - value) <= _VALUE_TIE * max(abs(value), 1e-300) for end in reached)

@@ -459,7 +459,7 @@ def _checked(plan: Plan, batch: Batch) -> Check | None:
 
 
 def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[float, float]], sizing: Sizing) -> float:
-    """By how many times both estimated errors two values of a figure differ; infinite where only one of them is there."""
+    """The difference of two values of a figure over the sum of their estimated errors; infinite if one is missing."""
     (value, error), (other, of_other) = mine, theirs[name]
     if math.isnan(value) or math.isnan(other):
         return 0.0 if math.isnan(value) and math.isnan(other) else math.inf

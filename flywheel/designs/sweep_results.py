@@ -480,7 +480,7 @@ def _parquet_head(parquet: Any, path: Path) -> str:
 
 
 def write_npz(sweep: Sweep, path: str | Path) -> None:
-    """Everything, as a sweep that was interrupted or not; a file that is not this sweep's is left as it is."""
+    """Writes the sweep, finished or interrupted; a file of another sweep is not changed."""
     plan = Plan(sweep.scene, dict(sweep.columns), sweep.shape, sweep.rtol, sweep.engine)
     batch = Batch(dict(sweep.values), dict(sweep.error), dict(sweep.reasons), sweep.ways)
     try:

@@ -121,7 +121,7 @@ class Tolerance:
         return self.spreads[name]
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, SI throughout, without the samples."""
+        """The result for JSON, SI throughout, without the samples."""
         numbers = {
             path: {
                 "nominal": value,
@@ -543,7 +543,7 @@ class _SizedDesigns:
         return np.asarray(sign * values[figure][None])
 
     def add(self, points: Array, values: Array, errors: Array) -> None:
-        """More of them."""
+        """Adds samples."""
         self.points = np.concatenate([self.points, points], axis=1)
         self.values = np.concatenate([self.values, values], axis=1)
         self.errors = np.concatenate([self.errors, errors], axis=1)

@@ -334,12 +334,12 @@ class Sensitivities:
         return own[name]
 
     def elasticity(self, figure: str, path: str) -> float:
-        """By what share a figure changes for the same share of a number (per cent for one per cent); NaN of a 0."""
+        """The relative change of a figure over that of a number (per cent for one per cent); NaN for a 0."""
         value = self.values[self._known(figure)]
         return self.derivative(figure, path).value * self.numbers[dotted(path)] / value if value else float("nan")
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, SI throughout; null where there is no derivative."""
+        """The derivatives for JSON, SI throughout; null where there is none."""
         return {
             "title": self.scene.title,
             "rtol": self.rtol,
@@ -495,7 +495,7 @@ _DEGREE = pi / 180
 
 
 def change(found: Sensitivities, name: str, path: str) -> float:
-    """By how many per cent a figure changes for one per cent of a number, or for a degree of an angle; NaN if unknown."""
+    """The change of a figure in per cent for one per cent of a number, or for a degree of an angle; NaN if unknown."""
     value, derivative = found.values[name], found.derivative(name, path).value
     step = _DEGREE if found.units[path] == "rad" else 0.01 * found.numbers[path]
     return 100.0 * derivative * step / value if value else float("nan")

@@ -94,7 +94,7 @@ def _interior(ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def _resting(found: Instant, direction: Any) -> Instant:
-    """The instants, of which those without a direction are held without an acceleration."""
+    """The instants, without an acceleration for those that have no direction."""
     if direction is None or not np.any(rests := np.equal(direction, 0.0)):
         return found
     acceleration, moment, loss = (np.where(rests, 0.0, row) for row in (found.acceleration, found.moment, found.loss))
@@ -698,7 +698,7 @@ class Trail(NamedTuple):
         return times.ravel(), np.repeat(np.arange(len(self.stretches)), shares.size)
 
     def gauss(self, end: float = np.inf) -> tuple[Array, Index, Array]:
-        """Nodes (s) of Gauss' rule in every stretch up to a time, the stretches they belong to, and what each weighs (s)."""
+        """Nodes (s) of Gauss' rule in every stretch up to a time, the stretches they belong to, and their weights (s)."""
         first, last = self.t[:-1], np.minimum(self.t[1:], end)
         used = np.flatnonzero(last > first)
         width = (last - first)[used, None]

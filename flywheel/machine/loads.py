@@ -256,7 +256,7 @@ class Effort:
     def crank_breakpoints(self, cycle: float, *, switching: bool = False) -> Iterator[float]:
         """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres.
 
-        switching: without the ends of a period after which nothing in the law begins anew.
+        switching: without ends of a period at which the law does not restart.
         """
         anew = isinstance(self._law, TableCurve) or "phi" in getattr(self._law, "names", ())
         repeats = anew if switching else isinstance(self._law, TableCurve | Expression)

@@ -198,7 +198,7 @@ class Machine:
 
     @cached_property
     def rigid(self) -> Reduction:
-        """The machine with every shaft held rigid, from which the angles come where loads and ratios break."""
+        """The machine with rigid shafts, which gives the angles at which loads and ratios break."""
         graph = self._graph(rigid=True) if self.scene.compliances else self.graph
         return Reduction(graph, self.scene.reduction_element)
 
@@ -419,7 +419,7 @@ class Machine:
 
     @cached_property
     def restarts(self) -> Array:
-        """Angles at which time stepping starts afresh: the landmarks without those too close to be distinct in time."""
+        """Angles at which time stepping restarts: the landmarks without those too close to be distinct in time."""
         gaps = np.diff(self.landmarks)
         wide = gaps > _CLOSEST * self.scene.cycle
         apart = np.concatenate(([True], wide)) & np.concatenate((wide, [True]))

@@ -15,7 +15,7 @@ so are the order of all angles, and every decision there.
 
 `Structure` serves designs of one scene: its pieces, and the walk in each as a program of the numbers that vary, recorded
 all the way from reading. Every comparison that reading, mechanisms and breakpoints make with them is a guard. Designs that
-keep all guards have the same pieces with the same programs; the first that does not is recorded anew. A structure is taken
+keep all guards have the same pieces with the same programs; the first that does not is recorded again. A structure is taken
 when at two more designs it gives what the plain machine gives: no angle at which that breaks lies inside a cell, and all
 values at the nodes are the same. Where a design cannot be recorded, the reason is given in words, and it is sized alone.
 """
@@ -808,7 +808,7 @@ class Structures:
         return True
 
     def _of(self, values: list[float]) -> Structure:
-        """The structure of a design; numbers that cannot be recorded are held."""
+        """The structure of a design; numbers that cannot be recorded are constants."""
         try:
             return recorded(self.scene, self.paths, values, self.fixed)
         except UnrecordableError:

@@ -80,9 +80,9 @@ _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
 class MachineMotion(NamedTuple):
     """The motion that forces belong to: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
 
-    `time` (s) is known of a motion in time; `gone` is what of the angle are whole cycles gone by. Branches of laws are
-    decided at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it
-    moves forwards so slowly that its speed counts for nothing but the sense of friction.
+    `time` (s) is known of a motion in time; `gone` is the part of the angle in complete cycles. Branches of laws are decided
+    at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it moves
+    forwards so slowly that its speed counts for nothing but the sense of friction.
     """
 
     phi: Array
@@ -183,7 +183,7 @@ def _port_loads(
         return flows.gain[k], flows.slope[k]
 
     def seen(place: str) -> tuple[Here, Here]:
-        """Positions as a law at a place sees them, and in the middles of their pieces."""
+        """Positions for a law at a place, and in the middles of their pieces."""
         found = []
         for at, omega, then in ((phi, motion.omega, time), (anchor, decided.omega, decided.time)):
             here = Here(ratio * at, own.position(ratio * at, np, ratio * anchor), np)

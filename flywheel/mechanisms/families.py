@@ -619,7 +619,7 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     """Every place where a port may turn back on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
 
     Args:
-        mechanism: with the lengths that let it turn.
+        mechanism: with the lengths for which it turns.
         port: name of one of its ports.
         parameters: SI values of names in a law's expressions.
 

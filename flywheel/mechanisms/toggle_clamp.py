@@ -134,7 +134,7 @@ class TogglePosition(f.Position):
 
     @cached_property
     def _sight(self) -> Any:
-        """Angle (rad) from +x at which the pivot sees the block, in (0, pi)."""
+        """Angle (rad) from +x of the line from the pivot to the block, in (0, pi)."""
         return self.ns.atan2(self.a1, -self.psi)
 
     @cached_property

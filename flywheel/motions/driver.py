@@ -45,7 +45,7 @@ class Course(NamedTuple):
     """Course of the driver: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
 
     Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative;
-    `cyclic` tells whether it begins anew where it ends.
+    `cyclic` is true if it restarts at its end.
     """
 
     condition: str

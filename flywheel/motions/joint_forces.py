@@ -542,7 +542,7 @@ def axis(forces: JointForces, over: str) -> Axis:
 
 
 def _parts(found: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:
-    """Unit and values of all that may be told of a joint, and whether it is told unasked."""
+    """Unit and values of all figures of a joint, and whether each is shown by default."""
     parts: dict[str, tuple[str, Array, bool]] = {}
     if joint in found.actions:
         kind = found.poses.linkage.joint(joint).kind

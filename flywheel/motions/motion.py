@@ -52,7 +52,7 @@ class Motion(NamedTuple):
 
     `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
     difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
-    Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
+    Where the speed at phi = 0 must return, each cycle starts from that speed: `drift` is the share of the kinetic energy by
     which stepping one cycle is off, which is so kept from adding up.
     `states` are a motor's own by name, such as its `current` (A). `trail` is the motion as it was stepped, `rough` the run
     before it and `share` how much of the difference to that run may be left.
@@ -337,9 +337,9 @@ class Transient:
     """A machine followed from a start to an end.
 
     `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall` (its drive pushes,
-    and is too weak), `creep` (it slows down for ever), `limit` (what was asked for does not come), `stroke`.
-    `time` (s), `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in
-    turns. On a stroke whose driver slides, m.
+    and is too weak), `creep` (it slows down without end), `limit` (the given end is not reached), `stroke`. `time` (s),
+    `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in turns. On a
+    stroke whose driver slides, m.
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
     none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at
@@ -419,7 +419,7 @@ class Transient:
 
     @property
     def error(self) -> float:
-        """Estimated error of position and speed, relative to the way gone and to the greatest speed."""
+        """Estimated error of position and speed, relative to the travel and to the greatest speed."""
         return self.motion.error
 
     def as_dict(self) -> dict[str, Any]:

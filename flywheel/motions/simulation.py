@@ -66,11 +66,11 @@ def simulate(
 ) -> Motion:
     """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
 
-    M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping starts afresh at every breakpoint:
+    M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping restarts at every breakpoint:
     of position, of time, and where a law switches at a speed. A motor adds the states of its own, such as its current.
-    Dry laws, and friction in joints with the reactions of the same instant, act against the motion either way; at rest they
-    hold the machine until something breaks it away, or for good, where the motion ends. A motor runs in its own connection
-    from the first instant: its `start` is followed by `flywheel.transient`.
+    Dry laws, and friction in joints with the reactions of the same instant, act against the motion either way; at rest
+    they keep the machine there until a force exceeds them; otherwise the motion ends there. A motor runs in its own
+    connection from the first instant: its `start` is followed by `flywheel.transient`.
 
     A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
     A machine with a stroke is followed until it reaches one of the stroke's ends.
@@ -167,7 +167,7 @@ def motion_from(
     """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
 
     `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
-    `watching` is told of the stretches of every run.
+    `watching` receives the stretches of every run.
     """
     first = _FIRST_LOOSE if runge_kutta.method(_FIRST * rtol).order == 5 else _FIRST
     tight = max(min(first * rtol, _LOOSEST), TIGHTEST)
@@ -214,7 +214,7 @@ def _same_steps(rough: Array, fine: Array) -> bool:
 
 
 def _difference(rough: Trail, fine: Trail) -> float:
-    """The largest difference of two runs of a motion, relative to the way gone and to the greatest speed."""
+    """The largest difference of two runs of a motion, relative to the travel and to the greatest speed."""
     if not rough.stretches:
         return 1.0
     last = min(rough.t[-1], fine.t[-1])

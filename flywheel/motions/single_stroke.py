@@ -126,7 +126,7 @@ class SingleStroke:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """What is loaded beyond its limit, in words; empty where nothing is."""
+        """Sentences on loads beyond their limits; empty if there are none."""
         return tuple(f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0)
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
@@ -145,7 +145,7 @@ class SingleStroke:
         flywheel.report.write(self, path, language=language, units=units)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
+        """The result for JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
         given, exact = (self.inertia, None) if self.given else (None, self.inertia)
         wheel = {"on": self.on, "inertia": given, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
         if self.limits:
@@ -260,7 +260,7 @@ class _Run(NamedTuple):
 
     @classmethod
     def of(cls, strokes: Strokes, found: Phases) -> _Run:
-        """That of a stroke that returns."""
+        """The speeds of a stroke that returns."""
         energy = _energy(strokes, found)
         figures = _figures(strokes, found, energy)
         return cls(found, figures, _shares(strokes, found, figures), energy)
@@ -603,7 +603,7 @@ def _motor_heat(strokes: Strokes, sides: list[_Side], period: float) -> float | 
 
 
 def _keeps_up(strokes: Strokes, rms: float, heat: float | None) -> bool | None:
-    """Whether a motor with a rated point is loaded within it; None where there is no such motor."""
+    """True if a motor with a rated point is loaded within it; None without such a motor."""
     shares = _motor_shares(strokes, rms, heat)
     return all(share <= 1.0 for share in shares.values()) if shares else None
 
@@ -620,7 +620,7 @@ def _motor_shares(strokes: Strokes, rms: float, heat: float | None) -> dict[str,
 
 
 def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict[str, float]:
-    """What has a limit, over that limit."""
+    """The loads that have limits, over these limits."""
     clutch, brake = strokes.clutch, strokes.brake
     shares = _motor_shares(strokes, figures["motor_torque_rms"], figures["motor_heat"])
     shares["clutch torque"] = figures["clutch_torque"] / clutch.static_torque
@@ -692,7 +692,7 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
     asked = asked_of(scene)
 
     def reached(inertia: float) -> Mapping[str, float]:
-        """What the limits are compared with; nothing where the stroke does not go through."""
+        """The values compared with the limits; none where the stroke is not completed."""
         if inertia not in known:
             tried = Strokes(scene, inertia, tolerance)
             try:
@@ -712,7 +712,7 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
         """The smallest flywheel that keeps one limit."""
 
         def above(inertia: float) -> float:
-            """What is beyond the limit, relative; infinite where the stroke does not go through."""
+            """The relative excess over the limit; infinite where the stroke is not completed."""
             return reached(inertia).get(name, math.inf) / asked[name] - 1.0
 
         def within(place: float) -> float:

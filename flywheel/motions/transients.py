@@ -168,7 +168,7 @@ def transient(
     For a time, the machine is followed wherever it goes, through rests, back and forth; at rest dry laws hold it until
     something drives it away (forwards, where either way were possible). With any other end the motion ends early where the
     machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop` without one, or where it is off by
-    then or brakes. At a step of load or drive (an expression of `t`) stepping starts afresh.
+    then or brakes. Stepping restarts at a step of load or drive (an expression of `t`).
 
     >>> import math, flywheel
     >>> fan = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "10 - omega"}, "flywheel": {"inertia": 0}}
@@ -464,7 +464,7 @@ def _switched(
 
 
 def _start(setting: TransientSetting, start: float | str, at: float | None, goes_on: bool) -> Start:
-    """The start; a SceneError for a machine that stays at rest, or goes back for ever, when it is let go.
+    """The start; a SceneError for a released machine that stays at rest, or moves backwards without end.
 
     goes_on: whether it is followed wherever it goes.
     """
@@ -569,8 +569,8 @@ def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[G
 def _settling(setting: TransientSetting, goal: Until, rtol: float) -> Passing | None:
     """Check, at the end of every cycle, whether the speed there has settled.
 
-    Three speeds in turn tell the rate at which they settle, and with it how much is still missing. Where laws depend on
-    time, a speed or a stop may still come.
+    Three successive speeds give the rate at which they settle, and with it the remaining change. Where laws depend on time,
+    a speed or a stop may still come.
     """
     motor = setting.machine.scene.motor
     switched = max(() if motor is None else as_started(motor).times, default=0.0)
@@ -658,7 +658,7 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
 
 
 def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
-    """Description of a machine with rough joints at the end of its motion: held by friction, or about to move."""
+    """Description of a machine with rough joints at the end of its motion: at rest by friction, or about to move."""
     machine, own = dynamics.machine, state[3:].tolist()
     phi = within(machine, float(state[0]))
     forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.array([last]), own)[:, 0].tolist()
@@ -679,8 +679,8 @@ _COLUMNS = {"speed": "omega", "torque": "drive", "power": "power", "current": "c
 def estimates(transient: Transient) -> dict[str, Any]:
     """Errors in the figures' own units, by the names of the JSON; None without a figure, or where nothing is known of it.
 
-    They compare the motion with the run before it, of wider tolerance, and add what the error of position and speed makes of
-    them. They hold for the flywheel and the balance as printed, whose own errors stand beside them.
+    They compare the motion with the run before it, of wider tolerance, and add the effect of the error of position and
+    speed. They hold for the flywheel and the balance as printed, whose own errors stand beside them.
     """
     motion, energy = transient.motion, transient.energy
     fine, other, share = motion.trail, _rough(motion), motion.share

@@ -17,8 +17,8 @@ __all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", 
 class Cost(NamedTuple):
     """Positions of the crank at which the machine was evaluated, and seconds of wall clock.
 
-    An evaluation is one position at which the machine's bond graph is walked, or at which torques that depend on speed
-    are found anew for another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
+    An evaluation is one position at which the machine's bond graph is walked, or at which torques are computed for
+    another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
     went into which part of the work.
 
     >>> Cost(34, 0.001, {"figures": Cost(34, 0.001)}).as_dict()

@@ -129,8 +129,8 @@ def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], 
         rtol: the error that is allowed.
         most: edges, at most.
 
-    Halving no longer helps where two rounds in turn gain less than a tenth: the rest is rounding. An error above a tenth is
-    that of cells which may first have to become as narrow as what they follow, so that such rounds do not count.
+    Halving has no further effect where two successive rounds gain less than a tenth: the rest is rounding. An error above a
+    tenth is that of cells which may first have to become as narrow as what they follow, so that such rounds do not count.
 
     >>> def mean(edges):
     ...     mesh = cells(edges)

@@ -55,8 +55,8 @@ class Changes(NamedTuple):
     def reach(self) -> Array:
         """The greatest effect of an error made anywhere in the cycle, (states, states): on each state, by that of each.
 
-        A state that is off by r at phi = 0 in every cycle is off by Y(phi) (I - M)^-1 r, with M what a cycle makes of a
-        change and Y what it makes of it up to phi; the largest over the edges, in size.
+        A state that is off by r at phi = 0 in every cycle is off by Y(phi) (I - M)^-1 r, where M is the effect of a cycle on
+        a change and Y the effect up to phi; the largest over the edges, in size.
         """
         through = self.edge_start + np.eye(self.edge_start.shape[-1])
         return np.asarray(np.abs(through @ np.linalg.inv(-self.gained)).max(axis=0))

@@ -1,7 +1,7 @@
 """Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
 
-The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a
-list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
+The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a list
+of functions are accepted. Nothing of it is ever executed; size, depth and exponents are capped.
 
 A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
 intervals, jets, and mpmath through a small adapter: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
@@ -451,7 +451,7 @@ class Expression:
         """Value in a namespace (numpy itself, or one of its likes); infinite or NaN where undefined.
 
         Comparisons, abs, sign, min, max, conditions and the cut of atan2 are decided at `anchor` where one is given:
-        the middle of a smooth piece, broadcastable with `values`. A piece then never sees its neighbour's branch.
+        the middle of a smooth piece, broadcastable with `values`. A piece then never takes its neighbour's branch.
 
         >>> ramp = parse("abs(phi - 1)")
         >>> ramp.evaluate({"phi": np.array([0.0, 0.75, 1.5])}, np, {"phi": 0.5}).tolist()
@@ -505,8 +505,8 @@ class Expression:
     def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
         """The term that is not finite at a place, in words and as it was written; an empty text where there is none.
 
-        It is the first part whose operands are finite and whose value is not. What leaves the floating-point range is told
-        only where nothing else is wrong: exponentials may overflow and cancel.
+        It is the first part whose operands are finite and whose value is not. Values beyond the floating-point range are
+        reported only without other faults: exponentials may overflow and cancel.
 
         >>> parse("3*log(phi-3)").undefined({"phi": 1.0})
         'log(phi-3): the logarithm of -2, which is negative'

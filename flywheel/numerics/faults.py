@@ -19,7 +19,7 @@ from flywheel.language import text as _
 class Fault(NamedTuple):
     """One thing that is wrong: where, what was found, what was expected, and what to do about it.
 
-    In a scene that was read from a text it stands in a `line` (and a `column`, where the text is no TOML), and perhaps in an
+    In a scene that was read from a text it has a `line` (and a `column`, where the text is no TOML), and perhaps in an
     `item` of an array of tables, counted from 1. The path counts from 0. `locks` are the driver's coordinates (rad or m) at
     which a mechanism was found to lock.
 

@@ -420,7 +420,7 @@ def plain(u: Any) -> Any:
 
 def _scaled_namespace(ns: Any) -> SimpleNamespace:
     def exponential(parts: Iterable[tuple[Hashable, float, Any]], exponent: Callable[[], Any]) -> Scaled:
-        """Exp of a sum of c a, told as key, c and a; a key stands for one a in all that is calculated together."""
+        """The exponential of a sum of c a, given as key, c and a; a key means one a within a calculation."""
         powers: Powers = {}
         for key, c, number in parts:
             a = plain(number)

@@ -1,6 +1,7 @@
 """Display of the library's objects in notebooks: HTML written by a part of the library that is imported later.
 
-Scenes, machines and results know nothing of tables and curves; they find who draws them under its public name, when asked.
+Scenes, machines and results know nothing of tables and curves; they find the drawing function by its public name when
+needed.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ piece of the function counts with its Hessian,
 
     min t  with  t >= f_i + grad f_i (x - x_i) + (x - x_i)' H_i (x - x_i)/2,
 
-which is Newton's method where there is one piece alone. Whether a point is least nearby is told by the linear program over
-tangents at points around it, by differences of their own: a step of a radius r gains slope r, and nothing where no
-combination of tangents, constraints and bounds leaves a way down (F. Clarke's stationary points).
+which is Newton's method where there is one piece alone. The test of a local minimum is the linear program over tangents at
+points around it, by differences of their own: a step of a radius r gains slope r, and nothing where no combination of
+tangents, constraints and bounds leaves a way down (F. Clarke's stationary points).
 
 Source: D. Kraft, DFVLR-FB 88-28 (1988); R. Fletcher, E. Sainz de la Maza, Mathematical Programming 43 (1989), 235; J. Burke,
 A. Lewis, M. Overton, SIAM Journal on Optimization 15 (2005), 751; R. Fletcher, Practical Methods of Optimization (1987).
@@ -198,7 +198,7 @@ def descent(rows: Rows, x: Array, low: Array, high: Array, seed: int = 0) -> flo
 
 
 def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
-    """The best point that SLSQP comes to."""
+    """The best point of SLSQP."""
     from scipy.optimize import minimize
 
     tried: dict[bytes, Point] = {first.x.tobytes(): first}

@@ -271,7 +271,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
     """Angles at which the cells from `lo` to `hi` (rad) must be split further for the nodes to follow an expression.
 
     The cells must lie between the expression's breakpoints; `env` and `env_value` are those of `breakpoints`.
-    Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 10 000 cells more do not do.
+    Raises SwitchingError where a denominator is zero, a tangent is infinite, or 10 000 cells more do not do.
 
     >>> from flywheel.numerics.expressions import parse
     >>> peak = parse("sin(phi) + exp(-((phi - 2)/1e-3)**2)")

@@ -574,7 +574,7 @@ class _Reader:
             yield from self.table(child(f"{path}.ports", name), title, POINT_PORT, port, removable=True, level=1)
 
     def body(self, path: str, name: str, table: Mapping[str, Any]) -> Group:
-        """The group of a body: what it weighs, and the coordinates of its points."""
+        """The group of a body: its mass and inertia, and the coordinates of its points."""
         section = FRAME_BODY if name == "frame" else LINK
         plain = [key for key in section.keys if key.name != "points"]
         fields = list(self.fields(path, plain, {k: v for k, v in table.items() if k != "points"}))

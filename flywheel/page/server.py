@@ -295,7 +295,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def _compute(connection: Any) -> None:
-    """Main loop of a process: requests in, answers out, until the server is gone."""
+    """Main loop of a process: requests in, answers out, until the server ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from flywheel.page.server import CALLS
 
@@ -611,7 +611,7 @@ class _Handler(BaseHTTPRequestHandler):
         return below, dict(parse_qsl(query[:1000], max_num_fields=10, keep_blank_values=True))
 
     def _body(self) -> bytes:
-        """The JSON that a call brings; its length must be told, and is not large."""
+        """The JSON that a call brings; it must state its length, which is limited."""
         if (self.headers.get("Content-Type") or "").partition(";")[0].strip().lower() != "application/json":
             raise RefusedError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
         lengths = self.headers.get_all("Content-Length") or []

@@ -246,7 +246,7 @@ def show(made: Stage, k: int, scene: Scene) -> None:
 
 
 def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
-    """Images of the frames: static parts are drawn once, moving parts anew for every frame."""
+    """Images of the frames: static parts are drawn once, moving parts in every frame."""
     picture = made.figure.canvas
     assert isinstance(picture, FigureCanvasAgg)
     picture.draw()  # type: ignore[no-untyped-call]

@@ -138,7 +138,7 @@ _IN_PRINT: dict[str, tuple[str, Any, str]] = {  # of a colour: its grey, the das
 
 
 def in_greys(made: Figure) -> None:
-    """Turn a figure into the form for print: lines told apart by dashes, fills by hatches, all colours greys."""
+    """Turn a figure into the form for print: lines distinguished by dashes, fills by hatches, in greys."""
     for panel in (*made.findobj(Axes), *made.legends):
         lines = panel.findobj(Line2D)
         colours = {to_hex(line.get_color()).upper() for line in lines if line.get_linestyle() != "None"}

@@ -80,7 +80,7 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
         points: names of the joints and points whose paths are drawn, such as `B` or `rod.P`; all that move if empty.
 
     Raises:
-        SceneError: for a scene that has nothing to draw, a position beyond a stroke, a point that nobody knows.
+        SceneError: for a scene that has nothing to draw, a position beyond a stroke, an unknown point.
         ValueError: for any other file ending.
 
     """
@@ -231,8 +231,8 @@ _BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre 
 def draw_centres(found: InstantCentres, path: str | Path | None = None) -> Figure:
     """Draws mechanisms at positions with their instant centres: P(rod) of a body, P(crank, slider) of two.
 
-    Centres that a joint makes for good bear no name of their own: a pin's is the pin. From the centre of a body rays go to
-    its points, across which these move. What lies far away or at infinity is told above the picture.
+    Permanent centres at joints have no label: a pin's is the pin. From the centre of a body rays go to
+    its points, across which these move. A line above the picture lists centres far away or at infinity.
 
     Args:
         found: what `flywheel.instant_centres` gives; of more than four positions four are drawn.

@@ -293,7 +293,7 @@ _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
 def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path | None = None, *, together: bool) -> Figure:
     """Draws reactions and driving actions over the driver or the time, and saves the picture if a file is named.
 
-    Every curve's least and greatest value are marked, and told beside its name.
+    The least and greatest value of every curve are marked, and listed with its name.
 
     Args:
         found: what `flywheel.motions.joint_forces.force_curves` gives, at positions as close as the picture needs, both
@@ -370,7 +370,7 @@ def _together(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> 
 
 
 def _line(axes: Axes, legend: Axes, x: Array, values: Array, words: tuple[str, str], colour: str, dashes: Any) -> None:
-    """A curve with its least and greatest value marked, and told in the legend of a panel."""
+    """A curve with its least and greatest value marked, and listed in the legend of a panel."""
     name, unit = words
     if np.isnan(values).all():
         legend.plot([], [], color=colour, ls=dashes, label=_("{name}: not known", name=name))

@@ -490,7 +490,7 @@ def _mark_loop(panel: Axes, part: Part, data: Mapping[str, Any]) -> None:
 
 
 def _arrows(panel: Axes, path: Array) -> None:
-    """Arrowheads along a path (2, m), in the direction in which it is gone."""
+    """Arrowheads along a path (2, m), in its direction."""
     scale = np.array(figures.scale(panel))[:, None]
     steps = np.hypot(*(np.diff(path, axis=1) * scale))
     lengths = np.concatenate(([0.0], np.cumsum(steps)))

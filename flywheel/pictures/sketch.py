@@ -29,7 +29,7 @@ _ROUND = 96  # points of a full circle
 
 
 def circle(radius: float, centre: tuple[float, float] = (0.0, 0.0), start: float = 0.0, end: float = 2 * np.pi) -> Array:
-    """An arc from `start` to `end` (rad), a full circle if not told otherwise."""
+    """An arc from `start` to `end` (rad), a full circle by default."""
     count = max(int(np.ceil(_ROUND * abs(end - start) / (2 * np.pi))), 2) + 1
     angle = np.linspace(start, end, count)
     return np.stack((centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)))
@@ -399,8 +399,8 @@ def _cam(cycle: Poses, coupling: Coupling, at: Place, follower: Joint, unit: flo
     """The profile that the motion gives, about the cam's pin; a plain disc where it cannot be known.
 
     Cam and follower meet at the point named, or on the face across a sliding follower: a flat face at height h over the
-    cam's axis touches it at the eccentricity -dh/dtheta, to the left of its travel. The face cannot be told of a follower
-    that turns, or whose point lies behind the axis.
+    cam's axis touches it at the eccentricity -dh/dtheta, to the left of its travel. The face is unknown for a follower that
+    turns, or whose point lies behind the axis.
     """
     turn, contact = cycle.angle(at[0]), None
     if coupling.contact is not None:
@@ -470,7 +470,7 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     mechanisms the name of the mechanism may stand before it (`press.rod.P`).
 
     Raises:
-        SceneError: for a scene without mechanism, a mechanism that is no linkage or cannot move, a point that nobody knows.
+        SceneError: for a scene without mechanism, a mechanism that is no linkage or cannot move, an unknown point.
 
     """
     if not scene.mechanisms:

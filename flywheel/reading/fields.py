@@ -420,7 +420,7 @@ class Setting(NamedTuple):
     """Context in which the parts of a scene are read.
 
     `cycle` is None while its own reading failed. `names` are the parameters that expressions may use, the unknown
-    included; `parameters` holds those that have a value. `stroke` is set where the driver goes one way; its numbers are
+    included; `parameters` holds those that have a value. `stroke` is set if the driver moves one way; its numbers are
     NaN, and `cycle` is None, where they could not be read.
     """
 

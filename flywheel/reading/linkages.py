@@ -91,7 +91,7 @@ def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
 
 
 def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
-    """One body: what it weighs, and its points, its origin first; a point whose place is at fault can still be named."""
+    """One body: its mass and inertia, and its points, the origin first; a point with a faulty place keeps its name."""
     check_name(name, path, faults)
     table = as_table(raw, path, faults)
     if table is None:

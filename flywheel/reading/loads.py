@@ -93,7 +93,7 @@ class Site(NamedTuple):
 
 
 class Modelled(NamedTuple):
-    """The law that a model comes to, and what it is in words; the area (m²) on which a gas presses, if it is one."""
+    """The law of a model, and its description; the area (m²) on which a gas presses, if it is one."""
 
     law: Expression | Table
     text: str
@@ -710,7 +710,7 @@ def _law(
 
 
 def _every(given: float | None, place: Place | None, path: str, setting: Setting) -> float | None:
-    """The angle after which the load repeats: it divides the travel of the angle that the load sees."""
+    """The angle after which the load repeats: it divides the travel of the load's angle."""
     if place is None or place.travel is None or setting.cycle is None:
         return None
     path, travel = f"{path}.every", f"the {np.degrees(place.travel):.10g} deg that its angle travels in a cycle"

@@ -35,7 +35,7 @@ _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
 
 
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
-    """The stroke of a scene whose driver goes one way; None where it turns in cycles.
+    """The stroke of a scene whose driver moves one way; None where it turns in cycles.
 
     Its numbers are NaN where they could not be read, so that the rest can be read against it all the same.
     """
@@ -303,7 +303,7 @@ def _outputs(
 
 
 def _output(name: str, raw: object, path: str, setting: Setting) -> Output | None:
-    """One output: a position, and what it weighs."""
+    """One output: a position, with mass or inertia."""
     faults = setting.faults
     before = len(faults)
     check_name(name, path, faults)

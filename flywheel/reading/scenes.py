@@ -460,7 +460,7 @@ def _plain(raw: Any, depth: int = 0) -> Any:
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
-    """Every part of the scene in turn; None where a fault stops it from being put together."""
+    """All parts of the scene, one after another; None where a fault stops it from being put together."""
     known = {key.name for key in TOP}
     for name in raw:
         if name not in known and name not in SECTIONS:

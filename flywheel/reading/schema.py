@@ -94,10 +94,10 @@ _ON = Key("on", "text", "a shaft or a port", required=True)
 _ON_SHAFT = Key("on", "text", "a shaft", "crank")
 
 _ONCE_ROUND = Range(0.0, TURN * (1 + 1e-9))
-_RAMPS = (Key("rise", "time", "in which the torque builds up evenly", 0.0, NOT_NEGATIVE),)
+_RAMPS = (Key("rise", "time", "in which the torque increases linearly", 0.0, NOT_NEGATIVE),)
 _HEATS = (
-    Key("heat_per_stroke", "energy", "that it bears in one stroke, or in those in a row", None, POSITIVE),
-    Key("heat_per_hour", "energy", "that it bears in an hour", None, POSITIVE),
+    Key("heat_per_stroke", "energy", "permissible in one stroke, or in several in a row", None, POSITIVE),
+    Key("heat_per_hour", "energy", "permissible in an hour", None, POSITIVE),
 )
 
 _SECTIONS = (
@@ -118,7 +118,7 @@ _SECTIONS = (
             Key("efficiency", "number", "of its mesh or belt", 1.0, Range(0.0, 1.0, low_open=True), example="95 %"),
             Key("slip", "number", "of its belt: share of speed lost", 0.0, Range(0.0, 1.0, high_open=True), example="2 %"),
             Key("drag", "torque", "constant, against the shaft's own rotation", 0.0, NOT_NEGATIVE),
-            Key("clutch", "tables", "friction clutch in its mesh, through which it drives the crank stroke by stroke"),
+            Key("clutch", "tables", "friction clutch in its mesh, which drives the crank stroke by stroke"),
         ),
         named=True,
     ),
@@ -146,13 +146,16 @@ _SECTIONS = (
             Key("table", "table", "force or torque against angle"),
             Key("model", "model", "force or torque of a machine of a known kind, such as a press or a compressor"),
             Key("bore", "length", "of the cylinder whose gas the force or table is that of", None, POSITIVE),
-            Key("from", "angle", "angle at which the load begins to act"),
-            Key("to", "angle", "angle at which the load ceases; it wraps when to is less than from"),
+            Key("from", "angle", "angle at which the load begins"),
+            Key("to", "angle", "angle at which the load ends; the window wraps if to is less than from"),
             Key(
-                "while", "text", "it acts only while its place moves so at positive crank speed", choices=("v > 0", "v < 0")
+                "while",
+                "text",
+                "it acts only in this direction of its place at positive crank speed",
+                choices=("v > 0", "v < 0"),
             ),
-            Key("every", "angle", "the angle after which window, table and phi repeat (default: the cycle)", None, POSITIVE),
-            Key("factor", "number", "by which force or torque is multiplied", 1.0, NOT_NEGATIVE, example="60 %"),
+            Key("every", "angle", "period of window, table and phi (default: the cycle)", None, POSITIVE),
+            Key("factor", "number", "factor on force or torque", 1.0, NOT_NEGATIVE, example="60 %"),
         ),
         array=True,
         one_of=(("force", "torque", "table", "model"),),
@@ -252,19 +255,19 @@ _SECTIONS = (
             Key(
                 "cycles",
                 "number",
-                "how many cycles of the machine it lasts, instead of a duration",
+                "number of cycles of the machine, instead of a duration",
                 None,
                 POSITIVE,
                 example="120",
             ),
             Key("loads", "number", "share of all loads but those of model losses", None, Range(0.0, 2.0), example="60 %"),
             Key("changes", "changes", "other values in the scene, by their paths, such as load.0.force"),
-            Key("starts", "number", "how often the machine starts from rest in the phase", None, NOT_NEGATIVE, example="1"),
+            Key("starts", "number", "number of starts from rest in the phase", None, NOT_NEGATIVE, example="1"),
             Key("rest", "flag", "true: the motor is off and the machine stands still"),
             Key(
                 "standstill_cooling",
                 "number",
-                "share by which time at rest counts for the motor's cooling: 1 with a fan of its own drive",
+                "share of the time at rest that cools the motor: 1 with a fan of its own drive",
                 None,
                 Range(0.0, 1.0),
                 example="0.33",
@@ -289,7 +292,7 @@ _SECTIONS = (
         (
             _ON_SHAFT,
             Key("torque", "torque", "against the shaft's rotation", None, POSITIVE, required=True),
-            Key("engage", "angle", "crank angle at which it is put on", required=True, range=_ONCE_ROUND),
+            Key("engage", "angle", "crank angle at which it is applied", required=True, range=_ONCE_ROUND),
             Key("release", "angle", "crank angle at which it is released: that of stop_at", range=_ONCE_ROUND),
             *_RAMPS[:1],
             Key("fall", "time", "in which its torque vanishes when a stroke begins", 0.0, NOT_NEGATIVE),
@@ -299,11 +302,11 @@ _SECTIONS = (
     ),
     Section(
         "single_stroke",
-        "work stroke by stroke: the clutch takes the crank along, the brake stops it",
+        "work stroke by stroke: the clutch accelerates the crank, the brake stops it",
         (
             Key("rate", "rate", "strokes a time", None, POSITIVE),
             Key("idle", "time", "from standstill to the next engagement of the clutch", None, NOT_NEGATIVE),
-            Key("stop_at", "angle", "crank angle at which the crank should come to rest", 0.0, _ONCE_ROUND),
+            Key("stop_at", "angle", "crank angle at which the crank should stop", 0.0, _ONCE_ROUND),
             Key(
                 "continuous", "number", "strokes in a row before the crank is stopped", 1.0, Range(1.0, 1000.0), example="3"
             ),
@@ -362,12 +365,12 @@ CLUTCH = Section(
     "shafts.NAME.clutch",
     "a friction clutch in the mesh of a shaft",
     (
-        Key("torque", "torque", "that it passes while it slips, at its shaft", None, POSITIVE, required=True),
-        Key("static_torque", "torque", "that it passes at the most while it holds (default: torque)", None, POSITIVE),
+        Key("torque", "torque", "of the slipping clutch, at its shaft", None, POSITIVE, required=True),
+        Key("static_torque", "torque", "greatest of the locked clutch (default: torque)", None, POSITIVE),
         Key("engage", "angle", "crank angle at which it is engaged: that of stop_at", range=_ONCE_ROUND),
         Key("disengage", "angle", "crank angle at which it is released", required=True, range=_ONCE_ROUND),
         *_RAMPS,
-        Key("fall", "time", "for which it still holds after its release", 0.0, NOT_NEGATIVE),
+        Key("fall", "time", "for which it transmits torque after its release", 0.0, NOT_NEGATIVE),
         *_HEATS,
     ),
 )

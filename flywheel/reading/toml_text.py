@@ -1,8 +1,8 @@
 """A scene's text: the line on which every key stands, and what was meant where the text is no TOML.
 
 `tomllib` says which texts are TOML and what they hold; this says where. One scanner walks the text by TOML's lexical rules:
-on a good text it notes the line of every key, table and item, on a bad one it tells what stands in the way, in the words
-of somebody who has never read TOML's specification.
+for a valid text it records the line of every key, table and item; for an invalid one it describes the errors in words
+that do not presuppose TOML's specification.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ class TomlBlock(NamedTuple):
 class Outline(NamedTuple):
     """A text with the place of everything in it; `mapping` holds as much as can be read where it is no TOML.
 
-    `troubles` counts what stands in the way of reading it. `places` has paths as faults write them. Of a text that is longer
+    `troubles` counts the errors that prevent its reading. `places` has paths as faults write them. Of a text that is longer
     than a scene that somebody writes by hand nothing is told.
     """
 

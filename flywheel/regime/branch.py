@@ -1,13 +1,13 @@
 """The branch of steady periodic motions over the inertia of a flywheel: which flywheels have one, and which have none.
 
 For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
-followed in time comes to a stop; or neither within the effort spent. Who looks through many flywheels asks one `Branch` for
-all of them: each motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct
-ways fail the machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
+followed in time comes to a stop; or neither within the effort spent. Use one `Branch` for a search over many flywheels: each
+motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct ways fail the
+machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
 
 Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
-Let go above every speed that a periodic motion can have, it stays above all of them; where it stops, there is none.
-With a motor's own states it is let go in the neighbouring motion, and where that stops the branch has ended.
+A machine released above every speed of a periodic motion stays above all of them; where it stops, there is none. With a
+motor's own states it is let go in the neighbouring motion, and where that stops the branch has ended.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapters 4 (continuation) and 7
 (periodic motions and their multipliers); P. Hartman, Ordinary Differential Equations, 2nd ed., SIAM 2002, III.4

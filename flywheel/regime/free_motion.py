@@ -47,7 +47,7 @@ class SwitchingTimes:
     """The times (s) at which expressions of `t` and parameters change their branch, up to an end that may be infinite.
 
     Where one is steep, as a short pulse is, there are more, so close that no step passes it without seeing it.
-    `after(t)` gives the next of them, or the end of what was looked through; time stepping starts afresh there.
+    `after(t)` gives the next of them, or the end of what was looked through; time stepping restarts there.
     """
 
     def __init__(self, machine: Machine, until: float) -> None:
@@ -204,7 +204,7 @@ class Rest(NamedTuple):
         return found
 
     def release(self, stop: float) -> Release | None:
-        """Time and sense of its release, at the latest at a time with direction 0; None where it rests for good.
+        """Time and sense of its release, at the latest at a time with direction 0; None if it stays at rest.
 
         That is where nothing that time changes acts on it. Forwards, where either way were possible.
         """
@@ -334,8 +334,8 @@ def follow(
     """The motion from a start until a time (s), or until a goal is reached.
 
     `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
-    what it answers ends the motion. `watching(t, phi)` is told of the start, and of the end of every stretch.
-    Steps are shorter than those of the motion `beside` everywhere, so that what they pass over is not the same.
+    what it answers ends the motion. `watching(t, phi)` is called at the start, and at the end of every stretch. Steps are
+    shorter than those of the motion `beside` everywhere, so that what they pass over is not the same.
 
     Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
     """

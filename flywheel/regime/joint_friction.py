@@ -62,7 +62,7 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
 
     Where no speed is given, it is the constant one at which the net work is zero without that friction; where nothing
     depends on speed, the friction is that of loads and weights without inertia forces. Where the scene's unknown acts on a
-    port, friction and balance depend on each other, and both are found in turn.
+    port, friction and balance depend on each other and are computed alternately.
 
     Raises:
         SceneError: where friction locks a mechanism, naming the position; where it cannot be balanced.

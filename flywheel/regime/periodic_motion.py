@@ -260,9 +260,9 @@ class _Search(NamedTuple):
         return float(least.min()) <= _WEIGHTLESS * float(greatest.max())
 
     def vanishing(self, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
-        """The limit for ever lighter flywheels, by a very light one; its error includes the change by one half heavier.
+        """The limit of decreasing flywheels, by a very light one; its error includes the change by one half heavier.
 
-        Where nothing weighs no torque tells how fast the crank goes on: there the limit is the speed at which they balance.
+        Without inertia no torque determines the speed of the crank: there the limit is the speed at which they balance.
         """
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         light = _VANISHING * float(moments.inertia.max())
@@ -435,7 +435,7 @@ class _Search(NamedTuple):
     def refinement(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
         """The motion at an error within rtol, or the best possible, from one on cells between edges and cuts.
 
-        Cells are cut anew until the switches stand still, and then halved; what does not settle may be no more than what
+        Cells are cut again until the switches no longer move, and then halved; what does not settle may be no more than what
         the cells leave open, so that they are halved then too. Where the iteration fails, all are.
         """
         best: OwnMotion | None = None

@@ -133,8 +133,8 @@ def state_errors(
 ) -> dict[str, Any]:
     """Estimated absolute errors of a state by the names of its fields, of the shapes that these have.
 
-    The machine is reduced again a few roundings of the cycle aside, with lengths a few roundings off: what that changes is
-    what rounding comes to, near a dead centre or not. Balance and speed are as far off as they may be.
+    The machine is reduced again a few roundings of the cycle aside, with lengths a few roundings off: the change is the
+    error by rounding, near a dead centre or not. Balance and speed are as far off as they may be.
 
     Args:
         machine: the machine.
@@ -210,7 +210,7 @@ def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Ar
 
 
 def spread(figures: Any, others: Sequence[Any]) -> Any:
-    """Twice the difference of figures (arrays, or tables of them) from those computed anew, and the rounding of a sum."""
+    """Twice the difference of figures (arrays, or tables of them) from those computed again, and the rounding of a sum."""
     if isinstance(figures, Mapping):
         return {name: spread(value, [other[name] for other in others]) for name, value in figures.items()}
     apart = np.max([np.abs(other - figures) for other in others], axis=0)
@@ -250,8 +250,8 @@ class Passage(NamedTuple):
     exert for this motion: the scene's own drive is not counted among the loads. `velocities` (m/s or rad/s) and
     `accelerations` (m/s² or rad/s²) are those of every port and other velocity, by name as in `state.gains`.
 
-    Of a point of a body on a fixed pivot (`NAME.com`) the velocity is its tangential speed. Its acceleration is told as
-    `NAME.com.tangential`, `NAME.com.normal` (towards the pivot), and in all, never negative, as `NAME.com`.
+    Of a point of a body on a fixed pivot (`NAME.com`) the velocity is its tangential speed. Its acceleration is given as
+    `NAME.com.tangential`, `NAME.com.normal` (towards the pivot), and as the total `NAME.com`, never negative.
     """
 
     state: MachineState

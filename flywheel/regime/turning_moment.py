@@ -62,8 +62,8 @@ class Cycle(NamedTuple):
     `series` (3, cells, ORDER) holds M*, dI*/dphi and I*; `rising` (2, cells, ORDER + 1) the integrals of the first two from
     each cell's left end; `start` (2, cells + 1) what they have accumulated at the edges: W and I* - I*(0).
     `net` is the work of M* over the cycle (J), `exchanged` the integral of the sum of |contributions| to M* (J). `noise`
-    (2, cells) is the size below which M* and dI*/dphi cannot be told from zero. `balance_error` is
-    the relative error of the balance itself.
+    (2, cells) is the size below which M* and dI*/dphi are indistinguishable from zero. `balance_error` is the relative error
+    of the balance itself.
     """
 
     mesh: Cells
@@ -157,14 +157,20 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
     tails = cells.tails(series)
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
+    by_cell[0] *= spread
     peaks = np.abs(values[1:]).max(axis=-1)
-    exchanged = cells.total(values[3:], mesh.half)
+    inertias = tails[2] + INERTIA_EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
+    exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
     # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
     rows = values[:2].reshape(2, -1)
     swings = rows[:, 1:] - rows[:, :-1]
     by_angle = 2 * ROUNDING * np.hypot.reduce(swings * mesh.phi.reshape(-1)[1:], axis=1) + SHIFT * np.abs(swings).sum(axis=1)
-    errors = cycle_errors(tails, half, peaks, exchanged, by_angle, mesh.edges[-1], spread)
-    work, variation, inertia = map(float, errors[:3])
+    net, turn = by_angle.tolist()
+    net += EVALUATION * exchanged
+    interpolation = by_cell.sum(axis=1).tolist()
+    work = interpolation[0] + spread * net
+    variation = interpolation[1] + EVALUATION * slope_exchanged + turn
     return Cycle(
         mesh=mesh,
         series=series,
@@ -173,35 +179,11 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         inertia_at_start=float(cells.ends(series[2, 0])[0]),
         balance=balance,
         net=float(start[0, -1]),
-        exchanged=float(exchanged[0]),
+        exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
-        errors=CycleErrors(work, variation, inertia, errors.by_cell, errors.inertias),
+        errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
         balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
-
-
-def cycle_errors(
-    tails: Array, half: Array, peaks: Array, exchanged: Array, by_angle: Array, end: Any, spread: Any
-) -> CycleErrors:
-    """Errors of a cycle by what its series leave out and by the rounding of values and angles; see `CycleErrors`.
-
-    Args:
-        tails: what the series of M*, dI*/dphi and I* leave out, (3, cells); axes beyond these are those of many cycles.
-        half: half widths of the cells (cells,), rad.
-        peaks: the greatest |dI*/dphi| and I* in each cell, (2, cells) at least.
-        exchanged: integrals of the sums of |contributions| to M* and to dI*/dphi, (2,).
-        by_angle: errors of the integrals of M* and dI*/dphi by rounded angles, (2,).
-        end: the cycle, rad.
-        spread: factor by which what closes the cycle spreads errors of the moment over differences of W.
-
-    """
-    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
-    by_cell[0] *= spread
-    work, variation = by_cell.sum(axis=1)
-    work = work + spread * (EVALUATION * exchanged[0] + by_angle[0])
-    variation = variation + EVALUATION * exchanged[1] + by_angle[1]
-    inertias = tails[2] + INERTIA_EVALUATION * peaks[1] + 2 * ROUNDING * end * peaks[0]
-    return CycleErrors(work, variation, inertias.max(axis=0), by_cell, inertias)
 
 
 def check_cycle(scene: Scene) -> None:
@@ -629,7 +611,8 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
     """Errors (rad) of extremes of speed at ends of cells.
 
     0 where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
-    both is the same but for rounding; or the function cannot be told from zero in whole cells around: it is their width.
+    both is the same but for rounding; or the function is indistinguishable from zero in whole cells around: it is their
+    width.
     """
     count, least = cycle.mesh.half.size, cycle.errors.work / cycle.mesh.edges[-1]
     beside = np.array([edges - 1, edges % count])

@@ -51,7 +51,7 @@ def html(
     """The report of a sizing, or of a scene, which is then sized, as one HTML file.
 
     Args:
-        given: a sizing; or a machine or a scene. One without a flywheel, or that goes one way, gives what it has.
+        given: a sizing; or a machine or a scene. Without a flywheel, or with a stroke, the report has the steps that apply.
         language: "en" or "es"; the language in use if None.
         units: "si", or "us": results in US customary units beside.
         printed: a printed solution to be set beside ours, as `flywheel.report.solutions.solution` reads it.

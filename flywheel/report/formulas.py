@@ -1,9 +1,9 @@
 """Formulas of the report: one text is shown as a formula, shown again with numbers and units, and worked out.
 
-A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that what a reader sees and what a test
-works out are the same tree. Names are symbols: `phi` is a Greek letter, what follows `_` an index, `I_star` is I with a
-star, `g_prime` a g with a prime, `omega_mean` has the index "mean". Beside functions there are `integral(f, phi, a, b)`,
-`total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle), which are
+A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that the formula on the page and the one
+that a test evaluates are the same tree. Names are symbols: `phi` is a Greek letter, what follows `_` an index, `I_star` is I
+with a star, `g_prime` a g with a prime, `omega_mean` has the index "mean". Beside functions there are `integral(f, phi, a,
+b)`, `total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle), which are
 shown and not worked out. Any name may be called: `W(phi)`.
 """
 

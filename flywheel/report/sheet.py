@@ -1,7 +1,7 @@
 """The cover sheet of a report, which a designer signs. Machine, motor, train, flywheel, what binds, speed, remarks.
 
-It has the contents of the summary, set as a sheet of A4 beside the picture of the train, with lines for who designed and
-who checked it. Texts go in as text, never as markup.
+It has the contents of the summary, set as a sheet of A4 beside the picture of the train, with lines for the signatures of
+designer and checker. Texts go in as text, never as markup.
 """
 
 from __future__ import annotations

@@ -55,10 +55,10 @@ class Joint(NamedTuple):
 
     pin: the two points coincide; coordinate: angle of second less that of first.
     slide: `second_at` lies on a guide of `first`, the line through `first_at` in `direction` (rad, in the frame of
-        first), and second is turned by `angle` against first for good; coordinate: distance of second_at along the
+        first), and the angle of second against first is `angle`; coordinate: distance of second_at along the
         guide from first_at, positive along direction.
     pin-in-slot: as slide, but second may turn: the pin `second_at` slides in a slot of first.
-    fixed: the points coincide, second turned by `angle` against first for good; no coordinate.
+    fixed: the points coincide, and the angle of second against first is `angle`; no coordinate.
 
     `guess` is about the coordinate (m) of a slide or pin-in-slot where the driver starts. `friction` is Coulomb's
     coefficient mu; a pin with friction has a `radius` (m), a slide a `length` (m) of its shoe (0: none that matters).
@@ -136,7 +136,7 @@ class Linkage:
 
     links: the moving bodies, in any order; ground: the fixed body's points.
     driver: name of the pin or slide whose coordinate drives; guesses and sides hold where it stands at `start` (rad or m).
-    path: where it stands in a scene, for messages.
+    path: its path in a scene, for messages.
     further: the other drivers of a linkage of several degrees of freedom (see `flywheel.freedoms`).
     """
 

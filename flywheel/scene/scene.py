@@ -115,7 +115,7 @@ class Mechanism(Frozen):
     `geometry` holds lengths (m) and angles (rad) by their path in the scene (`crank.length`, `slider.offset`,
     `yoke.direction`), and `assembly` (`open`, `crossed`) for a four-bar. `period` (rad of psi) is the span after which
     the laws of a `law` mechanism repeat; `travel` (rad of psi) is how far the crank turns in a cycle. `linkage` is what a
-    mechanism of type `linkage` consists of, `points` its ports at points of bodies. `stroke` is set where the driver goes
+    mechanism of type `linkage` consists of, `points` its ports at points of bodies. `stroke` is set if the driver moves
     one way from one end to another (rad or m of psi), instead of turning in cycles.
     """
 
@@ -194,8 +194,8 @@ class Transmission(NamedTuple):
     """Transmission between a shaft and the one with which it meshes: a gear, a belt or a chain.
 
     `ratio` is that of teeth or pulleys, speed of the shaft over that of `on`, without slip. `efficiency` and 1 - `slip` are
-    the shares of the power that pass, whichever way it goes. `drag` (N m) is the constant torque against the rotation of
-    the shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is what slips.
+    the shares of the power that pass, in either direction. `drag` (N m) is the constant torque against the rotation of the
+    shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is what slips.
     """
 
     on: str = "crank"

@@ -313,7 +313,7 @@ def on_thirds(machine: Machine) -> Machine:
 
 
 def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_motion.OwnMotion:
-    """The steady motion with a flywheel (kg m² on the crank); the sizing's own speed is held where nothing else sets one."""
+    """The steady motion with a flywheel (kg m² on the crank); the speed of the sizing is kept if no torque sets one."""
     scene = machine.scene
     free = scene.unknown is None and machine.sets_its_speed
     held = None if free else (scene.speed or regime.speed)
@@ -370,8 +370,8 @@ class SlidingError(ValueError):
 def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
     """The steps of a cycle from a state at phi = 0: phi (rad), u, and a motor's own states, such as its current.
 
-    tau = w t and omega = w (1 + scale u). Stepping starts afresh at every breakpoint of position, and where a law switches
-    at a speed or a mesh changes the side that drives.
+    tau = w t and omega = w (1 + scale u). Stepping restarts at every breakpoint of position, and where a law switches at a
+    speed or a mesh changes its driving side.
 
     Args:
         dynamics: the machine with its flywheel and balance.

@@ -204,8 +204,8 @@ class Search:
     def _scanned(self) -> list[FlywheelPoint]:
         """Flywheels from the heaviest down to none, the lightest first.
 
-        Where several in turn have no motion, none at all is tried, and from there those heavier, as far as they have one.
-        What stops one machine stops it with any lighter flywheel, unless its motor swings.
+        If several in a row have no motion, the search continues with no flywheel, and from there with heavier ones as long
+        as they have a motion. What stops one machine stops it with any lighter flywheel, unless its motor swings.
         """
         decades = float(np.log10(self.heaviest / self.lightest))
         count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)

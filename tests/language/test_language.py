@@ -143,7 +143,7 @@ SCENES = {
     "motor-press": starters.starter("motor-press"),
     "geared-press": (EXAMPLES / "drive_lines/press.toml").read_text("utf-8"),
 }
-STAY = {"Se:slider.", "MSe:drive.torque"}  # names of bonds in their graph
+STAY = re.compile(r"Se:slider\.|MSe:drive\.torque|\w+ \([\w-]+\)")  # names of bonds in their graph, of bodies of a mechanism
 
 
 def test_what_is_the_same_in_both_languages_is_told():
@@ -157,7 +157,7 @@ def test_what_is_the_same_in_both_languages_is_told():
 def test_no_text_of_a_report_is_left_in_english(name):
     scene = flywheel.load(SCENES[name])
     pages = [report.html(scene, language=language) for language in ("en", "es")]
-    assert [text for text in texts.left(*pages, SCENES[name]) if text not in STAY] == []
+    assert [text for text in texts.left(*pages, SCENES[name]) if not STAY.fullmatch(text)] == []
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ class Line(Motor):
         SceneError: for values out of range.
 
     Valid between rest and no-load speed for a shunt or permanent-magnet DC motor, and near the no-load speed for any motor
-    whose torque falls to zero there. The line goes on beyond both, where the motor brakes. Source: Norton, Design of
+    whose torque falls to zero there. The line continues beyond both, where the motor brakes. Source: Norton, Design of
     Machinery, chapter 2 (motors and drivers); the course's machine has T = 10 - 2.387 omega.
 
     >>> motor = Line(at_rest=10.0, fall=2.387)
@@ -179,7 +179,7 @@ def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Li
 class Curve(Motor):
     """Torque between rows of speed and torque: straight lines, or monotone cubics (pchip) that overshoot nowhere.
 
-    Beyond its first and its last row the curve goes on straight, with the slope it has there.
+    Beyond its first and its last row the curve continues as a straight line with the slope at its end.
 
     Args:
         speeds: rad/s, ascending, 2 to 200 of them.
@@ -242,7 +242,7 @@ class Curve(Motor):
 
     @property
     def no_load_speed(self) -> float | None:
-        """Speed (rad/s) at which the torque has fallen to zero for good, between rows or beyond the last one."""
+        """Speed (rad/s) at which the torque has fallen to zero and remains there, between rows or beyond the last one."""
         last = max(i for i, torque in enumerate(self.torques) if torque > 0)
         if last + 1 < len(self.speeds) and self.torques[last + 1] == 0:
             return self.speeds[last + 1]
@@ -330,14 +330,15 @@ class Engine(Motor):
     """An engine under a governor: full load T_full(omega) up to rated speed, then a straight line down to no load.
 
     Above rated speed omega_n it is T = T_n (omega_0 - omega)/(omega_0 - omega_n), with the no-load speed
-    omega_0 = omega_n (1 + droop). Beyond that the engine brakes: the line goes on down to -T_brake, and stays there.
+    omega_0 = omega_n (1 + droop). Beyond that the engine brakes: the line continues down to -T_brake, then
+    the torque is constant.
 
     Args:
         speed: omega_n, rad/s, above 0.
         full_load: T_full, N m above 0: a number, or a `Curve` that reaches rated speed.
         droop: (omega_0 - omega_n)/omega_n, above 0; 3 to 10 % is usual, the isochronous governor with 0 is no law of speed.
-        idle: lowest speed at which the engine runs by itself, rad/s, below rated. Below it the curve goes on, for a
-            starter or a clutch, but is a guess.
+        idle: lowest speed at which the engine runs by itself, rad/s, below rated. Below it the curve is an extrapolation,
+            for a starter or a clutch.
         braking_torque: T_brake, N m, of the unfired engine.
         inertia: of crankshaft and flywheel, kg m².
 

@@ -339,7 +339,7 @@ class ArmatureCircuit(Circuit):
         return states[0]
 
     def standing(self, states: States, time: Any) -> tuple[Any]:
-        """The current of a locked rotor, which comes to U/R with the time constant L/R."""
+        """The current of a locked rotor, which approaches U/R with the time constant L/R."""
         motor = self.motor
         final, rate = motor.voltage / motor.resistance, motor.resistance / motor.inductance
         return (final + (states[0] - final) * np.exp(-rate * time),)

@@ -204,9 +204,9 @@ class Induction(Motor):
         SceneError: for values out of range, for a rated speed that does not go with poles and frequency, and for a plate
             that contradicts itself.
 
-    Where the plate has a starting torque or current, the curve from breakdown down to rest comes to it: Kloss's value
-    there is raised by x²(3 - 2x) of what misses at rest, x = (omega_b - omega)/omega_b, so that it leaves the running
-    branch as it is and has no kink. Both between are an interpolation.
+    Where the plate has a starting torque or current, the curve from breakdown down to rest reaches it: Kloss's value there
+    is raised by x²(3 - 2x) of what misses at rest, x = (omega_b - omega)/omega_b, so that it leaves the running branch as it
+    is and has no kink. Both between are an interpolation.
 
     Valid for slow changes (electrical transients die away within some periods of the mains) and slips up to about the
     breakdown slip: stator resistance is neglected. From rest to breakdown real motors give more torque than Kloss's formula,

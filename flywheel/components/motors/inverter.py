@@ -121,7 +121,7 @@ class InverterInduction(Induction):
 
     @property
     def torque_limit(self) -> float:
-        """The greatest torque that the inverter lets the motor give, N m; infinite without a limit."""
+        """The greatest torque of the motor on the inverter, N m; infinite without a limit."""
         limit = self.inverter.torque_limit
         return math.inf if limit is None else limit * self.mains.rated.torque
 

@@ -5,8 +5,8 @@
 2. The torque is written once, as the expression of `omega` that `law` gives. `torque` and `slope_at` evaluate it.
 3. The running branch is the range of speeds in which torque falls with speed (`stable`) and which holds the no-load speed.
    There a load that asks for more finds a slower motor that gives more; anywhere else it stalls it.
-4. `covers` is the range of speeds that the motor's data speak of. Outside it the law goes on, as each kind says, but it is
-   a guess.
+4. `covers` is the range of speeds that the motor's data speak of. Outside it the law is an extrapolation, which each kind
+   states.
 5. What a type has beyond its torque is a class variable or a method that it overrides: `Motor` has neither current nor heat.
    Whoever shows a motor, follows it or starts it asks these, and no one asks for its class.
 """
@@ -539,7 +539,7 @@ class Motor(ABC):
 
     @property
     def breakdown(self) -> Point | None:
-        """The lower end of the running branch, where torque is greatest; None where the branch goes on through rest."""
+        """The lower end of the running branch, where torque is greatest; None where the branch continues through rest."""
         start = -math.inf if self.stable is None else self.stable[0]
         return Point(start, float(self.torque(start))) if math.isfinite(start) else None
 

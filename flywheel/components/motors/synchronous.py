@@ -86,7 +86,7 @@ def damper_slope(greatest: float | None, slip_speed: float) -> float:
     c u/(1 + (c u/(2 b))²) = 1 at the slip speed u: c = 2 b (b - sqrt(b² - 1))/u, on the running branch.
 
     Args:
-        greatest: b, greatest over rated torque, above 1; None where it grows for ever: c = 1/u.
+        greatest: b, greatest over rated torque, above 1; None if it grows without limit: c = 1/u.
         slip_speed: u at which it gives rated torque, rad/s.
 
     >>> c = damper_slope(1.5, 2.0)
@@ -115,7 +115,7 @@ class Synchronous(Motor):
         pull_out_ratio: lambda, pull-out torque over rated torque, above 1.
         saliency: r, at least 0.
         damping: c, N m s/rad, at least 0.
-        asynchronous_ratio: T_b over rated torque; None for a damper winding whose torque grows with the slip for ever.
+        asynchronous_ratio: T_b over rated torque; None for a damper winding whose torque grows without limit.
         field_at: speed (rad/s) from which the field is given, below synchronous; None where it always is.
         field_time: time constant of the field, s; with `field_at`.
         inertia: of the rotor, kg m².
@@ -216,7 +216,7 @@ class Synchronous(Motor):
 
     @cached_property
     def damper_reach(self) -> float:
-        """Slip speed u_b at which the damper winding's torque is greatest, rad/s; infinite where it grows for ever."""
+        """Slip speed u_b at which the damper winding's torque is greatest, rad/s; infinite if it grows without limit."""
         if self.asynchronous_ratio is None:
             return math.inf
         return 2.0 * self.asynchronous_ratio * self.rated.torque / self.damping

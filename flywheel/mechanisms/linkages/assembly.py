@@ -7,7 +7,8 @@ back; at a change point two assemblies cross; a continuous family has one at eve
 collapsed onto each other.
 
 The loop equations have several solutions; which one is meant is for guesses and sides to say, never for the iteration that
-happens to converge. So all are looked for, from many starting points at once, and what cannot be told apart is refused.
+happens to converge. The search therefore finds all of them, from many starting points at once; if several fit, they are
+refused.
 
 Sources: for the count, K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Design of Machinery, Wiley 2016,
 chapter 1; for folds and crossings of solutions, W. J. F. Govaerts, Numerical Methods for Bifurcations of Dynamical

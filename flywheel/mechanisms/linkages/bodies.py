@@ -723,7 +723,7 @@ class Steps:
         return Steps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
 
     def at(self, s: float) -> Array:
-        """State at any s on the way, by the dense output of the step there; one that was not kept is taken anew."""
+        """State at any s on the way, by the dense output of the step there; a step that was not kept is repeated."""
         k = min(int(np.searchsorted(self.s[1:], s)), len(self.s) - 2)
         if k not in self.dense:
             self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1]))
@@ -757,7 +757,7 @@ def integrate(
     rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
     state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
     integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
-    returns a place within, the last step is taken anew to there. `dense`: keep all steps, for who looks into most of them.
+    returns a place within, the last step is repeated up to there. `dense`: keep all steps, if most will be evaluated.
     `longest`: of all steps. `partial`: give the steps until there, with the reason, where the motion ends before.
 
     Raises:

@@ -374,7 +374,7 @@ class RoughMotion:
     """Motion with friction as pieces in which every joint and normal force keeps its sign, and standstills between them.
 
     A piece ends, to rounding, where a joint turns back against its neighbour, a normal force changes sides, or the machine
-    stops; integration begins anew there. At rest all joints stick together: the machine starts forwards where friction
+    stops; integration restarts there. At rest all joints stick together: the machine starts forwards where friction
     against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads that change with
     time break it away (see `bondgraph.motion.standstill`). It can never go both ways, as friction takes power.
     """

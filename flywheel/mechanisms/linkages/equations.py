@@ -257,9 +257,9 @@ class Loops(NamedTuple):
     Basis function k is exp(i turns[k] · z), times z[slides[k]] where slides[k] >= 0. `closures` (equations/2, bases) are
     the loops' complex coefficients, `origins` (bodies, bases) those of the bodies' origins; `angles` holds every body's
     angle as a form. `paths` names for every closure the joints of its loop.
-    `names` says what each variable is; `doubled` the joints whose angle is held by others already.
-    `way`: the scaled coordinates of all drivers at both ends of a straight way, (2, drivers), where several drive: the first
-    variable is then the share of that way, and the last relations say where each driver stands on it.
+    `names` says what each variable is; `doubled` the joints whose angle other joints determine already. `way`: the scaled
+    coordinates of all drivers at both ends of a straight way, (2, drivers), where several drive: the first variable is then
+    the share of that way, and the last relations say where each driver stands on it.
     """
 
     linkage: Linkage

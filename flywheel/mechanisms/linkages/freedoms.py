@@ -1,10 +1,10 @@
 """Positions of a linkage with g drivers: closed loops, influence coefficients of all bodies and their derivatives.
 
-The drivers' coordinates (rad of a pin, m of a slide) are held by one relation each. On a straight way between two of their
+Each driver's coordinate (rad of a pin, m of a slide) has a relation that fixes it. On a straight way between two of their
 positions these relations move with the share of the way, which then is the linkage's one driver: so assembly, proven steps,
-locks and branches are those of one degree of freedom. The centre of mass of every body has g influence coefficients
-g_i = dr/dq_i and their derivatives g_ij, from the equations differentiated once and twice; g_ij by polarisation, from the
-second derivatives along q_i, q_j and q_i + q_j.
+locks and branches are those of one degree of freedom. The centre of mass of every body has g influence coefficients g_i =
+dr/dq_i and their derivatives g_ij, from the equations differentiated once and twice; g_ij by polarisation, from the second
+derivatives along q_i, q_j and q_i + q_j.
 
 >>> import numpy as np
 >>> from flywheel.scene.linkage import Driver, Joint, Link, Linkage, Point
@@ -228,8 +228,8 @@ _MOST_CORRECTIONS = 8
 class Follower:
     """Positions that follow the drivers from the one found last, by tangent and Newton's method, closed to rounding.
 
-    Every correction must be at most a quarter of the one before, and the Jacobian's determinant keep its sign; where that
-    fails the way is gone in proven steps, which name the lock or branch that they meet.
+    Every correction must be at most a quarter of the one before, and the Jacobian's determinant keep its sign; if that
+    fails, proven steps follow the way and report the lock or branch that they reach.
     """
 
     def __init__(self, assembly: Assembly, z: Array) -> None:
@@ -383,7 +383,7 @@ def positions(linkage: Linkage, q: ArrayLike) -> Positions:
 
 
 def pair_directions(count: int) -> tuple[Array, Callable[[Any], Any]]:
-    """Directions e_i, then e_i + e_j, and what makes of a quadratic form on them the symmetric one on pairs (i, j)."""
+    """Directions e_i, then e_i + e_j, and the function from a quadratic form on them to the symmetric form on pairs."""
     unit, pairs = np.eye(count), list(combinations(range(count), 2))
     directions = np.array([*unit, *(unit[i] + unit[j] for i, j in pairs)])
 

@@ -6,7 +6,7 @@ A body's velocity field is v(p) = v_o + theta' J (p - o), with J (x, y) = (-y, x
 
 the relative centre; with the frame as body i it is the absolute one, about which body j turns: v(p) = theta_j' J (p - P).
 Where the bodies turn alike their relative motion is a translation and the centre lies at infinity, across it. A pin is
-the centre of its two bodies for good, a guide has theirs at infinity across it for good.
+always the centre of its two bodies; that of a guide is always at infinity, perpendicular to it.
 
 Rates are those by the driver's coordinate (influence coefficients): centres depend on position alone, not on speed.
 
@@ -80,8 +80,8 @@ def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, st
 
     Args:
         poses: of a linkage at n positions.
-        others: the same found otherwise (with lengths a few roundings off, say): how far they are off is what rounding
-            comes to. Without them errors count rounding in the evaluation alone.
+        others: the same found otherwise (with lengths a few roundings off, say): their difference is the error by rounding.
+        Without them errors count rounding in the evaluation alone.
 
     A centre counts as one at infinity where the relative rate is not above its own error. The error of one far away is
     large: it grows with the square of its distance.
@@ -137,7 +137,7 @@ def _centre(poses: Poses, others: Sequence[Poses], first: str, second: str) -> I
 
 
 def _field(poses: Poses, first: str, second: str) -> _Field:
-    """The motion of the second body as the first one sees it, at the second one's origin."""
+    """The motion of the second body relative to the first, at the origin of the second."""
     origin = Point("origin")
     own, base = poses.point(second, origin), poses.point(first, origin)
     turn, rate = poses.angle(first).rate, poses.angle(second).rate

@@ -206,7 +206,7 @@ def _newton_columns(model: Model, state: State) -> Quantity:
 def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
     """All coordinates and velocities as a differential-algebraic system of index 1, projected after every step.
 
-    The motion keeps to its assembly, whichever way the driver goes: the determinant over its own last tangent keeps its
+    The motion keeps to its assembly in both directions of the driver: the determinant over its own last tangent keeps its
     sign. Source: E. L. Allgower, K. Georg, Numerical Continuation Methods, Springer 1990, chapter 8.
     """
     x, g = Closure(model).at(q)

@@ -553,7 +553,7 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     if wrong.any():
         at = f"{float(poses.q[np.argmax(wrong)]):.9g} {'m' if poses.linkage.sliding else 'rad'}"
         found = f"forces without limit where {poses.linkage.driver} stands at {at}"
-        raise SceneError([Fault(path, found, "a position where the driver moves everything")])
+        raise SceneError([Fault(path, found, "a position in which the driver moves all bodies")])
     loose = np.linalg.norm(space, axis=2) > OPEN
     return Response(values * column_scales[:, None], loose, space, matrix, row_scales)
 
@@ -718,7 +718,7 @@ class Friction(NamedTuple):
     moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
     iterations: Newton steps of the slowest position, 0 where nothing had to be iterated; gap: relative change that the
     last one left, (n,); converged: False where friction locks the mechanism, (n,): nothing is reported there.
-    lever: what the moment comes to at most if every joint is pressed with 1 N, (n,), in m (1 where the driver slides).
+    lever: the greatest moment if every joint is pressed with 1 N, (n,), in m (1 where the driver slides).
     """
 
     moment: Array
