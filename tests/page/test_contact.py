@@ -17,7 +17,7 @@ from flywheel.page.session import Session
 from tests.page.browsers import EXAMPLES, Watched, answered, expected, picture, shown, until
 
 if TYPE_CHECKING:
-    from playwright.sync_api import BrowserContext, Page
+    from playwright.sync_api import BrowserContext, Page, Route
 
 
 @contextmanager
@@ -86,7 +86,7 @@ def test_what_is_typed_without_the_program_goes_into_the_text(left: tuple[Page, 
     expected(page.locator("#unsaved")).to_have_text("not saved")
     expected(page.locator("#results.old")).to_have_count(1)
     expected(page.locator("#earlier")).to_contain_text(
-        "These are the results of Blanking press, flywheel on the eccentric shaft as it was at"
+        "These are the results of Blanking press, flywheel on the eccentric shaft at"
     )
     picture(page, "gone", full_page=True)
 
@@ -97,7 +97,7 @@ def test_a_page_of_another_start_asks_to_be_loaded_again_and_hands_over_its_text
 ) -> None:
     page, port = left
     server, _end = start(port)
-    expected(page.locator("[data-notice=gone]")).to_contain_text("earlier start")
+    expected(page.locator("[data-notice=gone]")).to_contain_text("earlier run")
     typed(page, "regime.speed", "61")
     expected(page.locator("#results.old")).to_have_count(1)
     has_line(page, r'^speed = "61 rpm"')
@@ -127,3 +127,23 @@ def test_a_save_shows_what_the_disk_has_not_what_was_opened(
     expected(own.locator(".differences li.theirs", has_text="500 mm")).to_have_count(1)
     own.get_by_role("dialog").get_by_role("button", name="Cancel").click()
     assert scene.read_text() == theirs
+
+
+@pytest.mark.slow
+def test_what_is_typed_stays_where_its_answer_is_given_up(page: Page, watched: Watched) -> None:
+    watched.expected.append("503")
+    answered(page)
+    refused = list[str]()
+
+    def given_up(route: Route) -> None:
+        if '"mechanism.crank.length"' in (route.request.post_data or "") and not refused:
+            refused.append(route.request.url)
+            route.fulfill(status=503, json={"error": "the answer takes too long"})
+        else:
+            route.continue_()
+
+    page.route("**/api/answer", given_up)
+    typed(page, "mechanism.crank.length", "91")
+    has_line(page, r'^crank\.length *= *"91 mm"')
+    assert len(refused) == 1
+    answered(page)

@@ -237,15 +237,20 @@ function lost(asked, of) {
 /** The server is gone: what was typed into fields goes into the text here; what only the server can do waits for it. */
 function alone(asked, of) {
   lost(asked, of);
-  for (const [key, change] of waiting?.edits ?? []) {
-    const text = withTyped(change);
-    if (text === null) continue;
-    record(scene.text, waiting.step);
-    scene.text = formText = text;
-    waiting.edits.delete(key);
-  }
+  if (waiting) enter(waiting);
   scene.current = scene.current && scene.text === scene.answered.text && !pending().length;
   listener(scene, null);
+}
+
+/** Put what a request has of typed values into the text, and leave it with the others. */
+function enter({ edits, step: name }) {
+  for (const [key, change] of edits) {
+    const text = withTyped(change);
+    if (text === null) continue;
+    record(scene.text, name);
+    scene.text = formText = text;
+    edits.delete(key);
+  }
 }
 
 /** The text with what was typed into a field, and the form's spans as they are then; null where that is not known here. */
@@ -280,6 +285,7 @@ function take({ status, data }, asked, rest) {
   if (data?.reason === "overtaken") return lost(asked, generation);
   scene.error = status === 200 ? null : (data?.message ?? data?.error ?? `HTTP ${status}`);
   if (scene.error !== null) {
+    if (asked) enter(asked); // an answer may be given up, what was typed not
     scene.current = false;
     scene.confirmed = "";
     return listener(scene, null);
