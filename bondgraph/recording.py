@@ -687,10 +687,6 @@ class Program(NamedTuple):
         places = tuple(np.array(p) if type(p) is tuple else p for p in self.places) if tables else self.places
         return FunctionType(code, space, "recorded", places)
 
-    def kernel(self) -> Any:
-        """The program for one state as a numba function of its inputs and its `constants`; numba compiles it."""
-        return _kernel(len(self.inputs), self._lengths, self.operations, self.outputs)
-
     @property
     def constants(self) -> Any:
         """The constants in one array, tables one entry after another."""
@@ -703,18 +699,7 @@ class Program(NamedTuple):
 
     def only(self, outputs: int) -> Program:
         """The part of the program that its first outputs need."""
-        first, wanted = len(self.inputs) + len(self.places), self.outputs[:outputs]
-        live = set(wanted)
-        for k in reversed(range(len(self.operations))):
-            if first + k in live:
-                live.update(self.operations[k][1:])
-        places = [n for n in range(len(self.inputs), first) if n in live]
-        old = [*range(len(self.inputs)), *places, *(first + k for k in range(len(self.operations)) if first + k in live)]
-        new = {n: k for k, n in enumerate(old)}
-        given = (self.operations[n - first] for n in old if n >= first)
-        operations = tuple((name, *(new[m] for m in operands)) for name, *operands in given)
-        values = tuple(self.places[n - len(self.inputs)] for n in places)
-        return Program(self.inputs, values, operations, tuple(new[n] for n in wanted))
+        return self._between(range(len(self.inputs)), self.outputs[:outputs])
 
     def split(self, late: int) -> tuple[Program, Program]:
         """The program in two: of all inputs but the last few, and of what that gives and those last ones.
@@ -726,30 +711,29 @@ class Program(NamedTuple):
         >>> early.operations, early.outputs, rest.operations, rest.outputs
         ((('sin', 0), ('multiply', 3, 2)), (4,), (('add', 0, 1),), (2, 0))
         """
-        own, base = len(self.inputs) - late, len(self.inputs) + len(self.places)
-        depends = [False] * own + [True] * late + [False] * len(self.places)
+        own, whole, first = len(self.inputs) - late, len(self.inputs), len(self.inputs) + len(self.places)
+        depends = [own <= n < whole for n in range(first)]
         for _, *operands in self.operations:
             depends.append(any(depends[n] for n in operands))
-        used = [n for k, (_, *operands) in enumerate(self.operations) if depends[base + k] for n in operands]
-        passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not own + late <= n < base})
-        parts = []
-        for later, given in ((False, range(own)), (True, [*passed, *range(own, own + late)])):
-            new = {n: k for k, n in enumerate(given)}
-            new |= {n: len(new) + k for k, n in enumerate(range(own + late, base))}
-            operations = []
-            for k, (name, *operands) in enumerate(self.operations):
-                if depends[base + k] == later:
-                    new[base + k] = len(new)
-                    operations.append((name, *(new[n] for n in operands)))
-            names = tuple(self.inputs[n] if n < own + late else f"early {n}" for n in given)
-            parts.append(
-                Program(names, self.places, tuple(operations), tuple(new[n] for n in (self.outputs if later else passed)))
-            )
-        return parts[0], parts[1]
+        used = (n for k, (_, *operands) in enumerate(self.operations) if depends[first + k] for n in operands)
+        passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not whole <= n < first})
+        return self._between(range(own), passed), self._between([*passed, *range(own, whole)], self.outputs)
 
-    def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
-        """The outputs at inputs by their names."""
-        return self.function(kind)(*(values[name] for name in self.inputs))
+    def _between(self, given: Sequence[int], wanted: Sequence[int]) -> Program:
+        """The operations that lead from some numbers to others; numbers that are no inputs have their own names."""
+        first, inputs, live = len(self.inputs) + len(self.places), set(given), set(wanted)
+        for k in reversed(range(len(self.operations))):
+            if first + k in live - inputs:
+                live.update(self.operations[k][1:])
+        places = [n for n in range(len(self.inputs), first) if n in live]
+        inner = [first + k for k in range(len(self.operations)) if first + k in live - inputs]
+        new = {n: k for k, n in enumerate([*given, *places, *inner])}
+        operations = tuple(
+            (name, *(new[n] for n in operands)) for name, *operands in (self.operations[n - first] for n in inner)
+        )
+        names = tuple(self.inputs[n] if n < len(self.inputs) else f"early {n}" for n in given)
+        values = tuple(self.places[n - len(self.inputs)] for n in places)
+        return Program(names, values, operations, tuple(new[n] for n in wanted))
 
 
 class Conditions(NamedTuple):

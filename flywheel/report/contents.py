@@ -31,7 +31,7 @@ from flywheel.report.solutions import Solution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
-from flywheel.tables.scene import place
+from flywheel.tables.rows import place
 from flywheel.tables.sizing import candidates, limit_names, remarks
 
 Given = Sizing | SingleStroke | Machine | Scene

@@ -17,8 +17,7 @@ from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section,
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.results import PhaseLoad, PowerFlow
 from flywheel.tables.power import entries, given, sentence, with_and_without
-from flywheel.tables.rows import SI
-from flywheel.tables.scene import place
+from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names
 
 _MOST_POINTS = 30  # of a curve in a table

@@ -13,8 +13,7 @@ from flywheel.language import text as _
 from flywheel.report.document import inline_svg
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.tables.power import entries, given
-from flywheel.tables.rows import SYSTEMS, TradeUnits, few_digits
-from flywheel.tables.scene import place
+from flywheel.tables.rows import SYSTEMS, TradeUnits, few_digits, place
 from flywheel.tables.summary import Block, Row, summary
 
 STYLE = """

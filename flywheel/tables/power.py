@@ -3,31 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.components.load_models import model_of
-from flywheel.language import number
+from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.cells import TIE
 from flywheel.numerics.units import columns, figure, short
 from flywheel.sizing.findings import work_error
-from flywheel.sizing.results import EngineCycle, Sizing
-from flywheel.tables.rows import RPM, Row, TradeUnits, block, few_digits, figures, sentences
-from flywheel.tables.scene import place
+from flywheel.sizing.results import EngineCycle, PowerFlow, Sizing, Stream
+from flywheel.tables.rows import (
+    DEGREES,
+    RPM,
+    SI,
+    Row,
+    TradeUnits,
+    block,
+    encoded,
+    few_digits,
+    figures,
+    paragraphs,
+    place,
+    sentences,
+)
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
     from flywheel.sizing.results import Duty, ElectricalTransients, Synchronism
-
-
-from collections.abc import Sequence
-
-from flywheel.language import message
-from flywheel.sizing.results import PowerFlow, Stream
-from flywheel.tables.rows import DEGREES, SI, encoded, paragraphs
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.language import number, use
+from flywheel.language import text as _
 from flywheel.numerics.units import MOST, columns, figure
 from flywheel.sizing.findings import FULL, shown
 from flywheel.sizing.results import Sizing
@@ -322,3 +323,10 @@ def short_names(paths: Iterable[str]) -> dict[str, str]:
                 break
         found[path] = name
     return found
+
+
+def place(name: str, *, article: bool = False) -> str:
+    """Returns the name of a shaft or port in a text: the crank's in the language in use, any other as the scene has it."""
+    if name != "crank":
+        return name
+    return _("the crank") if article else _("crank")

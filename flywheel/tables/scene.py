@@ -25,7 +25,7 @@ from flywheel.scene.scene import (
     Table,
     Transmission,
 )
-from flywheel.tables.rows import DEGREES, SI, TradeUnits, wrapped
+from flywheel.tables.rows import DEGREES, SI, TradeUnits, place, wrapped
 
 _MOST_ROWS = 6  # rows of one kind
 _DIGITS = 6
@@ -125,13 +125,6 @@ def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
     ):
         if heat is not None:
             yield words.format(heat=units.read(heat, "energy"))
-
-
-def place(name: str, *, article: bool = False) -> str:
-    """Returns the name of a shaft or port in a text: the crank's in the language in use, any other as the scene has it."""
-    if name != "crank":
-        return name
-    return _("the crank") if article else _("crank")
 
 
 def load_number(scene: Scene, part: str) -> int:

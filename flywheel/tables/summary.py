@@ -25,8 +25,20 @@ from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, shown
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
 from flywheel.tables import power
-from flywheel.tables.rows import DEGREES, NOTHING, SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits, printable
-from flywheel.tables.scene import SceneLine, parts, place, running
+from flywheel.tables.rows import (
+    DEGREES,
+    NOTHING,
+    SI,
+    SYSTEMS,
+    US,
+    Shown,
+    TradeUnits,
+    few_digits,
+    five_digits,
+    place,
+    printable,
+)
+from flywheel.tables.scene import SceneLine, parts, running
 from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_names, remarks, settles, speed_band
 
 if TYPE_CHECKING:
