@@ -702,9 +702,7 @@ class Program(NamedTuple):
         return self._between(range(len(self.inputs)), self.outputs[:outputs])
 
     def split(self, late: int) -> tuple[Program, Program]:
-        """The program in two: of all inputs but the last few, and of what that gives and those last ones.
-
-        Where the last inputs change alone, the first part need be run but once.
+        """The program in two: of all inputs but the last few, to be run once, and of what that gives and those last ones.
 
         >>> program = Program(("a", "b", "c"), (2.0,), (("sin", 0), ("multiply", 4, 3), ("add", 5, 2)), (6, 5))
         >>> early, rest = program.split(1)
@@ -732,8 +730,9 @@ class Program(NamedTuple):
             (name, *(new[n] for n in operands)) for name, *operands in (self.operations[n - first] for n in inner)
         )
         names = tuple(self.inputs[n] if n < len(self.inputs) else f"early {n}" for n in given)
-        values = tuple(self.places[n - len(self.inputs)] for n in places)
-        return Program(names, values, operations, tuple(new[n] for n in wanted))
+        return Program(
+            names, tuple(self.places[n - len(self.inputs)] for n in places), operations, tuple(new[n] for n in wanted)
+        )
 
 
 class Conditions(NamedTuple):

@@ -85,6 +85,24 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("greatest_rate", "1/s", "at which the first load comes to its limit", words=lambda: _("greatest rate")),
     Finding("energy_residual", "", "drive's work less all heats and works of loads, over the drive's work"),
 )
+BY_KEY = {one.key: one for one in FINDINGS}
+
+
+def share_name(name: str) -> str:
+    """The name of a load over its limit in the language in use."""
+    return {
+        "motor torque": _("motor torque"),
+        "motor heat": _("motor heat"),
+        "clutch torque": _("clutch torque"),
+        "clutch heat a stroke": _("clutch heat a stroke"),
+        "clutch heat an hour": _("clutch heat an hour"),
+        "brake heat a stroke": _("brake heat a stroke"),
+        "brake heat an hour": _("brake heat an hour"),
+        "brake at rest": _("brake at rest"),
+        "time of the stroke": _("time of the stroke"),
+    }.get(name, name)
+
+
 """The figures of a stroke, from which text, page, report and table of the reference are rendered."""
 
 

@@ -18,9 +18,9 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.motions.single_stroke import single_stroke
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.pictures import diagrams, sketch
+from flywheel.pictures import diagrams, sketch, strokes
 from flywheel.pictures.diagrams import DIAGRAMS, QUANTITIES
-from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of, part_of_stroke
+from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of
 from flywheel.scene.linkage import FRAME
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -73,7 +73,7 @@ def answer(
     with np.errstate(all="ignore"):
         count = RESTING if rest else MOVING
         if stroke is not None:
-            part = part_of_stroke(stroke, count, view, rest=rest)
+            part = strokes.part_of_stroke(stroke, count, view, rest=rest)
         else:
             part = part_of(scene, machine, sizing, count, view, rest=rest)
         forces = diagrams.forces_of(part) if "reactions" in wanted or view.get("kind") == QUANTITIES[3] else ""

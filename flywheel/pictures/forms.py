@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from flywheel import language
 from flywheel.machine.machine import Machine
-from flywheel.motions.single_stroke import Course, SingleStroke, course
 from flywheel.pictures import samples, written
 from flywheel.pictures.samples import Samples
 from flywheel.regime import turning_moment
@@ -155,7 +154,10 @@ class Axis(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Data of all diagrams; `samples` are those of the cycle whose areas are shown, where there is one."""
+    """Data of all diagrams; `samples` are those of the cycle whose areas are shown, where there is one.
+
+    `stroke` and `course` are the single stroke of a machine that works so, and its period over time.
+    """
 
     scene: Scene
     machine: Machine | None
@@ -164,8 +166,8 @@ class Part(NamedTuple):
     view: Mapping[str, Any] = {}
     rest: bool = True
     samples: Samples | None = None
-    stroke: SingleStroke | None = None
-    course: Course | None = None
+    stroke: Any = None
+    course: Any = None
 
 
 def part_of(
@@ -180,15 +182,6 @@ def part_of(
     """Positions over the cycle or stroke of a scene, about so many, and the turning moment at them."""
     axis = _axis(scene, machine, sizing, count)
     return Part(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
-
-
-def part_of_stroke(
-    found: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
-) -> Part:
-    """A period of a machine that works stroke by stroke, at about so many times."""
-    along = course(found, count)
-    axis = Axis(along.time, along.phi, "s")
-    return Part(found.scene, None, None, axis, view or {}, rest, stroke=found, course=along)
 
 
 # -- the axis ------------------------------------------------------------------------------------------------------------

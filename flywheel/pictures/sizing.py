@@ -32,7 +32,7 @@ from flywheel.pictures.diagrams import (
     made,
 )
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
-from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of, part_of_stroke
+from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of
 from flywheel.pictures.samples import roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
@@ -88,7 +88,7 @@ def _draw_sizing(sizing: Sizing) -> Figure:
 
 def _draw_stroke(found: SingleStroke) -> Figure:
     """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
-    part = part_of_stroke(found)
+    part = strokes.part_of_stroke(found)
     diagram = strokes.diagram(part)
     assert isinstance(diagram, Diagram)
     heights = [row.height for row in diagram.rows]
@@ -104,7 +104,7 @@ def _draw_stroke(found: SingleStroke) -> Figure:
 def stroke_svg(found: SingleStroke) -> str:
     """The picture of a period of a machine that works stroke by stroke, as an SVG element."""
     with rc_context(STYLE):
-        rows = strokes.diagram(part_of_stroke(found))
+        rows = strokes.diagram(strokes.part_of_stroke(found))
         assert isinstance(rows, Diagram)
         return figures.svg(_draw_stroke(found), "single_stroke", rows.title, rows.about)
 

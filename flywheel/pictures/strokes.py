@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import Course, SingleStroke
+from flywheel.motions.single_stroke import Course, SingleStroke, course
 from flywheel.pictures import written
-from flywheel.pictures.forms import Band, Curve, Diagram, Level, Mark, Part, Row
+from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Level, Mark, Part, Row
 from flywheel.tables.rows import RPM
 
 _CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is named, not drawn
 
 
+def part_of_stroke(
+    found: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
+) -> Part:
+    """A period of a machine that works stroke by stroke, at about so many times."""
+    along = course(found, count)
+    axis = Axis(along.time, along.phi, "s")
+    return Part(found.scene, None, None, axis, view or {}, rest, stroke=found, course=along)
+
+
 def diagram(part: Part, forces: object = "") -> Diagram | str:
     """Speeds on both sides of the clutch with its slip shaded, torques of clutch and brake, energy of wheel and drive."""
-    found, course = part.stroke, part.course
-    if found is None or course is None:
+    found, along = part.stroke, part.course
+    if found is None or along is None:
         return _("The stroke is not completed: see the faults.")
-    figures: dict[str, Any] = dict(course._asdict())
-    figures["both"] = course.drive_work + course.wheel_work
-    rows = _speeds(found, course), _torques(found, course), _energies(found, course)
+    figures: dict[str, Any] = dict(along._asdict())
+    figures["both"] = along.drive_work + along.wheel_work
+    rows = _speeds(found, along), _torques(found, along), _energies(found, along)
     title = _("One stroke over time")
     return Diagram(figures, title, " ".join(row.about for row in rows), rows)
 

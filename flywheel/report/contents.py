@@ -155,12 +155,25 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
     )
 
 
+def _figure_of_stroke(found: SingleStroke) -> Figure:
+    """The picture of a period."""
+
+    def drawn() -> str:
+        from flywheel.pictures import sizing as pictures  # which takes long to import
+
+        return pictures.stroke_svg(found)
+
+    about = _("The clutch slips, the machine works, the brake stops the crank, and the drive brings the wheel back.")
+    return Figure(drawn, _("One stroke over time"), about)
+
+
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
     if isinstance(given, SingleStroke) or scene.single_stroke is not None:
         yield _scene(scene, [str(remark) for remark in scene.remarks])
         yield from _mechanisms(None, replace(scene, single_stroke=None))
-        yield from strokes.sections(given if isinstance(given, SingleStroke) else single_stroke(scene))
+        stroke = given if isinstance(given, SingleStroke) else single_stroke(scene)
+        yield from strokes.sections(stroke, _figure_of_stroke(stroke))
         yield references(None, [scene.source] if scene.source else [])
         return
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])

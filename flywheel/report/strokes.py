@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from flywheel.components.press_work import engage
 from flywheel.language import number
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import SingleStroke, driven_inertia, driving_inertia
+from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia, driving_inertia, share_name
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.tables.strokes import BY_KEY, share_name
 
 _SYMBOLS = {
     "clutch_heat": ("Q_c", "J"),
@@ -21,32 +20,20 @@ _SYMBOLS = {
 }
 
 
-def sections(found: SingleStroke) -> Iterator[Section]:
-    """The stroke over time, the clutch, the brake, the drive, and what is loaded how far."""
-    yield _stroke(found)
+def sections(found: SingleStroke, picture: Figure) -> Iterator[Section]:
+    """The stroke over time with its picture, the clutch, the brake, the drive, and what is loaded how far."""
+    yield _stroke(found, picture)
     yield _clutch(found)
     yield _brake(found)
     yield _drive(found)
     yield _loads(found)
 
 
-def figure(found: SingleStroke) -> Figure:
-    """The picture of a period."""
-
-    def drawn() -> str:
-        from flywheel.pictures import sizing as pictures  # which takes long to import
-
-        return pictures.stroke_svg(found)
-
-    about = _("The clutch slips, the machine works, the brake stops the crank, and the drive brings the wheel back.")
-    return Figure(drawn, _("One stroke over time"), about)
-
-
 def _of(found: SingleStroke, key: str, symbol: str, unit: str) -> Quantity:
     return Quantity(symbol, float(found.figures[key] or 0.0), unit)
 
 
-def _stroke(found: SingleStroke) -> Section:
+def _stroke(found: SingleStroke, picture: Figure) -> Section:
     phases = found.phases
     inertia = Quantity("J_1", driving_inertia(found.strokes), "kg m²")
     start = Quantity("omega_0", phases.begin[0], "rad/s")
@@ -73,7 +60,7 @@ def _stroke(found: SingleStroke) -> Section:
         (inertia, start, least),
         _of(found, "wheel_energy", "W_f", "J"),
     )
-    return Section(_("The stroke that returns"), (figure(found), table, eps, energy))
+    return Section(_("The stroke that returns"), (picture, table, eps, energy))
 
 
 def _clutch(found: SingleStroke) -> Section:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from flywheel.language import number
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import FINDINGS, SingleStroke
+from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, share_name
 from flywheel.numerics.units import columns, figure
 from flywheel.sizing.findings import KINDS, Finding
 from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
@@ -38,23 +38,7 @@ _OF_CLUTCH = (
     ),
 )
 _OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")
-BY_KEY = {one.key: one for one in FINDINGS}
 _PERCENT = 100.0
-
-
-def share_name(name: str) -> str:
-    """The name of a load over its limit in the language in use."""
-    return {
-        "motor torque": _("motor torque"),
-        "motor heat": _("motor heat"),
-        "clutch torque": _("clutch torque"),
-        "clutch heat a stroke": _("clutch heat a stroke"),
-        "clutch heat an hour": _("clutch heat an hour"),
-        "brake heat a stroke": _("brake heat a stroke"),
-        "brake heat an hour": _("brake heat an hour"),
-        "brake at rest": _("brake at rest"),
-        "time of the stroke": _("time of the stroke"),
-    }.get(name, name)
 
 
 def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown:
