@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import re
 from pathlib import Path
 
@@ -844,10 +845,13 @@ def test_a_machine_that_does_not_start_is_a_fault(tmp_path):
     assert "held.toml: from: found a machine that does not start" in result.stderr
 
 
-def test_breaks_are_added_where_asked(transients_scene, tmp_path):
-    table = tmp_path / "a.csv"
-    assert run_simulate(transients_scene, "--until", "2 turns", "--csv", table, "--points", 3, "--breaks").exit_code == 0
-    assert len(table.read_text().splitlines()) > 1 + 3
+def test_breaks_are_added_where_asked(tmp_path):
+    path, table = tmp_path / "window.toml", tmp_path / "a.csv"
+    window = ', {on = "crank", torque = "-1 N m", from = "40 deg", to = "100 deg"}]\nflywheel'
+    path.write_text(FAN.replace("]\nflywheel", window), encoding="utf-8")
+    assert run_simulate(path, "--until", "1 turn", "--csv", table, "--points", 3, "--breaks").exit_code == 0
+    angles = [float(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
+    assert {round(math.degrees(angle)) for angle in angles} >= {40, 100}
 
 
 def test_a_speed_below_zero_is_shown_as_it_was_typed(transients_scene):
