@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from flywheel import pictures
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import SingleStroke
 from flywheel.pictures import figures, strokes, written
 from flywheel.pictures.diagrams import (
     DIAGRAMS,
@@ -37,6 +36,9 @@ from flywheel.pictures.samples import roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
 from flywheel.tables.sizing import inertia_error, limit_names
+
+if TYPE_CHECKING:
+    from flywheel.motions.single_stroke import SingleStroke
 
 Array = NDArray[np.float64]
 Later = Callable[[], None] | None
@@ -64,7 +66,7 @@ def plot(result: Sizing | SingleStroke, path: str | Path) -> None:
 
 def draw(result: Sizing | SingleStroke) -> Figure:
     """The figure with its panels, not yet written anywhere."""
-    return _draw_stroke(result) if isinstance(result, SingleStroke) else _draw_sizing(result)
+    return _draw_sizing(result) if isinstance(result, Sizing) else _draw_stroke(result)
 
 
 def _draw_sizing(sizing: Sizing) -> Figure:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import Course, SingleStroke, course
 from flywheel.pictures import written
 from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Level, Mark, Part, Row
 from flywheel.tables.rows import RPM
+
+if TYPE_CHECKING:
+    from flywheel.motions.single_stroke import Course, SingleStroke
 
 _CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is named, not drawn
 
@@ -20,6 +22,8 @@ def part_of_stroke(
     found: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
 ) -> Part:
     """A period of a machine that works stroke by stroke, at about so many times."""
+    from flywheel.motions.single_stroke import course  # a door: motions load linkages
+
     along = course(found, count)
     axis = Axis(along.time, along.phi, "s")
     return Part(found.scene, None, None, axis, view or {}, rest, stroke=found, course=along)
