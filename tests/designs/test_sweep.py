@@ -299,7 +299,7 @@ def test_slow_designs_go_in_chunks_of_about_a_second(rotors, whole, monkeypatch,
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are looked up in /proc")
 def test_workers_end_with_the_process_that_began_them():
     """Killed while its workers size, it leaves none of them behind."""
-    scene = Path(__file__).parents[2] / "examples" / "drive_lines" / "press.toml"
+    scene = Path(__file__).parents[2] / "examples" / "regimes" / "compressor.toml"  # its motor's states are followed alone
     call = [
         sys.executable,
         "-m",
@@ -309,7 +309,7 @@ def test_workers_end_with_the_process_that_began_them():
         "--jobs",
         "2",
         "--vary",
-        "flywheel.irregularity=0.1:0.2:999",
+        "flywheel.irregularity=0.03:0.05:999",
     ]
     process = subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")

@@ -39,7 +39,8 @@ SCRIPTS = sorted(path for path in EXAMS.glob("*.py") if path.name != "steps.py")
 SCENES = sorted(EXAMPLES.glob("*/*.toml"))
 ONE_WAY = [path for path in SCENES if "\n[stroke]" in path.read_text(encoding="utf-8")]
 ALONE = [path for path in SCENES if not {"[stroke]", "[flywheel]"} & set(path.read_text(encoding="utf-8").split())]
-SIZED = [path for path in SCENES if path not in (*ONE_WAY, *ALONE)]
+STROKES = [path for path in SCENES if "\n[single_stroke]" in path.read_text(encoding="utf-8")]
+SIZED = [path for path in SCENES if path not in (*ONE_WAY, *ALONE, *STROKES)]
 
 
 def name(path: Path) -> str:
@@ -106,6 +107,17 @@ def test_scene_documents_itself_and_sizes_to_its_irregularity(scene):
         assert sizing.flywheel.exact > 0
     if sizing.balance is not None:
         assert abs(sizing.balance.value) > 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", STROKES, ids=name)
+def test_a_stroke_documents_itself_and_keeps_up(scene):
+    loaded, text = flywheel.load(scene), scene.read_text(encoding="utf-8")
+    assert text.startswith("# ")
+    assert loaded.title
+    found = flywheel.single_stroke(loaded)
+    assert found.keeps_up
+    assert all(share < 1.0 for share in found.shares.values())
 
 
 def test_pinion_press_needs_the_same_swing_as_the_press_with_its_gear_inertia():

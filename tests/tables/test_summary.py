@@ -37,7 +37,10 @@ YOKE = {
     "flywheel": {"irregularity": 0.04},
 }
 SCENES = sorted([*ROOT.glob("examples/*/*.toml"), *ROOT.glob("flywheel/starters/*.toml")])
-SIZED = [path for path in SCENES if "[flywheel]" in path.read_text() and "[stroke]" not in path.read_text()]
+TEXTS = {path: path.read_text() for path in SCENES}
+SIZED = [
+    path for path, text in TEXTS.items() if "[flywheel]" in text and "[stroke]" not in text and "[single_stroke]" not in text
+]
 
 
 def sized(speed="60 rpm", eps=0.04, **more):
