@@ -321,10 +321,14 @@ def shown(source: str) -> list[str]:
 
 
 def left(english: str, translated: str, scene: str) -> list[str]:
-    """Texts of two and more words that a page has in both languages, and that are none of the scene's own."""
-    own = " ".join(scene.split())
-    both = set(shown(english)) & set(shown(translated))
-    return sorted(text for text in both if " " in text and text not in own and len(_words(text)) > 1)
+    """Texts of two and more words that a page has in both languages, and that are none of the scene's own.
+
+    A body of a mechanism, such as "rod (press)", has the names that the scene gives to both.
+    """
+    own, names = " ".join(scene.split()), set(re.findall(r"\w+", scene))
+    both = {text for text in set(shown(english)) & set(shown(translated)) if " " in text and text not in own}
+    bodies = {text for text in both if (parts := re.fullmatch(r"(\w+) \((\w+)\)", text)) and set(parts.groups()) <= names}
+    return sorted(text for text in both - bodies if len(_words(text)) > 1)
 
 
 def _words(text: str) -> list[str]:
