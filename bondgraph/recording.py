@@ -719,20 +719,17 @@ class Program(NamedTuple):
 
     def _between(self, given: Sequence[int], wanted: Sequence[int]) -> Program:
         """The operations that lead from some numbers to others; numbers that are no inputs have their own names."""
-        first, inputs, live = len(self.inputs) + len(self.places), set(given), set(wanted)
-        for k in reversed(range(len(self.operations))):
-            if first + k in live - inputs:
-                live.update(self.operations[k][1:])
-        places = [n for n in range(len(self.inputs), first) if n in live]
-        inner = [first + k for k in range(len(self.operations)) if first + k in live - inputs]
+        own, first, live, inner = len(self.inputs), len(self.inputs) + len(self.places), set(wanted), list[int]()
+        for n in reversed(range(first, first + len(self.operations))):
+            if n in live and n not in given:
+                live.update(self.operations[n - first][1:])
+                inner.insert(0, n)
+        places = [n for n in range(own, first) if n in live]
         new = {n: k for k, n in enumerate([*given, *places, *inner])}
-        operations = tuple(
-            (name, *(new[n] for n in operands)) for name, *operands in (self.operations[n - first] for n in inner)
-        )
-        names = tuple(self.inputs[n] if n < len(self.inputs) else f"early {n}" for n in given)
-        return Program(
-            names, tuple(self.places[n - len(self.inputs)] for n in places), operations, tuple(new[n] for n in wanted)
-        )
+        steps = (self.operations[n - first] for n in inner)
+        operations = tuple((name, *(new[n] for n in operands)) for name, *operands in steps)
+        names = tuple(self.inputs[n] if n < own else f"early {n}" for n in given)
+        return Program(names, tuple(self.places[n - own] for n in places), operations, tuple(new[n] for n in wanted))
 
 
 class Conditions(NamedTuple):
