@@ -298,10 +298,11 @@ class StateEquations:
         [-9.0, 1.0]
 
         """
-        import numba  # type: ignore[import-untyped,unused-ignore]
         import sympy
 
         rates = self._formulas()
+        import numba  # type: ignore[import-untyped,unused-ignore]
+
         plain = sympy.lambdify([*self.inputs, *self.states], tuple(rates), modules="math", cse=True)
         given = ["t", *(f"u[{k}]" for k in range(len(self.inputs) - 1)), *(f"y[{k}]" for k in range(len(self.states)))]
         space = {"kernel": numba.njit(plain), "np": np}
