@@ -51,6 +51,7 @@ _LEAST = 6  # least lines for the machine, however long the rest is
 _SAME_FLYWHEEL = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
 _MILLION = 1e-6
+_PROVEN_FIRST = ("flywheel.exact", "simulation.irregularity", "energy_fluctuation")  # the figure whose proven width is told
 
 
 class Row(NamedTuple):
@@ -595,11 +596,11 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         if proof.reason:
             yield _("NOT proven: {reason}.", reason=proof.reason)
         else:
-            wheel = proof.figures.get("flywheel.exact", proof.figures["energy_fluctuation"])
+            low, high = next(proof.figures[key] for key in _PROVEN_FIRST if key in proof.figures)
             yield _(
                 "Proven for the numbers as written: {n} figures, to {width} of their size. The model itself is not proven.",
                 n=len(proof.figures),
-                width=few_digits((wheel[1] - wheel[0]) / max(abs(wheel[1]), 1e-300), 2),
+                width=few_digits((high - low) / max(abs(high), 1e-300), 2),
             )
     if sizing.reached:
         return

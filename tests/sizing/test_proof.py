@@ -14,9 +14,12 @@ import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
+from flywheel.language import use
 from flywheel.machine import programs
 from flywheel.numerics import units
 from flywheel.sizing import proof
+from flywheel.tables import sizing as listing
+from flywheel.tables import summary
 from tests import scenes
 from tests.extras import extra
 from tests.oracle import figures
@@ -340,6 +343,19 @@ def test_a_balance_beside_torques_of_speed_is_that_of_the_closed_form(sign: int)
         total, drive = mp.findroot(off, near)
         assert holds(found["flywheel.exact"], total - 2)
         assert holds(found["balance.value"], sign * drive)
+
+
+@pytest.mark.parametrize("wheel", [{"irregularity": "2 %"}, {"irregularity": 0.9}, {"inertia": 3}])
+@pytest.mark.parametrize("language", ["en", "es"])
+def test_a_proven_motion_is_told_in_every_form(wheel: dict[str, Any], language: str, tmp_path: Path) -> None:
+    scene = flywheel.load({**QUADRATIC, "drive": {"torque": 50}, "flywheel": wheel})
+    found = flywheel.size(scene, accuracy="proof")
+    with use(language):
+        told = summary.text(found)
+    assert ("Proven for" if language == "en" else "Demostrado para") in " ".join(told.split())
+    assert found.proof is not None
+    assert set(found.as_dict()["proof"]["figures"]) == set(found.proof.figures)
+    assert all(name in listing.text(found) for name in found.proof.figures)
 
 
 @pytest.mark.parametrize(("order", "cells"), [(3, 12), (5, 12), (5, 24), (9, 6)])
