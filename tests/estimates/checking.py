@@ -99,7 +99,7 @@ def error(found: Any, true: Any, scale: Any = 0) -> float:
     if found is None or true is None:
         return 0.0 if found is true else float("inf")
     size = max(abs(Real(true)), abs(Real(scale)))
-    return float(abs(Real(found) - Real(true)) / size) if size else float(abs(found))
+    return float(abs(Real(found) - Real(true)) / size) if float(size) else float(abs(found))  # as 1e-1959 is no double
 
 
 def works(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
@@ -124,7 +124,7 @@ def works(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
 def thinned(areas: list[Any], slack: float, count: int) -> list[Any]:
     """The areas without those that are nothing but rounding, as long as there are more than `count` of them."""
     areas = list(areas)
-    while len(areas) > count and (small := [k for k, a in enumerate(areas) if abs(a[1]) <= slack]):
+    while len(areas) > count and (small := [k for k, a in enumerate(areas) if float(abs(a[1])) <= slack]):
         k = min(small, key=lambda k: abs(areas[k][1]))
         before, after = areas[:k], areas[k + 1 :]
         if before and after:  # what lay on both sides of it has one sign
