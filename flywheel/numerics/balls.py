@@ -410,10 +410,15 @@ class Place(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """A periodic solution: in each cell a polynomial, from which it is nowhere farther than `reach`, a ball."""
+    """A periodic solution: in each cell a polynomial, from which it is nowhere farther than `reach`, a ball.
+
+    `start` is the ball of values at the beginning of the cycle from which every solution stays so near: it holds one
+    periodic solution and no more.
+    """
 
     polynomials: tuple[Any, ...]
     reach: Any
+    start: Any
 
 
 def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Orbit:
@@ -458,9 +463,9 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
             break
         start = (start + step).mid()
     for _ in range(_MOST_WIDER):
-        most = _reach(cells, polynomials, order, error)
+        most, at_start = _reach(cells, polynomials, order, error)
         if most < error:
-            return Orbit(polynomials, most)
+            return Orbit(polynomials, most, around(polynomials[0](cells[0].low - cells[0].middle), at_start))
         error = 4.0 * float(most)
     raise UnprovenError(f"a motion that stays open by {float(most):.1e} J")
 
@@ -488,8 +493,8 @@ def _polynomial(series: Any, degree: int) -> Any:
     return arb_poly([_term(series, k) for k in range(degree + 1)])
 
 
-def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> Any:
-    """Greatest distance of a periodic solution from polynomials that nearly are one, if that is within an error."""
+def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:
+    """Greatest distance of a periodic solution from polynomials that nearly are one, and the distance at the start."""
     steps = []
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
     for cell, own, (after, next_own) in zip(cells, polynomials, following, strict=True):
@@ -509,11 +514,11 @@ def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error
         growth, total = (growth * grown).upper(), (total * grown + added).upper()
     if not growth < 1:
         raise UnprovenError("a steady motion that is stable")
-    distance = most = (total / (1 - growth)).upper()
+    distance = most = at_start = (total / (1 - growth)).upper()
     for grown, added in steps:
         distance = (distance * grown + added).upper()
         most = most.max(distance)
-    return most
+    return most, at_start
 
 
 def one_way(cells: Iterable[tuple[Any, Any, Any]]) -> int:

@@ -392,8 +392,11 @@ def _moving(
     wheel = last * ratio**2 if asked is None else balls.exact(near.wheel)
     if asked is not None and near.wheel > 0.0:
         wheel = motions.for_irregularity(last, *speeds)
+    sides = motions.between
     unknown = motions.balance(wheel, *speeds) if speeds else zero
     found = motions.at(wheel, unknown)
+    if not all(found.start.contains(start) for start in (*sides, *motions.between)):
+        raise balls.UnprovenError("that the motions on both sides belong to one")
     figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
     figures |= {"speed": found.level} | ({"balance.value": unknown} if speeds else {})
     if asked is None or near.wheel == 0.0:
@@ -407,11 +410,15 @@ def _moving(
 
 
 class _Speeds(NamedTuple):
-    """The greatest and the least speed of a motion, and whether the unknown speeds it up (1), slows it down (-1) or both."""
+    """The greatest and the least speed of a motion, and whether the unknown speeds it up (1), slows it down (-1) or both.
+
+    `start` is the ball of the kinetic energy at the beginning of the cycle, J.
+    """
 
     fast: Any
     slow: Any
     effect: int
+    start: Any
 
     @property
     def level(self) -> Any:
@@ -431,6 +438,7 @@ class _Motions:
         from flywheel.numerics import balls
 
         self._near, self._order, self._left = near, order, left
+        self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
         parts, functions, edges = [], [], _edges(structure, columns)
         speed, unknown = balls.exact(near.omega), balls.exact(near.unknown)
         for walk in structure.walks:
@@ -490,7 +498,7 @@ class _Motions:
 
             return (2 * balls.falling_zero(gap, slope, omega**2 / 2)).sqrt()
 
-        return _Speeds(extreme(1), extreme(-1), effect)
+        return _Speeds(extreme(1), extreme(-1), effect, orbit.start)
 
     def _effect(self, law: Sequence[Any], energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any]:
         """dF/du and dF/dE all over a cell, at energies there."""
@@ -512,8 +520,9 @@ class _Motions:
         slope = (self.at(wheel, here + step).level - found.level) / step
         middle = (here + (speed - found.level) / slope).mid()
         apart = (4 * abs((speed - self.at(wheel, middle).level) / slope) + self._left * size).upper()
-        low, high = (self.at(wheel, middle + side * found.effect * apart).level for side in (-1, 1))
-        if not (found.effect and low < speed < high):
+        sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
+        self.between = [each.start for each in sides]
+        if not (found.effect and sides[0].level < speed < sides[1].level):
             raise balls.UnprovenError("that the mean speed is as asked with a balance near")
         return balls.around(middle, apart)
 
@@ -521,14 +530,16 @@ class _Motions:
         """The ball of the flywheel with which a motion has an irregularity."""
         from flywheel.numerics import balls
 
-        def irregularity(wheel: Any) -> Any:
-            return self.at(wheel, self.balance(wheel, *speeds) if speeds else balls.rational(0, 1)).irregularity
+        def motion(wheel: Any) -> _Speeds:
+            return self.at(wheel, self.balance(wheel, *speeds) if speeds else balls.rational(0, 1))
 
         wheel = balls.exact(self._near.wheel)
         beside = (wheel * (1 + balls.exact(_SECANT))).mid()
-        here, there = irregularity(wheel), irregularity(beside)
+        here, there = motion(wheel).irregularity, motion(beside).irregularity
         wheel = (wheel + (asked - here) * (beside - wheel) / (there - here)).mid()
         light, heavy = ((wheel * (1 + side * balls.exact(_APART))).mid() for side in (-1, 1))
-        if not irregularity(light) > asked > irregularity(heavy):
+        sides = [motion(light), motion(heavy)]
+        self.between = [each.start for each in sides]
+        if not sides[0].irregularity > asked > sides[1].irregularity:
             raise balls.UnprovenError("that the irregularity is as asked with a flywheel near")
         return light.union(heavy)

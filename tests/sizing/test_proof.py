@@ -381,6 +381,7 @@ def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: 
                 step = share * (place.high - place.middle)
                 phi = place.middle + step
                 off = off.max(abs(energy(step) - (phi.sin() / 16 - phi.cos()) / arb(1 + 1 / 256)))
+        assert orbit.start.contains(arb(-1) / arb(1 + 1 / 256))
     assert 1e-3 * float(orbit.reach) < float(off) < float(orbit.reach)
 
 
