@@ -117,13 +117,7 @@ def test_what_an_inverter_or_its_motor_cannot_do_is_refused(inverter, path):
     assert [fault.path for fault in caught.value.faults] == [path]
 
 
-SCENE = """
-[[load]]
-on = "crank"
-torque = "-60 N m"
-from = 0
-to = "120 deg"
-[drive.motor]
+MOTOR = """[drive.motor]
 type = "induction"
 power = "7.5 kW"
 speed = "1450 rpm"
@@ -133,10 +127,21 @@ breakdown_ratio = 2.5
 voltage = "400 V"
 current = "15 A"
 power_factor = 0.83
-inverter = {frequency = "70 Hz", torque_limit = 0.6}
+"""
+SCENE = (
+    """
+[[load]]
+on = "crank"
+torque = "-60 N m"
+from = 0
+to = "120 deg"
+"""
+    + MOTOR
+    + """inverter = {frequency = "70 Hz", torque_limit = 0.6}
 [flywheel]
 inertia = 0.05
 """
+)
 
 
 def test_electric_power_is_shaft_and_losses_where_the_limit_acts():
@@ -203,25 +208,19 @@ def test_overcurrent_tells_where():
 
 # A start on the ramp of frequency.
 
-STARTED = """
+STARTED = (
+    """
 inertia = [{on = "crank", value = 2.0}]
 [[load]]
 on = "crank"
 torque = "-15*sign(omega) - 0.0004*omega*abs(omega)"
-[drive.motor]
-type = "induction"
-power = "7.5 kW"
-speed = "1450 rpm"
-poles = 4
-frequency = "50 Hz"
-breakdown_ratio = 2.5
-voltage = "400 V"
-current = "15 A"
-power_factor = 0.83
-inverter = {%s}
+"""
+    + MOTOR
+    + """inverter = {%s}
 [flywheel]
 inertia = 0.05
 """
+)
 
 
 @pytest.mark.parametrize(("more", "end"), [("", 5.9), (", torque_limit = 2.3", 4.0)])
