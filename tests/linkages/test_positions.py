@@ -8,12 +8,13 @@ from math import degrees, pi, tau
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flywheel import SceneError
 from flywheel.mechanisms.law import followed
 from flywheel.mechanisms.linkage import enclosed
 from flywheel.mechanisms.linkage import followed as turned
-from flywheel.mechanisms.linkages.assembly import assembled, assemblies, gruebler
+from flywheel.mechanisms.linkages.assembly import assembled, assemblies, gruebler, kutzbach
 from flywheel.mechanisms.linkages.equations import WINDOW, Equations, check, lift_at, lift_bound, loops, settle
 from flywheel.mechanisms.linkages.positions import follow, solve, solve_over, tangent
 from flywheel.mechanisms.linkages.reactions import (
@@ -414,6 +415,91 @@ def test_too_many_joints() -> None:
     with pytest.raises(SceneError, match=r"loop .* stays open by .*; Gruebler's count is 0 .* a joint may be too many"):
         solve(extra, 0.0, tau)
     assert gruebler(extra) == 0
+
+
+# Mechanisms in space: Kutzbach's count against the rank of the joints' screws where a mechanism stands.
+
+
+Array = NDArray[np.float64]
+
+
+def turning(axis: tuple[float, float, float], at: tuple[float, float, float]) -> Array:
+    """The screw of a revolute joint: its unit axis, and the velocity that turning about it gives the origin."""
+    unit = np.array(axis) / np.linalg.norm(axis)
+    return np.concatenate((unit, np.cross(at, unit)))
+
+
+def ball(at: tuple[float, float, float]) -> list[Array]:
+    return [turning(axis, at) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+
+
+def sliding(axis: tuple[float, float, float]) -> Array:
+    return np.concatenate((np.zeros(3), np.array(axis) / np.linalg.norm(axis)))
+
+
+def bennett(a: float, alpha: float, beta: float, theta: float) -> list[Array]:
+    """The four axes of Bennett's linkage at a crank angle: links a, b with twists, a/sin alpha = b/sin beta."""
+    b = a * np.sin(beta) / np.sin(alpha)
+    other = 2.0 * np.arctan(np.sin((beta + alpha) / 2.0) / np.sin((beta - alpha) / 2.0) / np.tan(theta / 2.0))
+    screws, frame = [], np.eye(4)
+    for angle, length, twist in zip((theta, other, -theta, -other), (a, b, a, b), (alpha, beta, alpha, beta), strict=True):
+        screws.append(turning(frame[:3, 2], frame[:3, 3]))
+        (c, s), (u, v) = (np.cos(angle), np.sin(angle)), (np.cos(twist), np.sin(twist))
+        frame = frame @ np.array(
+            [[c, -s * u, s * v, length * c], [s, c * u, -c * v, length * s], [0, v, u, 0], [0, 0, 0, 1]]
+        )
+    np.testing.assert_allclose(frame, np.eye(4), atol=1e-12)  # the loop closes
+    return screws
+
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+ENDS = (0.3, 0.1, 0.5), (1.1, 0.7, 0.2)
+RSSR = [turning(Z, (0.0, 0.0, 0.0)), *ball(ENDS[0]), *ball(ENDS[1])]
+
+
+@pytest.mark.parametrize(
+    ("count", "joints", "screws", "freedom"),
+    [
+        (2, "RSSR", [*RSSR, turning((1.0, 2.0, -1.0), (1.0, 0.0, 0.0))], 2),  # the coupler turns about itself
+        (2, "RSSP", [*RSSR, sliding((1.0, 2.0, -1.0))], 2),
+        (-1, "RRUR", [turning(X, (0.3, 1.0, 0.2)), turning(Y, (0.0, 0.2, 1.0)), turning(X, ENDS[0]), turning(Z, ENDS[0]),
+                     turning((1.0, 1.0, 3.0), ENDS[1])], 0),
+        (-2, "RRRR", [turning(Z, at) for at in ((0.0, 0.0, 0.0), (0.1, 0.2, 0.0), (0.7, 0.5, 0.0), (0.9, 0.0, 0.0))], 1),
+        (-2, "RRRR", [turning(axis, (0.0, 0.0, 0.0)) for axis in (Z, (1.0, 0.0, 2.0), (1.0, 1.0, 0.3), X)], 1),  # Hooke
+        (-2, "RRRR", bennett(0.3, 0.7, 1.1, 0.9), 1),
+    ],
+    ids=["RSSR", "RSSP", "RRUR", "four-bar", "Hooke", "Bennett"],
+)  # fmt: skip
+def test_the_count_in_space_is_that_of_the_screws_less_their_rank_unless_constraints_repeat(count, joints, screws, freedom):
+    assert kutzbach(4, joints) == count == len(screws) - 6
+    assert len(screws) - np.linalg.matrix_rank(np.array(screws), tol=1e-9) == freedom >= count
+
+
+def test_platforms_and_loops_by_hand():
+    assert (
+        kutzbach(14, 6 * "UPS") == kutzbach(14, 6 * [2, 1, 3]) == 6
+    )  # Stewart's platform, its base and plate and 12 half legs
+    assert kutzbach(14, 6 * "SPS") == 12  # with balls at both ends each leg turns about itself
+    assert kutzbach(2, "C") == kutzbach(2, "U") == 2
+    assert kutzbach(4, "RCCC") == kutzbach(4, [1, 2, 2, 2]) == 1
+    assert kutzbach(4, "RRRP", order=3) == 1
+    assert kutzbach(4, "RRRR", order=3) == 1  # Hooke's joint turns about one point
+    assert kutzbach(1, "") == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "says"),
+    [
+        ((0, "R"), {}, "bodies: found 0, expected a whole number, 1 or above"),
+        ((2, "RX"), {}, r"joints\[1\]: found X, expected one of R, P, H, C, U, S, E, or its number of freedoms from 0 to 5"),
+        ((2, [6]), {}, r"joints\[0\]: found 6"),
+        ((4, "RRRS"), {"order": 3}, r"joints\[3\]: found S, expected one of R, P, or its number of freedoms from 0 to 2"),
+        ((4, "R"), {"order": 4}, "order: found 4, expected 6 in space, or 3 in a plane"),
+    ],
+)
+def test_a_count_of_no_mechanism_is_refused(arguments, options, says):
+    with pytest.raises(SceneError, match=says):
+        kutzbach(*arguments, **options)
 
 
 # Every assembly is found, and the choice among them is never silent.

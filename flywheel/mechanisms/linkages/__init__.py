@@ -9,6 +9,7 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 [0.054030231, 0.084147098]
 """
 
+from flywheel.mechanisms.linkages.assembly import gruebler, kutzbach
 from flywheel.mechanisms.linkages.equations import Poses, Track
 from flywheel.mechanisms.linkages.positions import Solution, Tangent, follow, placed, solve, solve_over, tangent
 from flywheel.scene.linkage import Coupling, Driver, Joint, Lift, Link, Linkage, Point, Side
@@ -27,6 +28,8 @@ __all__ = [
     "Tangent",
     "Track",
     "follow",
+    "gruebler",
+    "kutzbach",
     "placed",
     "solve",
     "solve_over",

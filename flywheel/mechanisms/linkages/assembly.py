@@ -1,6 +1,6 @@
 """Positions with the driver at one coordinate: degrees of freedom, locks and change points, assemblies and the choice.
 
-Degrees of freedom: Gruebler's count, checked against the rank of the Jacobian where the linkage stands.
+Degrees of freedom: the count of Gruebler (in space: Kutzbach), checked against the rank of the Jacobian at the position.
 
 Where the Jacobian by the unknowns is singular, the driver does not settle the position. At a lock (a fold) the driver turns
 back; at a change point two assemblies cross; a continuous family has one at every position of the driver, because links have
@@ -17,7 +17,7 @@ Equilibria, SIAM 2000, chapters 3 and 4.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 from math import degrees, pi
 from typing import NamedTuple
@@ -68,8 +68,50 @@ def gruebler(linkage: Linkage) -> int:
     >>> gruebler(Linkage(Link("frame"), links, (*joints, slide), "frame-crank"))
     1
     """
-    taken = sum(3 - FREEDOMS[joint.kind] for joint in linkage.joints)
-    return 3 * len(linkage.links) - taken - len(linkage.couplings)
+    joints = [FREEDOMS[joint.kind] for joint in linkage.joints]
+    return kutzbach(1 + len(linkage.links), [*joints, *[2] * len(linkage.couplings)], order=3)
+
+
+_JOINTS = {"R": 1, "P": 1, "H": 1, "C": 2, "U": 2, "S": 3, "E": 3}
+_IN_PLANE = ("R", "P")
+_MOST_BODIES = 1_000_000
+
+
+def kutzbach(bodies: int, joints: Iterable[str | int], *, order: int = 6) -> int:
+    """Kutzbach's degrees of freedom of any mechanism: d (n - 1) - sum(d - f).
+
+    The count subtracts every constraint once. It is the true number if the constraints are independent, and otherwise less:
+    Bennett's linkage and a plane four-bar counted in space have -2, and move. So it is a lower bound of the freedom of
+    small motions. It includes freedoms that move no output, such as the turning of a rod between two spherical joints.
+
+    Args:
+        bodies: n, the number of bodies with the frame.
+        joints: of each its letter or its number of freedoms f: R revolute, P prismatic, H helical 1; C cylindrical,
+            U universal 2; S spherical, E planar 3. A joint of k bodies counts k - 1 times. In a plane: R and P.
+        order: d, the freedoms of a free body: 6 in space, 3 in a plane or about a fixed point.
+
+    Raises:
+        SceneError: if `bodies` is below 1, `order` neither 6 nor 3, or a joint is unknown or has d or more freedoms.
+
+    Source: K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Design of Machinery, Wiley 2016, chapter 1.
+
+    >>> kutzbach(4, "RSSR"), kutzbach(4, "RSSP"), kutzbach(14, 6 * "UPS"), kutzbach(4, "RRRR"), kutzbach(4, "RRRR", order=3)
+    (2, 2, 6, -2, 1)
+
+    """
+    letters = _JOINTS if order == 6 else {name: _JOINTS[name] for name in _IN_PLANE}
+    given = [letters.get(joint, joint) if isinstance(joint, str) else joint for joint in joints]
+    faults = []
+    if bodies not in range(1, _MOST_BODIES):
+        faults.append(Fault("bodies", str(bodies), "a whole number, 1 or above: the frame counts"))
+    if order not in (3, 6):
+        faults.append(Fault("order", str(order), "6 in space, or 3 in a plane or about a fixed point"))
+    else:
+        expected = f"one of {', '.join(letters)}, or its number of freedoms from 0 to {order - 1}"
+        faults += [Fault(f"joints[{k}]", str(f), expected) for k, f in enumerate(given) if f not in range(order)]
+    if faults:
+        raise SceneError(faults)
+    return order * (bodies - 1) - sum(order - int(f) for f in given)
 
 
 def mobility(loops: Loops, jacobian: Array) -> Mobility:
