@@ -550,7 +550,26 @@ def recorded(
 
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
-    _check(base)
+    # What a program of position alone does not tell is refused.
+    drive = base.drive
+    for excluded, what in (
+        (base.areas is not None, "a diagram of areas has no machine"),
+        (base.stroke is not None, "a stroke is no cycle"),
+        (circuit_of(base) is not None, "the motor has states of its own"),
+        (any(name != "irregularity" for name in base.limits), "the motor has limits"),
+        (not base.has_speed or not base.has_flywheel, "no speed or no flywheel is given"),
+        (base.wheel is not None, "a wheel is to be chosen for each"),
+        (bool(base.duty), "a duty has several phases"),
+        (base.rubs, "friction in joints follows from the motion"),
+        (
+            drive is not None
+            and not (base.depends_on_speed or any(efficiency < 1.0 for efficiency in base.efficiencies.values()))
+            and not isinstance(drive.law, float | int | None),
+            "the drive's torque is no plain number",
+        ),
+    ):
+        if excluded:
+            raise UnrecordedError(what)
     twin, recorder = Machine(base), Recorder()
     phi = recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
@@ -593,32 +612,6 @@ def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Cond
     except Exception:
         return None
     return None
-
-
-def _check(scene: Scene) -> None:
-    """Refuses what a program of position alone does not tell."""
-    drive = scene.drive
-    for excluded, what in (
-        (scene.areas is not None, "a diagram of areas has no machine"),
-        (scene.stroke is not None, "a stroke is no cycle"),
-        (circuit_of(scene) is not None, "the motor has states of its own"),
-        (any(name != "irregularity" for name in scene.limits), "the motor has limits"),
-        (not scene.has_speed or not scene.has_flywheel, "no speed or no flywheel is given"),
-        (scene.wheel is not None, "a wheel is to be chosen for each"),
-        (bool(scene.duty), "a duty has several phases"),
-        (scene.rubs, "friction in joints follows from the motion"),
-        (
-            drive is not None and not _sets_its_speed(scene) and not isinstance(drive.law, float | int | None),
-            "the drive's torque is no plain number",
-        ),
-    ):
-        if excluded:
-            raise UnrecordedError(what)
-
-
-def _sets_its_speed(scene: Scene) -> bool:
-    """Tests whether torques depend on speed, or meshes lose."""
-    return scene.depends_on_speed or any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
 
 
 def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:

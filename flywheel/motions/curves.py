@@ -278,7 +278,9 @@ class Moving:
         off = driver.errors[1] + 0.0 * driver.q
         if off.any():  # the driver's own place is not known better
             for side in (-1.0, 1.0):
-                beside = self.places(self._within(driver.q + side * off))[0]
+                q = driver.q + side * off
+                stroke = self.scene.stroke
+                beside = self.places(q if stroke is None else np.clip(q, stroke.start, stroke.end))[0]
                 for name, (_, track, *_) in found.items():
                     for error, there, here in zip(errors[name], beside[name].track, track, strict=True):
                         error += np.abs(there - here)
@@ -288,10 +290,6 @@ class Moving:
         """Position, velocity and acceleration of some curves, without errors."""
         found = self.places(driver.q)[0]
         return {name: _moved(found[name].track, driver)[:3] for name in names}
-
-    def _within(self, q: Array) -> Array:
-        stroke = self.scene.stroke
-        return q if stroke is None else np.clip(q, stroke.start, stroke.end)
 
 
 def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Array, Array]]:

@@ -184,7 +184,19 @@ def stored_energy(
     positions, pace = array("phi", phi).ravel(), array("speed", speed).ravel()
     if pace.size not in (1, positions.size):
         raise SceneError([Fault("speed", f"{pace.size} speeds", f"one, or {positions.size} as there are positions")])
-    kinetic, errors = _kinetic(machine, own_coordinate(scene, positions), pace)
+    # ½ I_j* omega² of every body at the machine's own coordinates, and estimated errors: found again by other roundings.
+    own = own_coordinate(scene, positions)
+    anchor, shape = machine.anchors(own), own.shape
+
+    def held(machine: Machine, at: Array) -> dict[str, Array]:
+        chain = machine.kinematics
+        return {
+            name: 0.5 * part * pace**2 + np.zeros(shape) for name, part in chain.inertias(chain.flows(at, anchor)).items()
+        }
+
+    found, cycle = held(machine, own), machine.scene.cycle
+    others = zip(rounded_otherwise(machine), (1.0, 0.4), strict=True)
+    kinetic, errors = found, spread(found, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
     if flywheel:
         kinetic[FLYWHEEL] = 0.5 * flywheel * scene.flywheel_ratio**2 * pace**2 + np.zeros_like(positions)
         errors[FLYWHEEL] = ROUNDINGS * ROUNDING * kinetic[FLYWHEEL]
@@ -206,21 +218,6 @@ def stored_energy(
                     axis=0
                 )
     return StoredEnergy(kinetic, potential, errors)
-
-
-def _kinetic(machine: Machine, own: Array, speed: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """½ I_j* omega² of every body at the machine's own coordinates, and estimated errors: found again by other roundings."""
-    anchor, shape = machine.anchors(own), own.shape
-
-    def held(machine: Machine, at: Array) -> dict[str, Array]:
-        chain = machine.kinematics
-        return {
-            name: 0.5 * part * speed**2 + np.zeros(shape) for name, part in chain.inertias(chain.flows(at, anchor)).items()
-        }
-
-    found, cycle = held(machine, own), machine.scene.cycle
-    others = zip(rounded_otherwise(machine), (1.0, 0.4), strict=True)
-    return found, spread(found, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
 
 
 def _machine(given: Machine | Scene) -> Machine:

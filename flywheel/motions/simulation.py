@@ -189,7 +189,7 @@ def motion_from(
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
         error += fine.left
         error += 0.0 if dynamics.joint_friction is None else dynamics.joint_friction.error
-        same = _same_steps(rough.t, fine.t)  # steps that no tolerance has shortened tell nothing of their error
+        same = rough.t.size == fine.t.size and np.allclose(np.diff(rough.t), np.diff(fine.t), rtol=_SAME_STEP, atol=0.0)
         if (error <= rtol and not same) or tight <= TIGHTEST or fine.left > rtol:
             break
         rough, last = fine, tight
@@ -206,11 +206,6 @@ def motion_from(
     own = {} if dynamics.circuit is None else dict(zip((one.name for one in dynamics.circuit.names), rows, strict=True))
     found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, own, fine, fine.drift)
     return found._replace(rough=rough, share=SAFETY * share)
-
-
-def _same_steps(rough: Array, fine: Array) -> bool:
-    """Tests whether two runs take the same steps, apart from the effect of their errors on these."""
-    return rough.size == fine.size and np.allclose(np.diff(rough), np.diff(fine), rtol=_SAME_STEP, atol=0.0)
 
 
 def _difference(rough: Trail, fine: Trail) -> float:

@@ -113,13 +113,10 @@ def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arra
 def _unrolled(found: Changes, first: int) -> Changes:
     """Changes found from the cell `first` round to itself, from phi = 0 on."""
     start, by, rest = (np.roll(rows, first, axis=0) for rows in found[:3])
-    edge_start, edge_by, edge_rest = (_end_for_end(rows, first) for rows in found[3:6])
+    edge_start, edge_by, edge_rest = (
+        np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]])) for rows in found[3:6]
+    )
     return Changes(start, by, rest, edge_start, edge_by, edge_rest)
-
-
-def _end_for_end(rows: Array, first: int) -> Array:
-    """Rows at edges from the edge `first` round to itself, in the order of the edges: the cycle's end is its start."""
-    return np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]]))
 
 
 def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:

@@ -138,7 +138,12 @@ class Branch:
         `near` is the motion to begin with; the nearest one that is known where it is left out.
         """
         near = self.nearest(inertia) if near is None else near
-        found = self._from(inertia, rtol, near)
+        # A motion from a neighbour, or by the most direct ways: neither takes long where it fails.
+        machine, wanted = self.machine, Demand(inertia, None, self.mean)
+        search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
+        if near is not None:
+            search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
+        found = self._stable(inertia, search)
         if found.motion is None and self.mean is None and self.machine.scene.unknown is None:
             followed = self._followed(inertia, near)
             if isinstance(followed, Stop):
@@ -151,14 +156,6 @@ class Branch:
         if found.motion is not None:
             self.motions[inertia] = found.motion
         return found
-
-    def _from(self, inertia: float, rtol: float, near: OwnMotion | None) -> Finding:
-        """A motion from a neighbour, or by the most direct ways: neither takes long where it fails."""
-        machine, wanted = self.machine, Demand(inertia, None, self.mean)
-        search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
-        if near is not None:
-            search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
-        return self._stable(inertia, search)
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
         """A motion by every way, as coarsely as the effort allows."""
@@ -204,7 +201,15 @@ class Branch:
         moments = moments_on(machine, machine.mesh, local=True)
         total = inertia + moments.inertia
         if not total.max() > 0.0:
-            return self._overloaded(moments)
+            # The place where a machine without inertia lacks torque at every speed; None without one, or with more states.
+            if moments.circuit is not None:
+                return None
+            speeds = np.concatenate(([0.0], self.speed * np.geomspace(_STOP_SPEED, _HIGHEST, 4 * _STEPS)))
+            shape = moments.mesh.phi.shape
+            best = np.max([moments.rate(np.full(shape, w), self.unknown, 0.0).moment for w in speeds.tolist()], axis=0)
+            if not best.min() < 0.0:
+                return None
+            return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), self.speed, 0)
         if not total.min() > 0.0:
             return None
         speed, phi, states = self.speed, 0.0, tuple(float(each) for each in moments.steady_states(self.speed))
@@ -244,17 +249,6 @@ class Branch:
         ahead, _ = neighbours(self.machine, phi)
         moment = float(dynamics.at(phi, ahead, ONSET * speed, float(trail.t[-1]), states=tuple(state[3:].tolist())).moment)
         return Stop(phi, max(-moment, 0.0), speed, trail.cycles)
-
-    def _overloaded(self, moments: Moments) -> Stop | None:
-        """The place where a machine without inertia lacks torque at every speed; None without one, or with more states."""
-        if moments.circuit is not None:
-            return None
-        speeds = np.concatenate(([0.0], self.speed * np.geomspace(_STOP_SPEED, _HIGHEST, 4 * _STEPS)))
-        shape = moments.mesh.phi.shape
-        best = np.max([moments.rate(np.full(shape, w), self.unknown, 0.0).moment for w in speeds.tolist()], axis=0)
-        if not best.min() < 0.0:
-            return None
-        return Stop(float(moments.mesh.phi.ravel()[best.argmin()]), -float(best.min()), self.speed, 0)
 
     def _highest(self, moments: Moments, inertia: float) -> tuple[float | None, float]:
         """A crank speed (rad/s) below which every motion comes in a cycle, and the work (J) that it may gain above it.

@@ -74,19 +74,7 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
     speed = found if speed is None else speed
     speed = asked if speed is None else speed
     on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
-    course = _at_constant_speed(scene, speed)
-    for _ in range(_MOST_BALANCES):
-        curve = friction_along(machine, course, balance)
-        curve.speed = speed
-        with_it = constant_speed.operating_point(Machine(scene, curve), speed)[1] if on_ports else balance
-        if abs(with_it - balance) <= _BALANCE_ERROR * abs(with_it):
-            return curve
-        balance = with_it
-    raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
-
-
-def _at_constant_speed(scene: Scene, speed: float | None) -> Course:
-    """The motion at a constant speed, along a stroke with its acceleration; None: forwards, without inertia forces."""
+    # The motion at a constant speed, along a stroke with its acceleration; None: forwards, without inertia forces.
     from flywheel.machine.reactions import MachineMotion  # only linkages have friction
 
     acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
@@ -96,7 +84,14 @@ def _at_constant_speed(scene: Scene, speed: float | None) -> Course:
         rates = np.full(q.size, rate), np.full(q.size, acceleration)
         return MachineMotion(q + scene.origin, *rates, creeps=creeps)
 
-    return course
+    for _ in range(_MOST_BALANCES):
+        curve = friction_along(machine, course, balance)
+        curve.speed = speed
+        with_it = constant_speed.operating_point(Machine(scene, curve), speed)[1] if on_ports else balance
+        if abs(with_it - balance) <= _BALANCE_ERROR * abs(with_it):
+            return curve
+        balance = with_it
+    raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
 
 
 def friction_along(machine: Machine, course: Course, balance: float, bends: Sequence[float] = ()) -> FrictionCurve:

@@ -297,22 +297,18 @@ def along(
         raise SceneError([Fault("stroke", f"speed {v} and acceleration {a}", "finite numbers")])
     state = reduce(machine, q, speed=v)
     loads = state.moment - state.moment_parts.get(DRIVE, 0.0)
-    return Passage(
-        state=state,
-        driving=state.inertia * a + 0.5 * state.slope * v**2 - loads,
-        velocities={name: gain * v for name, gain in state.gains.items()},
-        accelerations=_accelerations(machine, state, v, a),
-    )
-
-
-def _accelerations(machine: Machine, state: MachineState, v: float, a: float) -> dict[str, Array]:
-    """a_i = g_i a + g_i' v²; of points on a fixed pivot the tangential part, the normal part r (g v)², and both in one."""
+    # a_i = g_i a + g_i' v²; of points on a fixed pivot the tangential part, the normal part r (g v)², and both in one.
     found = {name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()}
     for name, (turning, radius) in machine.pivoted.items():
         if name in found:
             tangential, normal = found[name], abs(radius) * (state.gains[turning] * v) ** 2
             found |= {name: np.hypot(tangential, normal), f"{name}.tangential": tangential, f"{name}.normal": normal}
-    return found
+    return Passage(
+        state=state,
+        driving=state.inertia * a + 0.5 * state.slope * v**2 - loads,
+        velocities={name: gain * v for name, gain in state.gains.items()},
+        accelerations=found,
+    )
 
 
 def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:

@@ -46,7 +46,11 @@ def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True,
     tables: False leaves the tables of positions out.
     full: False gives one table with the extremes of the ports instead.
     """
-    resting = [name for name, curve in found.curves.items() if _rests(curve)]
+    resting = [
+        name
+        for name, curve in found.curves.items()
+        if all((np.abs(part) <= error).all() for part, error in zip(curve[4:6], curve.errors[1:], strict=True))
+    ]
     moving = [name for name in found.curves if name not in resting]
     heads = wrapped(f"{found.scene.title or 'Machine'}: motion {found.condition}", "")
     blocks = [[*heads, *sentences(found.remarks)]]
@@ -63,11 +67,6 @@ def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True,
         where = "; ".join(f"{name} {_standing(found.curves[name])}" for name in resting)
         blocks.append(wrapped(f"at rest: {where}", ""))
     return paragraphs(blocks)
-
-
-def _rests(curve: Curve) -> bool:
-    """Tests whether a curve is constant within its errors."""
-    return all((np.abs(part) <= error).all() for part, error in zip(curve[4:6], curve.errors[1:], strict=True))
 
 
 def _standing(curve: Curve) -> str:
@@ -219,15 +218,14 @@ def _at(found: Kinematics, k: int, names: list[str]) -> list[str]:
                 curve.errors,
                 strict=True,
             ):
-                value, error = (_part(array, part)[k] for array in (values, errors))
+                value, error = (
+                    (array if not part else np.asarray(np.hypot(*array)) if part == "total" else array["xy".index(part)])[k]
+                    for array in (values, errors)
+                )
                 given = [figure(value, error, _DIGITS), _with_degrees(unit, value, error)]
                 cells += ["", ""] if part == "total" and quantity == "position" else given
             table.append(cells)
     return [where, *columns(table, ("", "position", "", "velocity", "", "acceleration", ""))]
-
-
-def _part(array: Array, part: str) -> Array:
-    return array if not part else np.asarray(np.hypot(*array)) if part == "total" else array["xy".index(part)]
 
 
 # -- CSV ---------------------------------------------------------------------------------------------------------------
@@ -467,7 +465,20 @@ def transient_text(transient: Transient) -> str:
     at = f"{figure(phi, most=7)} m" if transient.scene.sliding else f"{figure(phi * DEGREES, most=7)} deg"
     title = wrapped(transient.scene.title, "") if transient.scene.title else []
     headline = [*title, *wrapped(f"From {at}, {speed}: {transient.ended}.", "")]
-    parts = (headline, _figures(transient), _energy(transient), _motor_start(transient))
+    # Work of everything, and what it has become.
+    energy = transient.energy
+    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
+    rows = [*given, *energy.works.items()]
+    if energy.meshes:
+        rows.append(("losses in meshes", -energy.meshes))
+    scale = max((abs(value) for _, value in rows), default=0.0)
+    cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
+    cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
+    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
+    for where, heat in (("armature", energy.copper), ("rotor", energy.rotor_heat)):
+        if heat is not None:
+            lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
+    parts = (headline, _figures(transient), lines, _motor_start(transient))
     return paragraphs((*parts, sentences(transient.messages, "")))
 
 
@@ -514,23 +525,6 @@ def _peaks(transient: Transient) -> list[tuple[str, str]]:
 
 def _when(top: Peak) -> str:
     return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
-
-
-def _energy(transient: Transient) -> list[str]:
-    """Work of everything, and what it has become."""
-    energy = transient.energy
-    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
-    rows = [*given, *energy.works.items()]
-    if energy.meshes:
-        rows.append(("losses in meshes", -energy.meshes))
-    scale = max((abs(value) for _, value in rows), default=0.0)
-    cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
-    cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
-    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
-    for where, heat in (("armature", energy.copper), ("rotor", energy.rotor_heat)):
-        if heat is not None:
-            lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
-    return lines
 
 
 def _motor_start(transient: Transient) -> list[str]:

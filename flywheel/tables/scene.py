@@ -80,7 +80,24 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
         yield _mechanism(m, units)
     for name, ratio in scene.shafts.items():
         if name not in ("crank", "slide"):
-            yield SceneLine("shaft", _("shaft {name}", name=name), "", _shaft(name, ratio, scene, units))
+            # Speed ratio of a shaft, and the losses of its mesh or belt.
+            turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
+            mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
+            on = place(mesh.on, article=True)
+            near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=on)
+            apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
+            words = [f"{near} ({turns})" if apart else turns]
+            if mesh.slip:
+                words.append(_("slip {n} %", n=number(figure(100 * mesh.slip, most=_DIGITS))))
+            if mesh.efficiency != 1.0:
+                words.append(_("efficiency {n} %", n=number(figure(100 * mesh.efficiency, most=_DIGITS))))
+            if mesh.drag:
+                words.append(_("drag {value}", value=units.read(mesh.drag, "torque")))
+            if name in scene.compliances:
+                words.append(
+                    _("stiffness {value}", value=units.read(scene.compliances[name].stiffness, "angular_stiffness"))
+                )
+            yield SceneLine("shaft", _("shaft {name}", name=name), "", ", ".join(words))
     for i in scene.inertias:
         value = _mass(i.value, _turns(i.on, scene), units)
         yield SceneLine("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=place(i.on)))
@@ -197,25 +214,6 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
         sizes = [str(units.read(max(spans), "length"))] if spans and max(spans) > 0.0 else []
         sizes += _masses(Body(mass=link.mass, inertia=link.inertia), units)
         yield f"{link.name} {', '.join(sizes)}".strip()
-
-
-def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
-    """Speed ratio of a shaft, and the losses of its mesh or belt."""
-    turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
-    mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
-    on = place(mesh.on, article=True)
-    near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=on)
-    apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
-    words = [f"{near} ({turns})" if apart else turns]
-    if mesh.slip:
-        words.append(_("slip {n} %", n=number(figure(100 * mesh.slip, most=_DIGITS))))
-    if mesh.efficiency != 1.0:
-        words.append(_("efficiency {n} %", n=number(figure(100 * mesh.efficiency, most=_DIGITS))))
-    if mesh.drag:
-        words.append(_("drag {value}", value=units.read(mesh.drag, "torque")))
-    if name in scene.compliances:
-        words.append(_("stiffness {value}", value=units.read(scene.compliances[name].stiffness, "angular_stiffness")))
-    return ", ".join(words)
 
 
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:

@@ -299,7 +299,10 @@ class RoughInAllCoordinates:
         n, model = self.n, self.model
         state = model.state(y[:n], y[n : 2 * n])
         forces = model.forces(t, state)
-        reactions, pushes = self.rub.wrenches(_many(state), state.jacobian.T[None])
+        parts: list[Any] = [
+            [part[None] for part in one] if isinstance(one, list) else np.asarray(one)[None] for one in state
+        ]
+        reactions, pushes = self.rub.wrenches(State(*parts), state.jacobian.T[None])
         matrix, first = system(model, forces, state, reactions[0])
         right = np.zeros((first.size, 1 + pushes.shape[2]))
         right[:, 0], right[:n, 1:] = first, pushes[0]
@@ -362,12 +365,6 @@ class RoughInAllCoordinates:
 
 
 Rough = RoughByDriver | RoughInAllCoordinates
-
-
-def _many(state: State) -> State:
-    """One state as an array of one."""
-    parts: list[Any] = [[part[None] for part in one] if isinstance(one, list) else np.asarray(one)[None] for one in state]
-    return State(*parts)
 
 
 class RoughMotion:
