@@ -673,7 +673,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     help="The report's file; a PDF is printed by a browser that is installed.",
 )
 @click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
-@click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
+@click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units as well as in SI.")
 @click.option("--cover-sheet", is_flag=True, help="The cover sheet alone, to sign.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
 @click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as for size.")

@@ -186,7 +186,7 @@ class _GearTrain:
         if apart := [name for name in shafts if name not in self.gains]:
             raise SceneError([Fault("stages", f"no stage to {', '.join(apart)}", "stages that join all shafts")])
         if len(stages) >= len(shafts):
-            found, wanted = f"{len(stages)} stages between {len(shafts)} shafts", "one stage less than shafts"
+            found, wanted = f"{len(stages)} stages between {len(shafts)} shafts", "one stage fewer than shafts"
             raise SceneError([Fault("stages", found, wanted, "a closed loop shares its load by stiffness")])
 
     def free(self, direction: int) -> Running:

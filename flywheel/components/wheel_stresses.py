@@ -116,7 +116,7 @@ def material(
         advice = "the allowable stress is strength over safety"
         faults.append(Fault("safety", "safety and allowable_stress", "one of them", advice))
     elif safety is not None and own is None:
-        faults.append(Fault("safety", "a safety factor without a strength", "a strength beside it"))
+        faults.append(Fault("safety", "a safety factor without a strength", "a strength with it"))
     refuse(faults)
     if allowable is None and own is not None:  # by the factor asked for, or the one that is usual for that material
         usual = None if base.allowable is None or base.strength is None else base.allowable / base.strength

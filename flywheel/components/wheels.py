@@ -129,9 +129,9 @@ def _dimension_faults(asked: WheelAsked) -> list[Fault]:
         found = f"{asked.hub_diameter:g} m with a bore of {asked.bore:g} m"
         faults.append(Fault(asked.at_key("hub_diameter"), found, "a diameter above the bore"))
     if asked.arm_share is not None and asked.given(("arm_width", "arm_thickness")):
-        faults.append(Fault(asked.at_key("arm_share"), "arm_share beside the arms' axes", "one or the other"))
+        faults.append(Fault(asked.at_key("arm_share"), "arm_share together with the arms' axes", "one or the other"))
     if asked.arm_thickness is not None and asked.arm_width is None:
-        faults.append(Fault(asked.at_key("arm_thickness"), "arm_thickness alone", "arm_width beside it"))
+        faults.append(Fault(asked.at_key("arm_thickness"), "arm_thickness alone", "arm_width with it"))
     return faults
 
 
@@ -394,7 +394,9 @@ def _largest(need: Need) -> Body | None:
 
     first = least(too_large, 0.0, limit)
     if first is None and limit == inf:
-        raise SceneError([Fault("speed", f"{need.speed:g} rad/s", "a speed that stresses the wheel, or a radius given")])
+        raise SceneError(
+            [Fault("speed", f"{need.speed:g} rad/s", "a speed at which the wheel is stressed, or a given radius")]
+        )
     return _by_section(need, Radius(limit if first is None else nextafter(first, 0.0)))
 
 

@@ -291,7 +291,7 @@ def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms)
         faults.append(Fault("flywheel", "no flywheel that is asked for or given", "a table with irregularity or limits"))
     if scene.unknown not in (None, "drive"):
         advice = "give it a value: a motor decides its own torque"
-        faults.append(Fault(f"parameters.{scene.unknown}", '"balance"', "a value, beside a motor", advice))
+        faults.append(Fault(f"parameters.{scene.unknown}", '"balance"', "a value, when there is a motor", advice))
     if ratio not in (None, *RATIOS):
         faults.append(Fault("ratio", f'"{ratio}"', '"adjusted" or "fixed"'))
     own = scene.drive is not None and scene.drive.on != "crank"

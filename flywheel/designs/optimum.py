@@ -210,7 +210,7 @@ def optimize(
     """
     scene = scene_of(scene)
     if (minimize is None) == (maximize is None):
-        given = "nothing to minimize" if minimize is None else "minimize beside maximize"
+        given = "nothing to minimize" if minimize is None else "minimize together with maximize"
         raise SceneError([Fault("minimize", given, "one figure, to minimize or to maximize")])
     require("over", over, Mapping, "paths of numbers, each with its bounds (low, high)")
     over = by_path(over)

@@ -271,7 +271,7 @@ def _given(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[
     if not faults and intervals and deviations:
         path = next(iter(deviations))
         advice = "extremes and statistics cannot be asked for together"
-        faults.append(Fault(path, "a standard deviation beside intervals", "all of one kind", advice))
+        faults.append(Fault(path, "a standard deviation together with intervals", "all of one kind", advice))
     if faults:
         raise SceneError(faults)
     return intervals, deviations

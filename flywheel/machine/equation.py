@@ -428,7 +428,7 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
         at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
     if moment is not None and math.isfinite(moment):
         unit = "N on the slide" if sliding else "N m on the crank"
-        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {GREATEST_VALUE:g}"
+        found = f"a value that reaches {moment:.4g} {unit} at {at}, beyond {GREATEST_VALUE:g}"
     else:
         reason = machine.undefined(culprit, phi, anchor, speed, time)
         found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")

@@ -191,7 +191,7 @@ class Machine:
         """The graph compiled for the crank's angle; a SceneError where shafts twist, so that one angle is not enough."""
         if not self.scene.compliances:
             return self.rigid
-        found = "a compliant shaft, which makes the motion one of several angles"
+        found = "a compliant shaft, with which the motion has several angles"
         expected = "rigid shafts, to reduce everything to the crank's angle"
         advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
         raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in self.scene.compliances])

@@ -789,14 +789,14 @@ class Structures:
         except SceneError as error:
             trouble = [str(error)]
         if trouble:
-            self.why, self._poor = f"recorded and plain machine part: {trouble[0]}", self._poor + 1
+            self.why, self._poor = f"the recorded machine and the machine itself differ: {trouble[0]}", self._poor + 1
         if trouble or not mine.size:
             return False
         self._known.append(structure)
         if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
             self._poor += 1
             if self._poor >= _MOST_POOR:
-                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in what is narrow"
+                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in narrow intervals"
                 self.why = self.why or f"designs differ in too many ways: {way}"
         return True
 

@@ -151,8 +151,10 @@ def followed(mechanism: Mechanism) -> Cyclic:
         return cycle
     found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
     returns = next((turns for turns in range(1, _TURNS_TRIED + 1) if over(turns)), None)
-    advice = f"it returns after {returns}: set regime.cycle" if returns else f"nor does it within {_TURNS_TRIED} turns"
-    raise SceneError([Fault(mechanism.path, found, "a cycle after which it does", advice)])
+    advice = (
+        f"it returns after {returns}: set regime.cycle" if returns else f"it does not return within {_TURNS_TRIED} turns"
+    )
+    raise SceneError([Fault(mechanism.path, found, "a cycle after which it returns", advice)])
 
 
 def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, float]) -> SceneError:

@@ -500,7 +500,7 @@ def _table(scene: Scene, times: Array, positions: Array, until: float | None, wo
 
     if times.size != positions.size:
         found = f"{times.size} times and {positions.size} positions"
-        raise SceneError([Fault("law", found, "as many of the one as of the other")])
+        raise SceneError([Fault("law", found, "the same number of both")])
     if times.size < _FEWEST:
         raise SceneError([Fault("law", f"{words} of {times.size} rows", f"{_FEWEST} rows at least")])
     falling = np.flatnonzero(np.diff(times) <= 0.0)

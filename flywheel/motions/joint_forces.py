@@ -189,7 +189,9 @@ def _found(
     still = motion.sense == 0.0
     if friction and machine.scene.rubs and still.any():
         when = "" if motion.time is None else f" (t = {number(float(motion.time[still][0]))} s)"
-        messages.append(f"standing still{when}, friction in joints takes no side: the forces there are without it")
+        messages.append(
+            f"standing still{when}, the direction of friction in joints is undetermined: the forces there are without it"
+        )
     words = condition if inertia else f"{condition}, without inertia forces"
     return JointForces(motion, found, errors, balance, words, tuple(messages), machine, inertia)
 
@@ -209,7 +211,7 @@ def _constant(machine: Machine, inertia: bool) -> float | None:
         return constant_speed.operating_point(machine_of(machine))[0] or 0.0
     if inertia or machine.depends_on_speed or machine.depends_on_time:
         quasi = "" if machine.depends_on_speed else ", or leave inertia forces out: --quasi-static (inertia=False)"
-        fault = constant_speed.no_speed(scene, "for inertia forces, and for what depends on it")
+        fault = constant_speed.no_speed(scene, "for inertia forces, and for quantities that depend on speed")
         follow = "; or follow a motion in time: --from rest --until ... (in Python transient=)"
         raise SceneError([fault._replace(advice=fault.advice + quasi + follow)])
     return None
@@ -533,7 +535,7 @@ def axis(forces: JointForces, over: str) -> Axis:
             "a motion in time",
             "without acceleration every speed has its time; or follow one: --from, --until",
         )
-        raise SceneError([Fault("over", f"time, of forces {forces.condition}", expected, advice)])
+        raise SceneError([Fault("over", f"time, for forces {forces.condition}", expected, advice)])
     if over == TIME and motion.time is not None:
         return Axis("t", "s", motion.time, motion.time[first])
     if machine.scene.sliding:

@@ -275,7 +275,7 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
         raise SceneError([Fault(f"shafts.{name}", found, expected, advice) for name in lossy])
     circuit = circuit_of(scene)
     if circuit is not None and not circuit.in_graph:
-        found = f"a shaft that twists beside a motor's own {' and '.join(one.name for one in circuit.names)}"
+        found = f"a shaft that twists together with a motor's own {' and '.join(one.name for one in circuit.names)}"
         advice = "leave stiffness out, or take the motor as static, its field always on"
         raise SceneError([Fault("drive.motor", found, "a motor that a bond graph has as a part", advice)])
     graph = compliant_graph(machine, balance, inertia)

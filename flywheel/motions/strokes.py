@@ -579,17 +579,17 @@ def check(scene: Scene) -> None:
             "drive.motor", f"a {scene.motor.title} with states of its own", "one by its torque over speed", "leave those out"
         )
     if "current_pulsation" in scene.limits:
-        found = "a limit to the pulsation of the current beside [single_stroke]"
+        found = "a limit on the pulsation of the current together with [single_stroke]"
         add("flywheel.limits.current_pulsation", found, "limits of torque, heat and irregularity", "leave it out")
     if scene.wheel is not None:
         add(
             "flywheel.shape",
-            "a wheel beside [single_stroke]",
+            "a wheel together with [single_stroke]",
             "inertia or irregularity alone",
             "flywheel.wheel.choose gives it",
         )
     if scene.compliances:
-        add(f"shafts.{next(iter(scene.compliances))}.stiffness", "a compliant shaft beside a clutch", "rigid shafts")
+        add(f"shafts.{next(iter(scene.compliances))}.stiffness", "a compliant shaft together with a clutch", "rigid shafts")
     if plan.brake.on in mine:
         add(
             f"{BRAKE}.on",
@@ -608,7 +608,7 @@ def check(scene: Scene) -> None:
         if load.on in mine and not (free and load.start is None and load.sense == 0):
             add(load.path, f"a load on {load.on} that depends on an angle", "one that does not, before the clutch")
     if any(mechanism.linkage is not None for mechanism in scene.mechanisms) and Machine(scene).has_joint_friction:
-        add("mechanism", "friction in joints beside a clutch", "joints without", "leave friction out")
+        add("mechanism", "friction in joints together with a clutch", "joints without", "leave friction out")
     if (clutch.disengage - plan.brake.engage) % TURN != 0.0:
         first, then = ((angle - plan.stop_at) % TURN or TURN for angle in (clutch.disengage, plan.brake.engage))
         if then < first:

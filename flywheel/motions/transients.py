@@ -525,7 +525,7 @@ def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start
         return begin
     where, held = machine.where(phi), friction_of(machine)
     if backwards < -least:
-        found = f"a machine that moves backwards: at rest at {where} {held} does not hold it"
+        found = f"a machine that moves backwards: at {where} it is at rest, and {held} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
         found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"

@@ -467,7 +467,7 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
         if most < error:
             return Orbit(polynomials, most, around(polynomials[0](cells[0].low - cells[0].middle), at_start))
         error = 4.0 * float(most)
-    raise UnprovenError(f"a motion that stays open by {float(most):.1e} J")
+    raise UnprovenError(f"a motion whose cycle stays open by {float(most):.1e} J")
 
 
 def _followed(cells: Sequence[Place], start: Any, order: int, error: float) -> tuple[tuple[Any, ...], Any]:
@@ -507,7 +507,7 @@ def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error
         grown = (steep * length).exp().abs_upper()
         added = missed.abs_upper() * length * grown.max(arb(1)) + jump.abs_upper()
         if not (grown.is_finite() and added.is_finite()):
-            raise UnprovenError("a torque that is open near the motion")
+            raise UnprovenError("a torque that is undecided near the motion")
         steps.append((grown, added))
     growth, total = arb(1), arb(0)
     for grown, added in steps:

@@ -710,7 +710,7 @@ class _ExpressionReader:
             expected = "one of " + ", ".join(FUNCTIONS)
             names = self.names | RESERVED
             advice = PRODUCT if name in names else written_here(self._text(node), names) or _nearest(name, FUNCTIONS)
-            raise ExpressionError(f"a call of {self._shown(node.func, node)}", expected, advice)
+            raise ExpressionError(f"a call to {self._shown(node.func, node)}", expected, advice)
         if node.keywords:
             raise ExpressionError(f"a keyword in {self._shown(node)}", "plain arguments")
         count, wanted = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)

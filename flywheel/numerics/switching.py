@@ -350,7 +350,7 @@ def _refusal(
     if infinite:
         return SwitchingError(f"a value that is not finite near phi = {{near}} ({infinite})", near)
     if finest:
-        text = f"{expression.shown}: steeper near phi = {{near}} than rounding of the angle lets follow ({part})"
+        text = f"{expression.shown}: too steep near phi = {{near}} for the rounding of the angle ({part})"
         return SwitchingError(text, near)
     which = "" if node == expression.tree else f" {part}"
     text = f"{expression.shown}:{which} varies too fast for {RESOLUTION_CAP} cells to follow it (first near phi = {{near}})"

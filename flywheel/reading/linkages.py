@@ -86,7 +86,7 @@ def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
     for name in others:
         faults.add(child(path, FRAME), "nothing", "the fixed body's points", f"the fixed body is called frame, not {name}")
     if not bodies.keys() - {FRAME}:
-        faults.add(path, "no moving body", f"one at least beside {FRAME}")
+        faults.add(path, "no moving body", f"at least one in addition to {FRAME}")
     return {FRAME: Link(FRAME, (Point(ORIGIN),))} | bodies
 
 
@@ -195,7 +195,7 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
     found = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
     for where, joint in found:
         if joint is not None and joint.name in named:
-            faults.add(f"{where}.name", quote(joint.name), "a unique name", f"{paths[joint.name]} bears this one")
+            faults.add(f"{where}.name", quote(joint.name), "a unique name", f"{paths[joint.name]} has this name already")
         elif joint is not None:
             named[joint.name], paths[joint.name] = joint, where
     read = sum(joint is not None for _, joint in found)
@@ -268,7 +268,7 @@ def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setti
         if coupling is None:
             continue
         if coupling.name in taken:
-            advice = f"{taken[coupling.name]} bears this one"
+            advice = f"{taken[coupling.name]} has this name already"
             setting.faults.add(f"{where}.name", quote(coupling.name), "a unique name", advice)
         taken[coupling.name] = "another coupling"
         good.append(coupling)
@@ -327,7 +327,7 @@ def _geared(item: Item, pair: _Pair) -> dict[str, Any]:
         item.add("ratio", "nothing", 'a length such as "100 mm": the slide per rad of the pin')
     if "internal" in item.raw and "teeth" not in item.raw:
         advice = "the sign of the ratio says which (see flywheel reference linkage)"
-        item.add("internal", "internal beside a ratio", "none", advice)
+        item.add("internal", "internal together with a ratio", "none", advice)
     ratio = None if "teeth" in item.raw else item.fields["ratio"]
     if "teeth" in item.raw:  # -z1/z2, or z1/z2 where one wheel has its teeth inside
         internal, where = bool(item.fields["internal"]), f"{item.path}.teeth"
@@ -543,7 +543,7 @@ def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, 
     named += [(child(f"{path}.ports", name), name, "a port") for name in points]
     for where, name, what in named:
         if name in seen:
-            faults.add(where, quote(name), "a unique name", f"{seen[name]} bears this one")
+            faults.add(where, quote(name), "a unique name", f"{seen[name]} has this name already")
         seen.setdefault(name, what)
     if driver is None or "" in (driver.first, driver.second):
         return  # the body that it turns is no port, but which one that is cannot be told

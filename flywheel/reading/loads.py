@@ -194,7 +194,7 @@ def _belt(item: Item, site: Site) -> Modelled | None:
     pulled = item.one("tight", "power") == "tight"
     for name in ("slack", "radius") if pulled else ("speed",):
         item.needs(name, f"there is a {'tight side' if pulled else 'power'}")
-    item.without(("power", "speed") if pulled else ("slack", "radius", "friction", "wrap", "groove"), "beside it")
+    item.without(("power", "speed") if pulled else ("slack", "radius", "friction", "wrap", "groove"), "together with it")
     if not pulled:
         torque = item.number("power") / item.number("speed")
     else:
@@ -243,7 +243,7 @@ def _press(item: Item, site: Site) -> Modelled | None:
     if not source:
         return None
     if source == "energy":
-        item.without(_AREAS, "beside energy", "give the energy, or what it follows from")
+        item.without(_AREAS, "together with energy", "give the energy, or what it follows from")
         sheared = ""
     else:
         exactly_one(item.given(*_AREAS), _AREAS, item.path, item.faults)
@@ -284,7 +284,7 @@ def _press_on_port(item: Item, site: Site, source: str, by_sheet: bool) -> Model
         because = "the force acts over the sheet's thickness, or over an angle before the end of the stroke"
         item.needs("angle" if site.place.rotating else "thickness", because)
     elif not by_sheet:
-        item.without(["thickness"], "beside angle", "the force acts over one of them")
+        item.without(["thickness"], "together with angle", "the force acts over one of them")
     if site.place.rotating:
         item.without(("thickness", "overtravel"), f'on "{site.place.name}", which rotates', "give an angle and the energy")
     if site.setting.sliding:
@@ -374,13 +374,13 @@ def _indicator(item: Item, site: Site) -> Modelled | None:
     """Pressure of an indicator diagram, against angle or against the piston's way."""
     area, gauge = _piston(item)[1], item.fields["gauge"]
     if gauge:
-        item.without(["atmosphere"], "beside gauge pressures", "they are above it already")
+        item.without(["atmosphere"], "together with gauge pressures", "they are above it already")
     if not _slides(item, site):
         return None
     atmosphere = 0.0 if gauge else item.number("atmosphere")
     if "table" not in item.raw:
         return _against_way(item, site, area, atmosphere)
-    item.without(("out", "back", "pressure_unit"), "beside a table", "its value and value_unit are the pressures")
+    item.without(("out", "back", "pressure_unit"), "together with a table", "its value and value_unit are the pressures")
     along = "length" if site.setting.sliding else "angle"
     table = read_table(item.raw["table"], "pressure", f"{item.path}.table", site.setting.folder, item.faults, along)
     if table is None:
@@ -408,7 +408,7 @@ def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Mode
     way, out, back = (np.array(column, dtype=float) for column in columns)
     name, steps, rows = names[0], np.diff(way), way.size
     if not rows == out.size == back.size:
-        item.add(name, f"{rows} rows, {out.size} out and {back.size} back", "as many of each")
+        item.add(name, f"{rows} rows, {out.size} out and {back.size} back", "the same number of each")
     elif not 2 <= rows <= _MOST_ROWS:
         item.add(name, f"{rows} rows", f"from 2 to {_MOST_ROWS}")
     elif (steps < 0).any() or steps[0] == 0 or steps[-1] == 0 or ((steps[1:] == 0) & (steps[:-1] == 0)).any():
@@ -460,8 +460,8 @@ def _compressor(item: Item, site: Site) -> Modelled | None:
         item.add("discharge", f"{cycle.discharge:.6g} Pa", f"more than the suction's {cycle.suction:.6g} Pa")
     elif cycle.suction_begins >= 1.0 or cycle.delivery_begins <= 0.0:
         found = f"a pressure ratio of {cycle.ratio:.6g} with a clearance of {cycle.clearance:.6g}"
-        advice = "the gas left in the clearance fills the cylinder; compress in stages, or make the clearance less"
-        item.add("clearance", found, "so little that gas is drawn in and delivered", advice)
+        advice = "the gas left in the clearance fills the cylinder; compress in stages, or reduce the clearance"
+        item.add("clearance", found, "small enough for gas to be drawn in and delivered", advice)
     ends = site.ends(item) if _slides(item, site) else None
     if ends is None:
         return None
@@ -583,7 +583,7 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     for name in SINGLE_STROKE_EXCLUDE:
         if name in raw:
             advice = {"stroke": "[stroke] is a driver that goes one way"}.get(name, "")
-            faults.add(name, f"{name} beside [single_stroke]", "one of the two", advice)
+            faults.add(name, f"{name} together with [single_stroke]", "one of the two", advice)
     table = as_table(raw["single_stroke"], "single_stroke", faults)
     plan = None if table is None else read_item(table, SECTIONS["single_stroke"], "single_stroke", faults)
     if len(clutches) != 1:
@@ -608,7 +608,10 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     for key in ("response", "intrusion"):
         if key in plan.raw and plan.fields["approach"] is None and "approach" not in plan.raw:
             plan.add(
-                key, show(plan.raw[key]), "approach beside it", "the safety distance is approach times the stopping time"
+                key,
+                show(plan.raw[key]),
+                "approach together with it",
+                "the safety distance is approach times the stopping time",
             )
     if not (plan.clean and clutch.clean and brake.clean):
         return None
@@ -647,7 +650,7 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
     """One load; None where it could not be read."""
     fields, path, faults, stroke = item.fields, item.path, item.faults, setting.stroke
     if stroke is not None:
-        item.without(["every"], "beside [stroke]", "nothing repeats along a stroke")
+        item.without(["every"], "together with [stroke]", "nothing repeats along a stroke")
     every = setting.cycle if stroke is not None else _every(fields["every"], place, path, setting)
     window = _window(item, every, setting)
     text, senses = fields["while"], {"": 0, "v>0": 1, "v<0": -1}
@@ -657,7 +660,7 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
     law, model, piston = _law(item, place, places, (window, every), setting)
     if fields["bore"] is not None:
         if "model" in item.raw:
-            item.add("bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
+            item.add("bore", "a bore together with a model", "none", "an indicator diagram has a bore of its own")
         elif place is not None and (place.rotating or place.name in places.shafts):
             item.add("bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
         from flywheel.components.load_models import piston_area  # only cylinders have a bore

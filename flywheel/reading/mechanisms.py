@@ -50,7 +50,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
         return unread
     for name in STROKE_EXCLUDE:
         if name in raw:
-            faults.add(name, f"{name} beside [stroke]", "none", "a one-way stroke has no cycle, and so no flywheel")
+            faults.add(name, f"{name} together with [stroke]", "none", "a one-way stroke has no cycle, and so no flywheel")
     mechanism = raw.get("mechanism")
     tables = [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
     if "mechanism" not in raw or (len(tables) != 1 and isinstance(mechanism, (list, tuple))):
@@ -61,11 +61,11 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
         if isinstance(kind, str) and kind in KINDS and not _goes_one_way(KINDS[kind]):
             expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if _goes_one_way(known))
             advice = "for a crank that turns in cycles leave out [stroke]"
-            faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
+            faults.add(f"{path}.type", f"{show(kind)} together with [stroke]", expected, advice)
         for name in ("phase", "shaft"):
             if name in tables[0]:
                 advice = "the stroke is that of the mechanism's own driver"
-                faults.add(f"{path}.{name}", f"{name} beside [stroke]", "none", advice)
+                faults.add(f"{path}.{name}", f"{name} together with [stroke]", "none", advice)
     table = as_table(raw["stroke"], "stroke", faults)
     if table is None:
         return unread
@@ -146,7 +146,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             continue
         if item.name in setting.shafts or (item.name in seen and f"{path}.name" not in {fault.path for fault in faults}):
             other = "a shaft" if item.name in setting.shafts else "another mechanism"
-            faults.add(f"{path}.name", quote(item.name), "a unique name", f"{other} bears this one")
+            faults.add(f"{path}.name", quote(item.name), "a unique name", f"{other} has this name already")
         seen.add(item.name)
     ports: dict[str, Place] = {}
     known = all(abs(value) < math.inf for value in setting.parameters.values())
@@ -167,7 +167,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
                     faults.append(_as_written(fault, kind, table)._replace(advice=advice))
             except ArithmeticError:
                 advice = "lengths whose squares can be computed"
-                faults.add(item.mechanism.path, "lengths of too different sizes", advice)
+                faults.add(item.mechanism.path, "lengths that differ too much in size", advice)
         for port, rotating in item.rotating.items():
             name = f"{item.name}.{port}"
             ports[name] = Place(name, rotating, item.travel, returns.get(port, True))
@@ -200,7 +200,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     parts = tuple(Key(part.name_in(raw), "part", part.about) for part in kind.parts)
     twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
     for part in twins:
-        found = f"{part.alias} beside {part.name}, which is the same"
+        found = f"{part.alias} together with {part.name}, which is the same"
         faults.add(f"{path}.{part.alias}", found, "one of the two", f"leave {part.alias} out")
     raw = {key: value for key, value in raw.items() if key not in {part.alias for part in twins}}
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)

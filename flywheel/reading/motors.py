@@ -299,7 +299,7 @@ def _rated(fields: Fields) -> Point:
 _ROWS = (
     Key("speed", "numbers", "speeds, ascending"),
     Key("torque", "numbers", "one torque per speed"),
-    Key("file", "text", "CSV file beside the scene; the speed comes first"),
+    Key("file", "text", "CSV file in the scene's folder; the speed comes first"),
     Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
     Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
     Key("torque_unit", "unit", "unit of the torques", "N m"),
@@ -411,7 +411,7 @@ def _inverter(item: Item) -> Inverter | None:
         return None
     given = read_item(table, INVERTER, path, item.faults)
     if "start" in item.raw:
-        item.add("start", "a start beside an inverter", "a ramp of the inverter", "its frequency starts the motor")
+        item.add("start", "a start together with an inverter", "a ramp of the inverter", "its frequency starts the motor")
     if not given.clean or not item.clean:
         return None
     fields = given.fields
@@ -436,7 +436,7 @@ def _two_axis(item: Item, static: Induction) -> Motor | None:
         )
         return None
     if "start" in item.raw:
-        item.add("start", "a start beside two axes", "electrical static: a start changes the torque, not the fluxes")
+        item.add("start", "a start together with two axes", "electrical static: a start changes the torque, not the fluxes")
         return None
     item.needs("voltage")
     if not item.clean:
@@ -457,7 +457,7 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
             return None
         if item.fields["electrical"] != "static":
             if inverter is not None:
-                item.add("inverter", "an inverter beside two axes", "electrical static")
+                item.add("inverter", "an inverter together with two axes", "electrical static")
                 return None
             return _two_axis(item, static)
         if inverter is None:
@@ -633,7 +633,7 @@ def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
         return []
     for name, what in (("stroke", "a stroke has no cycle"), ("areas", "a diagram of areas has no loads")):
         if name in raw:
-            faults.add("duty", f"a duty beside [{name}]", "none", what)
+            faults.add("duty", f"a duty together with [{name}]", "none", what)
     if "flywheel" not in raw:
         faults.add("flywheel", "nothing, with a duty", "a table with irregularity or inertia", "of all phases together")
     found = []

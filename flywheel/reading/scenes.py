@@ -115,7 +115,7 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
     if scene.irregularity is not None and scene.irregularity > _MOST_UNEVEN:
         eps = scene.irregularity
         found = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
-        yield Remark("flywheel.irregularity", found, f'write "{eps:.4g} %" if per cent are meant')
+        yield Remark("flywheel.irregularity", found, f'write "{eps:.4g} %" if per cent is meant')
     if scene.speed is not None and scene.stroke is None:
         fastest = max(scene.shafts, key=lambda name: scene.shafts[name])
         speed = scene.speed * scene.shafts[fastest]
@@ -148,7 +148,7 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
             if link and length and body.inertia > body.mass * (_GYRATION * length) ** 2 > 0.0:
                 at = f"{math.sqrt(body.inertia / body.mass):.4g} m from the centre of {length:.4g} m"
                 yield Remark(
-                    f"{path}.inertia", f"{body.inertia:.6g} kg m^2 puts {body.mass:.6g} kg at {at}", "check its unit"
+                    f"{path}.inertia", f"{body.inertia:.6g} kg m^2, which puts {body.mass:.6g} kg at {at}", "check its unit"
                 )
 
 
@@ -265,7 +265,7 @@ def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
     for name in raw:
         if name in SECTIONS and name not in known:
             advice = "the calls of flywheel.freedoms take gravity, loads, springs and drives"
-            faults.add(name, f"{name} beside a linkage of several drivers", "none", advice)
+            faults.add(name, f"{name} together with a linkage of several drivers", "none", advice)
         elif name not in known:
             faults.unknown(name, name, known)
     parameters, _, unknowns = _parameters(raw.get("parameters"), faults)
@@ -581,11 +581,11 @@ def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -
     for name in found.transmissions:
         path = child("shafts", name)
         if stroke.sliding:
-            faults.add(path, "a shaft beside a driver that slides", "none", "nothing can be geared to it")
+            faults.add(path, "a shaft together with a driver that slides", "none", "nothing can be geared to it")
         elif name in found.compliances:
-            faults.add(path, "a compliant shaft beside [stroke]", "a rigid one", "leave stiffness out")
+            faults.add(path, "a compliant shaft together with [stroke]", "a rigid one", "leave stiffness out")
         elif name in found.efficiencies:
-            faults.add(path, "a mesh with losses beside [stroke]", "one without", "leave efficiency and slip out")
+            faults.add(path, "a mesh with losses together with [stroke]", "one without", "leave efficiency and slip out")
     if stroke.sliding:
         return Shafts({"slide": 1.0}, {}, {}, {})
     return _tree(found, drive, faults)
@@ -609,7 +609,7 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
     if stiffness is not None:
         shafts.compliances[name] = Compliance(stiffness, damping or 0.0)
     elif damping is not None and "stiffness" not in table:
-        faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
+        faults.add(f"{path}.damping", f"{damping:g}", "a stiffness with it", "give stiffness, in N m/rad")
     if stiffness is not None:
         for key, value, none in (("efficiency", efficiency, 1.0), ("slip", slip, 0.0)):
             if value not in (None, none):
@@ -776,7 +776,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
 def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
     """The wheel that some keys of `[flywheel]` ask for; None after noting faults."""
     if item.fields["shape"] is None:
-        item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0]}")
+        item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) with {written[0]}")
         return None
     names = {"material": "name", "allowable_stress": "allowable"}  # of arguments, where keys are called otherwise
     own = {names.get(key.name, key.name): item.fields[key.name] for key in MATERIAL_KEYS if key.name in written}
@@ -803,9 +803,9 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
     """Areas of a turning-moment diagram, in place of a machine."""
     for name in AREAS_EXCLUDE:
         if name in raw:
-            faults.add(name, f"{name} beside [areas]", "none", "the areas stand for mechanism, loads and drive")
+            faults.add(name, f"{name} together with [areas]", "none", "the areas stand for mechanism, loads and drive")
     if isinstance(raw.get("regime"), Mapping) and "cycle" in raw["regime"]:
-        faults.add("regime.cycle", "a cycle beside [areas]", "none", "a diagram's areas have no angles")
+        faults.add("regime.cycle", "a cycle together with [areas]", "none", "a diagram's areas have no angles")
     fields = _section(raw, "areas", faults)
     values = fields["values"]
     if values is None:

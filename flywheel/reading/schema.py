@@ -50,7 +50,13 @@ class Section(NamedTuple):
     begin: Mapping[str, Any] = MappingProxyType({})
 
 
-GD2 = Key("gd2", "inertia | moment of weight", "GD² of a rotating part, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
+GD2 = Key(
+    "gd2",
+    "inertia | moment of weight",
+    "GD² of a rotating part, four times its inertia (kg m², or kgf m²)",
+    None,
+    NOT_NEGATIVE,
+)
 OUTPUT = Section(
     "mechanism.outputs.NAME",
     "one output of a law",
@@ -67,7 +73,7 @@ TABLE = Section(
     "table",
     "numbers against angle, in the scene or in a CSV file",
     (
-        Key("file", "text", "CSV file beside the scene; the angle comes first"),
+        Key("file", "text", "CSV file in the scene's folder; the angle comes first"),
         Key("column", "index", "column of the values: its name in the header, or its number from 1", "2"),
         Key("angle", "numbers", "angles, ascending; two equal ones are a jump"),
         Key("value", "numbers", "one value per angle"),
@@ -151,7 +157,7 @@ _SECTIONS = (
             Key(
                 "while",
                 "text",
-                "it acts only in this direction of its place at positive crank speed",
+                "it acts only while its place moves in this direction, at positive crank speed",
                 choices=("v > 0", "v < 0"),
             ),
             Key("every", "angle", "period of window, table and phi (default: the cycle)", None, POSITIVE),
@@ -533,13 +539,13 @@ WHEEL_KEYS = (
     Key("at", "choice", "speed of the shaft at which stresses and rim speeds are taken", choices=SPEEDS),
     _size("outer_radius", "of the wheel"),
     _size("mean_radius", "of the rim"),
-    _size("max_radius", "outer radius not to exceed"),
+    _size("max_radius", "greatest outer radius"),
     Key("rim_speed", "velocity", "of the outer radius (of the mean one with method thin)", None, POSITIVE),
     _size("width", "of rim or disc, along the axis"),
     _size("thickness", "of the rim, along the radius"),
     _number("width_to_thickness", "of the rim", "2"),
     _number("rim_share", "of the inertia, where hub and arms have the rest", "0.9", _SHARE),
-    _number("arms", "how many", "6", Range(FEWEST, MOST)),
+    _number("arms", "number of arms", "6", Range(FEWEST, MOST)),
     _number("arm_share", "section of one arm, as a share of the rim's", "0.25"),
     _size("arm_width", "of an arm's elliptical section, in the plane of rotation"),
     _size("arm_thickness", "of an arm's elliptical section, along the axis"),
@@ -547,6 +553,6 @@ WHEEL_KEYS = (
     _size("hub_diameter", "where the arms meet it"),
     _size("hub_length", "along the axis"),
     Key("torque", "torque", "the greatest between hub and rim, which bends the arms", None, NOT_NEGATIVE),
-    Key("step", "inertia", "to a multiple of which the inertia is rounded up", None, POSITIVE),
-    _size("size_step", "to a multiple of which dimensions are rounded"),
+    Key("step", "inertia", "the inertia is rounded up to a multiple of it", None, POSITIVE),
+    _size("size_step", "dimensions are rounded to a multiple of it"),
 )

@@ -54,7 +54,7 @@ def read_table(
     columns = given_columns(item, ("angle", "value"), "neither", folder)
     if columns is not None and len(columns[0]) != len(columns[1]):
         found = f"{len(columns[0])} angles and {len(columns[1])} values"
-        faults.add(path, found, "as many of the one as of the other")
+        faults.add(path, found, "the same number of both")
     if columns is None or len(faults) > before:
         return None
     arrays: list[Array] = []
@@ -202,7 +202,9 @@ def read_columns(
     if text is None:
         return None
     if (rows := len(text.splitlines())) > MOST_ROWS:
-        faults.add(f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out what lies on a line")
+        faults.add(
+            f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out points on a straight line"
+        )
         return None
     lines = lines_of(text)
     named = lines and not torn_number(lines[0].fields) and not any(map(_NUMBER.fullmatch, lines[0].fields))
@@ -217,7 +219,7 @@ def read_columns(
 def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path | None:
     """The file beside the scene that a name stands for; nothing outside the scene's folder is ever opened."""
     if not isinstance(name, str) or not name:
-        faults.add(path, show(name), "the name of a CSV file beside the scene")
+        faults.add(path, show(name), "the name of a CSV file in the scene's folder")
         return None
     if folder is None:
         faults.add(path, show(name), "a scene that lies in a folder", "give the folder, or read the scene from its file")
@@ -235,7 +237,7 @@ def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path 
         if not advice:
             with suppress(OSError):  # the nearest name among the CSV files that are there
                 advice = suggestion(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
-        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", advice)
+        faults.add(path, f"no file {show(name)} in the scene's folder", "a CSV file", advice)
     return file if there else None
 
 
@@ -247,7 +249,7 @@ def _elsewhere(name: str) -> str:
     plain = spelt.replace("\\", "/")
     why = "between double quotes \\ begins an escape" if spelt != name else ""
     if re.match(r"[A-Za-z]:|[/~]", plain) and plain[-1] != "/":
-        moved = f"put the file beside the scene and write {quote(plain.rpartition('/')[2])}"
+        moved = f"put the file into the scene's folder and write {quote(plain.rpartition('/')[2])}"
         return f"{why}; {moved}" if why else moved
     return f"{why or 'write / for every backslash'}: {quote(plain)}" if plain != name else ""
 

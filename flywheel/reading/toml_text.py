@@ -410,7 +410,7 @@ class _Scanner:
                 item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()
                 if re.fullmatch(rf"{_NUMBER}\s*[^\W\d_].*|{_NUMBER}\s*[%°]", item):
                     raise _bare_trouble(start, "", item)
-                found = f"{_glimpse(self.text[at:])} behind an item"
+                found = f"{_glimpse(self.text[at:])} after an item"
                 raise _Trouble(at, found, "a comma between items, or ]", "put a comma")
             at = self._within(at + 1, opening) if self.text[at] == "," else at
             number += 1
@@ -425,7 +425,7 @@ class _Scanner:
             return at
         found = f"{_glimpse(self.text[opening:])}, a list that does not end"
         resume = start if at < len(self.text) and not self.braces else len(self.text)
-        raise _Trouble(opening, found, "a list between [ and ]", "put ] behind its last item", resume=resume)
+        raise _Trouble(opening, found, "a list between [ and ]", "put ] after its last item", resume=resume)
 
     def _mended(self, trouble: _Trouble, opening: int) -> _Trouble:
         """A fault in a table between brackets of any kind with its line written out; scanning goes on behind the table."""
@@ -464,7 +464,7 @@ class _Scanner:
                 raise is_open
             if mark != ",":
                 advice = 'put a comma, and texts such as "480 mm" in quotes'
-                raise _Trouble(at, f"{_glimpse(self.text[at:])} behind a value", "a comma between keys, or }", advice)
+                raise _Trouble(at, f"{_glimpse(self.text[at:])} after a value", "a comma between keys, or }", advice)
             at = self._skip(at + 1, _GAP)
 
 
@@ -574,7 +574,7 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     if head and head[0] not in "\"'[{":
         head = ""
     if not told:
-        return _Trouble(at, f"nothing behind {key} =", _A_VALUE, f"write a value behind {key} =, or leave the line out")
+        return _Trouble(at, f"nothing after {key} =", _A_VALUE, f"write a value after {key} =, or leave the line out")
     if _INVISIBLE.search(told) and not head:
         plain = _INVISIBLE.sub(" ", told).strip()
         return _Trouble(
@@ -594,12 +594,12 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     for mark in _NO_COMMENT:
         value, sign, _ = rest.partition(mark)
         if sign and _is_value(value.strip()) and rest.strip() != f"{value}{sign}":
-            return _Trouble(at + len(value), f"{mark} behind a value", "# before a comment", "write # before the comment")
+            return _Trouble(at + len(value), f"{mark} after a value", "# before a comment", "write # before the comment")
     if match := re.search(rf"(?<=[ \t])({_KEY.pattern})[ \t]*=", told):
         found = f"{match[1]} = on the same line"
         return _Trouble(at + match.start(), found, "one key on a line", f"begin a new line with {match[1]}")
     if head[:1] == "[" and set(tail) <= {"]"}:
-        return _Trouble(at + behind, f"{tail} behind {_glimpse(head)}", "as many ] as [", _written(key, (head,)))
+        return _Trouble(at + behind, f"{tail} after {_glimpse(head)}", "as many ] as [", _written(key, (head,)))
     if head in ("''", '""') and (inner := told.strip("\"'")):
         return _Trouble(
             at, f"{_glimpse(told)}, with quotes twice", "one quote on either side", _written(key, _quoted(inner))
@@ -608,14 +608,14 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
         inner = told[1:-1] if told[-1] == told[0] and len(told) > len(head) else told
         joined = told[0] + head[1:-1] + " " + told[len(head) :].strip().strip("\"'") + told[0]
         advice = _written(key, (joined,) if inner == told and head[0] in "\"'" else _quoted(inner))
-        return _Trouble(at, f"{_glimpse(tail)} behind {_glimpse(head)}", "nothing behind a value", advice)
+        return _Trouble(at, f"{_glimpse(tail)} after {_glimpse(head)}", "nothing after a value", advice)
     return _bare_trouble(at, key, told)
 
 
 def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
     """A value without quotes that is no number."""
     if _is_value(plain := told.lstrip("=: ")):
-        return _Trouble(at, f"{told[: len(told) - len(plain)].strip()} behind =", "one =", _written(key, (plain,)))
+        return _Trouble(at, f"{told[: len(told) - len(plain)].strip()} after =", "one =", _written(key, (plain,)))
     if told.lower() in _TRUTHS:
         return _Trouble(at, told, "true or false, in small letters", _written(key, (_TRUTHS[told.lower()],)))
     if "\\" in told and told[:1] not in "\"'":
@@ -644,7 +644,9 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
         return _Trouble(at, f"{told}, a division", "a number", _written(key, (value,)))
     if re.fullmatch(rf"[\[(]?\s*{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+\s*[\])]?", told):
         numbers = ", ".join(re.findall(_NUMBER, told))
-        found = f"{_glimpse(told)}, a list without [ and ]" if key else f"{_glimpse(told)}, with other marks than commas"
+        found = (
+            f"{_glimpse(told)}, a list without [ and ]" if key else f"{_glimpse(told)}, with separators other than commas"
+        )
         advice = _written(key, (f"[{numbers}]",)) if key else f"write {numbers}"
         return _Trouble(at, found, "a list such as [0, 90]", advice)
     if told.lower() in ("none", "null", "nil", "nada", "-", "?"):
@@ -688,7 +690,7 @@ def _inline_trouble(at: int, rest: str) -> _Trouble:
     if match:
         return _Trouble(at, f"{match[1]}: with a colon", "= between key and value", f"write {match[1]} = ...")
     if rest.startswith("}"):
-        return _Trouble(at, "a comma before }", "no comma behind the last value", "leave the comma out")
+        return _Trouble(at, "a comma before }", "no comma after the last value", "leave the comma out")
     return _Trouble(at, _glimpse(rest), 'a key and its value, such as on = "crank"')
 
 
@@ -755,7 +757,7 @@ def _heading_trouble(at: int, line: str) -> _Trouble:
     if match[4] and match[3] and known:
         advice = f"write {proper} alone, and what follows on the next line"
         return _Trouble(
-            at, f"{_glimpse(match[4])} behind {_glimpse(told[: match.start(4)])}", "a heading alone on its line", advice
+            at, f"{_glimpse(match[4])} after {_glimpse(told[: match.start(4)])}", "a heading alone on its line", advice
         )
     expected = "a heading such as [regime] or [[load]]"
     return _Trouble(at, _glimpse(told), expected, f"write {proper}" if known else "")

@@ -88,7 +88,7 @@ class UnstableError(NoRegimeError):
     """The only motion found is one that the machine does not come back to."""
 
     def __init__(self, motion: OwnMotion) -> None:
-        super().__init__(f"an unstable motion: what a cycle changes grows {motion.solved.multiplier:.6g} fold")
+        super().__init__(f"an unstable motion: a disturbance grows {motion.solved.multiplier:.6g}-fold in a cycle")
         self.motion = motion
 
 

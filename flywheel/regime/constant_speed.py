@@ -64,7 +64,7 @@ def check_steady(machine: Machine) -> None:
         found = "a law that depends on time, so that no cycle repeats"
         raise SceneError([Fault(path, found, "a steady regime", advice) for path in paths])
     if machine.keeps_step and scene.unknown is not None:
-        found, expected = f"a balance ({scene.unknown}) beside a synchronous motor", "all loads given"
+        found, expected = f"a balance ({scene.unknown}) together with a synchronous motor", "all loads given"
         raise SceneError(
             [Fault("drive.motor", found, expected, "the motor keeps its speed whatever the load: give the load")]
         )
@@ -314,7 +314,7 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
 GIVE_SPEED = 'give a constant speed: --speed "60 rpm" (in Python speed=6.28)'
 
 
-def no_speed(scene: Scene, wanted: str = "at which to take what depends on it") -> Fault:
+def no_speed(scene: Scene, wanted: str = "at which quantities that depend on speed are taken") -> Fault:
     """The fault of a scene without the speed (rad/s; m/s of a slide) that a result needs."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     path, example = ("regime" if scene.stroke is None else "stroke"), "0.1 m/s" if sliding else "60 rpm"

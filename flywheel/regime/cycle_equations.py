@@ -196,7 +196,7 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
             equations, state = equations.about_own_mean(state)
             final = True
         last = size
-    raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
+    raise NoRegimeError(f"Newton's method has not converged in {_MOST_STEPS} steps")
 
 
 def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:

@@ -228,7 +228,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
 
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
     """The error of a flywheel that its irregularity leaves open."""
-    what = f"what about {motion.inertia:.2g} kg m² on the crank change of it is lost in rounding"
+    what = f"the effect of about {motion.inertia:.2g} kg m² on the crank is lost in rounding"
     return UnresolvedError(f"an irregularity almost independent of the flywheel: {what}")
 
 
@@ -486,7 +486,7 @@ class _Search(NamedTuple):
                 if failures > _MOST_FAILURES:
                     break
         if failures and (best is None or least > _COARSE_ERROR):
-            raise NoRegimeError("on finer cells the iteration settles on no motion")
+            raise NoRegimeError("on finer cells the iteration does not converge")
         if best is None:
             raise NoRegimeError("the angles at which its laws switch do not settle")
         return best

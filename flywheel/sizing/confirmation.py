@@ -39,7 +39,7 @@ _HOPELESS = 0.5  # relative error above which a figure is meaningless
 _MOST_EVALUATIONS = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
 _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
-_NONE_FOUND = "not confirmed by collocation: on cells of its own the iteration finds no motion"
+_NONE_FOUND = "not confirmed by collocation: on separate cells the iteration does not converge"
 _NO_MOTION = "no steady motion with the approximate flywheel has the required mean of extremes"
 _LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
@@ -104,7 +104,7 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
     try:
         found = _cycle_by_collocation(regime, thirds, run.inertia)
     except BudgetError:
-        long = "not confirmed by collocation: the motion takes too long to find on cells of its own"
+        long = "not confirmed by collocation: on separate cells the iteration takes too long"
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NONE_FOUND) from None

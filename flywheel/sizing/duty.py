@@ -125,7 +125,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
-        raise SceneError([Fault("flywheel.limits", alone_there, "an irregularity beside them", "which every phase keeps")])
+        raise SceneError([Fault("flywheel.limits", alone_there, "an irregularity with them", "which every phase keeps")])
     if whole:
         running = [phase._replace(scene=_without(_scene(phase), whole)) for phase in running]
     alone = _all(running, lambda phase: plain(_scene(phase)))
@@ -154,7 +154,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     others = {name: each for name, each in spans.items() if name != _of(hardest) or found.scene.limits != scene.limits}
     told = (*found.messages, *_messages(duty, scene, decides), *_trips(runs, hardest), *limits.gaps(others, inertia, 1.0))
     if whole and len(running) > 1:
-        told = (*told, f"beside a limit of {' and '.join(whole)} changes of speed between phases are left out")
+        told = (*told, f"with a limit of {' and '.join(whole)} changes of speed between phases are left out")
     binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
     found = replace(found, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene), limits=kept, binding=binding)
     return replace(found, messages=tuple(dict.fromkeys(told)))
@@ -174,7 +174,7 @@ def _all(phases: Iterable[Phase], run: Callable[[Phase], Sizing]) -> dict[str, S
 
 def _of(phase: Phase) -> str:
     """Requirement of a phase, in words."""
-    return f"what is asked of {phase.name}"
+    return f"the requirements of {phase.name}"
 
 
 def ranges(sizing: Sizing) -> list[Span]:

@@ -268,7 +268,7 @@ FINDINGS: tuple[Finding, ...] = (
             "`limit`, `angle` (rad) of the crank", lambda s: s.inverter and [trip._asdict() for trip in s.inverter.trips]),
     Finding("inverter.errors", "", "estimated errors of these: relative, but for that of the current"),
     Finding("temperature", "K", "of the motor's windings: see below; null without `thermal`", _dict("temperature")),
-    Finding("electrical_transients", "", "an induction motor with two axes beside its static curve; see below; null for "
+    Finding("electrical_transients", "", "an induction motor with two axes and its static curve; see below; null for "
             "other drives", _dict("electrical_transients")),
     Finding("wheel", "", "dimensions, stresses, `irregularity` with it (topic wheel); null without a `shape`",
             _dict("built")),

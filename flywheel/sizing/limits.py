@@ -620,9 +620,9 @@ def _unreached(search: Search, name: str, spans: Sequence[Span], square: float, 
     (least, error, inertia), asked = search.best(name), _percent(search.limits[name])
     where = "at a constant speed" if inertia == np.inf else f"with a flywheel of {figure(inertia / square, most=5)} kg m^2"
     best = _percent(least, error)
-    found = f"{asked}, which no flywheel reaches: at best, {where}, it is {best}"
+    found = f"{asked}, which no flywheel achieves: at best, {where}, it is {best}"
     if duty:
-        found = f"{asked}, which no flywheel reaches over the duty: at best, {where}, it is {best}"
+        found = f"{asked}, which no flywheel achieves over the duty: at best, {where}, it is {best}"
     if unknown := _unknown(spans, square):
         found = (
             f"{found}; for flywheels of {unknown} it is unknown: no steady motion was found, and its absence was not shown"

@@ -76,7 +76,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
             *messages,
             f"without a flywheel the inertia is zero at {where}: the motion is the limit for ever lighter flywheels",
         )
-    growth = f"what a cycle changes grows {solved.multiplier:.6g} fold"
+    growth = f"a disturbance grows {solved.multiplier:.6g}-fold in a cycle"
     if solved.damping < -_LEAST_DAMPING:
         if scene.unknown is None:
             unstable = f"an unstable regime at {motion.speed:.6g} rad/s: {growth}"
@@ -87,7 +87,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         share = f"{100 * (motion.speed / scene.speed - 1):+.4g} %"
         messages = (
             *messages,
-            f"the machine takes {motion.speed:.10g} rad/s (mean of extremes), {share} off the speed asked for",
+            f"the machine runs at {motion.speed:.10g} rad/s (mean of extremes), {share} from the required speed",
         )
     found = Regime(
         machine=machine,
@@ -353,7 +353,7 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
         return Fault("drive" if scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
     if isinstance(error, UnresolvedError):
         expected = "an irregularity that the flywheel changes by more than rounding"
-        advice = "the torques hold the speed whatever the flywheel: ask for less, or give flywheel.inertia"
+        advice = "the torques hold the speed with any flywheel: require a smaller irregularity, or give flywheel.inertia"
         return Fault("flywheel.irregularity", str(error), expected, advice)
     if isinstance(error, LostError):
         advice = "smaller driving and resisting torques, or a larger irregularity"
@@ -398,7 +398,7 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
         slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
         fading = float(cells.integral(np.maximum(-slope, 0.0) / (total * speed), moments.mesh.half).sum())
         if fading > _STEEP:
-            steep = f"torques fall so steeply with the speed that a change of it fades by exp(-{fading:.2g}) in a cycle"
+            steep = f"torques fall so steeply with speed that a change in speed decays by exp(-{fading:.2g}) in a cycle"
             return fault._replace(found=f"{fault.found}: {steep}", advice="add inertia, or make them less steep")
     pieces = machine.mesh.size - 1
     if pieces > _MANY:

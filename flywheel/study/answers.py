@@ -804,7 +804,7 @@ def obstacle(machine: Machine) -> str | None:
     if machine.friction is not None:
         return "it takes joints without friction"
     if _added_inertia(machine) is None:
-        return "it takes no inertia on ports beside the bodies' own"
+        return "it takes no inertia on ports in addition to the bodies' own"
     return None
 
 

@@ -229,7 +229,7 @@ def test_the_least_float_at_which_something_holds():
         (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0), "expected bore or hub_diameter; the arms stand on the hub"),
         (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, arms=2), "whole number from 3 to 100"),
         (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, hub_diameter=0.1), "a diameter above the bore"),
-        (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, arm_thickness=0.1), "arm_width beside it"),
+        (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, arm_thickness=0.1), "arm_width with it"),
         (1.0, 1.0, WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, arm_share=0.1, arm_width=0.1), "one or the other"),
         (1.0, 1.0, WheelAsked("lightest", IRON), "max_radius: found nothing"),
         (1.0, 1.0, WheelAsked("lightest", IRON, outer_radius=1.0), "give max_radius"),

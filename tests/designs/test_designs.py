@@ -548,7 +548,10 @@ def test_designs_that_are_refused_are_counted():
         ({"regime.speed": (25, 30, 35)}, "regime.speed: found 3 numbers"),
         ({"regime.speed": -1}, "regime.speed: found a standard deviation of -1"),
         ({"regime.speed": "1 mm"}, "expected a speed"),
-        ({"regime.speed": 1, "load.0.to": (1, 2)}, "found a standard deviation beside intervals, expected all of one kind"),
+        (
+            {"regime.speed": 1, "load.0.to": (1, 2)},
+            "found a standard deviation together with intervals, expected all of one kind",
+        ),
     ],
 )
 def test_what_is_no_tolerance_is_refused(vary, words):

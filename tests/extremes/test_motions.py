@@ -392,7 +392,7 @@ def stalling() -> list[Found]:
 
 @cache
 def growing() -> list[Found]:
-    """A load that falls with speed: what a cycle changes grows, up to the multiplier's size."""
+    """A load that falls with speed: a disturbance grows in a cycle, up to the multiplier's size."""
     found = []
     for eps in AGAINST_GROWTH:
         scene = machines.scene("balance", {"irregularity": float(eps)}, "-400/omega", "180 deg", **LIGHT)

@@ -368,14 +368,14 @@ FILES = {
 
 REFUSED = {
     "a sine of speed": "flywheel.irregularity: found no periodic motion near",
-    "enormous beside ordinary": "load[0].torque: found a value that comes to",
-    "squares out of range": "load[0].torque: found a value that comes to",
+    "enormous beside ordinary": "load[0].torque: found a value that reaches",
+    "squares out of range": "load[0].torque: found a value that reaches",
     "a long text, infinite": "load[0].torque: found a value that is not finite at crank angle 0 deg (1/phi: a division",
     "a driving force out of range": "load[0].force: found a value that is not finite at slide position 0.5 m and 0.05 m/s",
     "line separators": 'regime.speed: found "130 \\u2028',
     "a number of a million digits": 'load[0].table.value: found "1111',
     "names of columns in UTF-16": 'load[0].table.file: found "wide.csv", a text in UTF-16',
-    "end_of_the_range": "load[0].force: found a value that comes to",
+    "end_of_the_range": "load[0].force: found a value that reaches",
     "law_out_of_range": "mechanism.outputs.table.theta: found a second derivative that is not finite",
     "many_assemblies": "mechanism: found guesses that fit several assemblies",
     "nearly_standing_still": "flywheel.inertia: found I* + J = 0 kg m² at crank angle ",

@@ -52,7 +52,7 @@ def main() -> None:
         prog="python -m tests.generated", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--seed", type=int, default=1, help="scenes 1000000 SEED and those that follow")
-    parser.add_argument("--scenes", type=int, default=100, help="how many")
+    parser.add_argument("--scenes", type=int, default=100, help="number of scenes")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--routes", nargs="+", choices=ROUTES, default=ROUTES, help="what each scene is tried on")
     parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")

@@ -161,7 +161,7 @@ def test_no_text_of_a_report_is_left_in_english(name):
 @pytest.mark.parametrize(
     ("command", "spanish", "english"),
     [
-        (["motion"], "movimiento por unidad del elemento motor", "per unit"),
+        (["motion"], "movimiento por unidad del elemento motriz", "per unit"),
         (["reactions", "--speed", "60 rpm", "--over", "time"], "fuerzas en los pares, a 60 rpm", "forces in the joints"),
         (["simulate", "--until", "0.3 s"], "Terminado con la manivela a ", "ended at"),
         (["reduce"], "reducido a la manivela", "reduced to"),

@@ -492,7 +492,7 @@ def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
     over = axis(found, "time")
     assert (over.name, over.unit) == ("t", "s")
     np.testing.assert_allclose(over.edges[-2:] * 5.0, np.radians([300.0, 345.0]), atol=0.02)
-    with pytest.raises(SceneError, match="over: found time, of forces at 5 rad/s and 1 rad/s², expected a motion in time"):
+    with pytest.raises(SceneError, match="over: found time, for forces at 5 rad/s and 1 rad/s², expected a motion in time"):
         axis(joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
 
 

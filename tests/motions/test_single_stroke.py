@@ -267,7 +267,7 @@ def test_what_does_not_work_is_refused_with_its_reason(changes, words):
         ({"single_stroke.rate": "30 rpm"}, "single_stroke.rate: found"),
         ({"single_stroke.continuous": 1.5}, "a whole number of strokes"),
         ({"shafts.wheel.clutch.torqe": 1.0}, 'did you mean "torque"'),
-        ({"single_stroke.response": "1 s"}, "approach beside it"),
+        ({"single_stroke.response": "1 s"}, "approach together with it"),
         ({"duty": [{"duration": "60 s"}]}, r"duty beside \[single_stroke\]"),
     ],
 )

@@ -335,7 +335,7 @@ def test_a_driver_that_slides_needs_a_stroke_of_its_own():
         ("joints/0", 3, "joints[0]", "a table"),
         ("joints/0/name", ..., "joints[0].name", "nothing"),
         ("joints/0/name", "a.b", "joints[0].name", "letters"),
-        ("joints/1/name", "O", "joints[1].name", "joints[0] bears this one"),
+        ("joints/1/name", "O", "joints[1].name", "joints[0] has this name already"),
         ("joints/1/type", "pins", "joints[1].type", 'did you mean "pin"?'),
         ("joints/1/type", ..., "joints[1].type", "one of"),
         ("joints/1/direction", 0, "joints[1].direction", "keys of a pin: name, type, between, friction, radius"),
@@ -363,7 +363,7 @@ def test_a_driver_that_slides_needs_a_stroke_of_its_own():
         ("ports/tip/point", "frame.D", "ports.tip.point", "stands still"),
         ("ports/tip/direction", "3 m", "ports.tip.direction", "angle"),
         ("ports/a.b", {"point": "rocker.E"}, 'ports."a.b"', "letters"),
-        ("ports/rocker", {"point": "rocker.E"}, "ports.rocker", "a body bears this one"),
+        ("ports/rocker", {"point": "rocker.E"}, "ports.rocker", "a body has this name already"),
         ("ports/crank", {"point": "rocker.E"}, "ports.crank", "a unique name"),
         ("couplings", 3, "couplings", "array of tables"),
         ("couplings", None, "couplings", "array of tables"),
@@ -398,12 +398,12 @@ SHORT = {"angle": [0, 50, 90, 150, 170], "value": [0, 3, 6, 3, 0], "angle_unit":
         ("couplings/0/ratio", ..., "couplings[0]", "exactly one of ratio, teeth"),
         ("couplings/0/ratio", "3 m", "couplings[0].ratio", "unit of length"),
         ("couplings/0/teeth", [20, 40], "couplings[0]", "exactly one of ratio, teeth"),
-        ("couplings/0/internal", True, "couplings[0].internal", "beside a ratio"),
+        ("couplings/0/internal", True, "couplings[0].internal", "together with a ratio"),
         ("couplings/0/pressure_angle", "90 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
         ("couplings/0/pressure_angle", "-3 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
         ("couplings/0/lift", "phi", "couplings[0].lift", "keys of a gear"),
-        ("couplings/0/name", "O", "couplings[0].name", "a joint bears this one"),
-        ("couplings/1/name", "O-P", "couplings[1].name", "another coupling bears this one"),
+        ("couplings/0/name", "O", "couplings[0].name", "a joint has this name already"),
+        ("couplings/1/name", "O-P", "couplings[1].name", "another coupling has this name already"),
         ("couplings/1/contact", "wheel.E", "couplings[1].contact", "a point of the follower, rack"),
         ("couplings/1/contact", "rack.Q", "couplings[1].contact", "a point of rack"),
         ("couplings/1/friction", -1, "couplings[1].friction", "at least 0"),
@@ -474,7 +474,7 @@ def test_a_slide_may_be_called_as_its_body_if_that_cannot_turn():
     tree = changed(SLIDER, "joints/3/type", "pin-in-slot")
     for key in ("angle", "length"):
         del tree["mechanism"]["joints"][3][key]
-    assert "a body bears this one" in faults(tree)["mechanism.joints[3].name"]
+    assert "a body has this name already" in faults(tree)["mechanism.joints[3].name"]
 
 
 def test_only_the_driven_body_may_be_called_crank():

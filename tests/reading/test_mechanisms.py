@@ -119,7 +119,7 @@ def test_frame_and_ground_are_the_same(kind, own, alias):
     assert mechanism(renamed) == mechanism(text)
     both = faults(f"[mechanism]\n{text}\n{alias}.length = 0.4")
     assert list(both) == [f"mechanism.{alias}"]
-    expected = f": found {alias} beside {own}, which is the same, expected one of the two; leave {alias} out"
+    expected = f": found {alias} together with {own}, which is the same, expected one of the two; leave {alias} out"
     assert both[f"mechanism.{alias}"].endswith(expected)
 
 

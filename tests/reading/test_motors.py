@@ -419,7 +419,7 @@ def test_a_given_inertia_may_have_a_wheel_too():
     [
         (
             {"outer_radius": 0.3},
-            ["flywheel.shape: found nothing, expected a shape (disc, rim, arms, lightest) beside outer_radius"],
+            ["flywheel.shape: found nothing, expected a shape (disc, rim, arms, lightest) with outer_radius"],
         ),
         ({"shape": "disk", "density": 7000, "width": 1}, ['flywheel.shape: found "disk", expected one of "disc", "rim"']),
         (

@@ -703,21 +703,24 @@ def test_a_stroke_that_cannot_be_read(changes, start):
 @pytest.mark.parametrize(
     ("changes", "start"),
     [
-        ({"regime": {"speed": 1}}, "regime: found regime beside [stroke], expected none; a one-way stroke has no cycle"),
-        ({"flywheel": {"inertia": 1}}, "flywheel: found flywheel beside [stroke]"),
+        (
+            {"regime": {"speed": 1}},
+            "regime: found regime together with [stroke], expected none; a one-way stroke has no cycle",
+        ),
+        ({"flywheel": {"inertia": 1}}, "flywheel: found flywheel together with [stroke]"),
         ({"stroke": 3}, "stroke: found 3, expected a table"),
         (
             {"mechanism": [CLAMP | {"name": "a"}, CLAMP | {"name": "b"}]},
             "mechanism: found 2 mechanisms, expected one mechanism",
         ),
-        ({"mechanism": CLAMP | {"phase": "10 deg"}}, "mechanism.phase: found phase beside [stroke]"),
-        ({"shafts": {"motor": {"ratio": 2}}}, "shafts.motor: found a shaft beside a driver that slides"),
+        ({"mechanism": CLAMP | {"phase": "10 deg"}}, "mechanism.phase: found phase together with [stroke]"),
+        ({"shafts": {"motor": {"ratio": 2}}}, "shafts.motor: found a shaft together with a driver that slides"),
         ({"drive": {"torque": 3}}, 'drive.torque: found a torque on "slide", which slides, expected a force'),
         ({"drive": {}}, "drive.force: found nothing, expected a quantity or an expression in N"),
         ({"drive": {"force": "balance"}}, 'drive.force: found "balance", expected a value; a one-way stroke has no cycle'),
         ({"drive": {"on": "crank", "force": 1}}, 'drive.on: found "crank", expected a shaft'),
         ({"load": [{"on": "slide", "torque": 1}]}, 'load[0].torque: found a torque on "slide", which translates'),
-        ({"load": [{"on": "slide", "force": 1, "every": 0.1}]}, "load[0].every: found every beside [stroke]"),
+        ({"load": [{"on": "slide", "force": 1, "every": 0.1}]}, "load[0].every: found every together with [stroke]"),
         (
             {"load": [{"on": "slide", "force": 1, "from": "0 deg", "to": 0.1}]},
             'load[0].from: found "0 deg", expected a length',
@@ -746,7 +749,9 @@ def test_what_cannot_stand_beside_a_stroke(changes, start):
 def test_a_law_has_no_stroke():
     law = {"type": "law", "outputs": {"ram": {"x": "sin(phi)"}}}
     (line,) = stroke_faults({"mechanism": law, "stroke": {"from": 0, "to": 1, "speed": 1}})
-    assert line.startswith('mechanism.type: found "law" beside [stroke], expected "scotch-yoke" or "slider-crank" or ')
+    assert line.startswith(
+        'mechanism.type: found "law" together with [stroke], expected "scotch-yoke" or "slider-crank" or '
+    )
 
 
 BODY = {"mass": 1.3, "inertia": 0.02, "com": 0.05, "com_angle": 0.3}
@@ -823,14 +828,14 @@ BALANCE = {"parameters": {"F": "balance"}, "load": [{"on": "slide", "force": "F"
     ("raw", "start"),
     [
         (stroke_scene(**BALANCE), 'parameters.F: found "balance", expected a value'),
-        (TURNING | TWISTING, "shafts.motor: found a compliant shaft beside [stroke]"),
+        (TURNING | TWISTING, "shafts.motor: found a compliant shaft together with [stroke]"),
         (scenes.rotor(drive={"force": 3}), 'drive.force: found a force on "crank", which turns, expected a torque'),
         (
             TURNING | {"stroke": {"from": 0, "to": "2000 rev", "speed": 1}},
             "stroke.to: found 2000 turns, expected at most 1000",
         ),
         ({"stroke": STROKE}, "mechanism: found nothing, expected one mechanism"),
-        ({"areas": {"values": [1, -1]}, "stroke": STROKE}, "areas: found areas beside [stroke]"),
+        ({"areas": {"values": [1, -1]}, "stroke": STROKE}, "areas: found areas together with [stroke]"),
     ],
 )
 def test_what_does_not_go_with_a_stroke(raw, start):

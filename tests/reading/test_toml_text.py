@@ -259,7 +259,7 @@ def syntax_faults(text: str):
 @pytest.mark.parametrize(
     ("good", "bad", "place", "hint"),
     [
-        ('"480 mm"', "", "line 6, column 14", "write a value behind rod.length ="),
+        ('"480 mm"', "", "line 6, column 14", "write a value after rod.length ="),
         ('"480 mm"', "0,48 m", "line 6, column 14", 'write rod.length = "0.48 m"'),
         ('"480 mm"', "1 200 mm", "line 6, column 14", 'write rod.length = "1200 mm"'),
         ('"480 mm"', '"480 mm" // longitud', "line 6, column 23", "write # before the comment"),

@@ -641,7 +641,7 @@ def test_the_page_to_be_signed_has_the_figures_of_the_page_of_answers_and_escape
     told = regime_sheet.sheet(sizing)
     page = report.html(sizing, cover_sheet=True, language="es")
     assert "Proyectado por" in page
-    assert "Hoja de datos del accionamiento; manivela a" in page
+    assert "Portada; manivela a" in page
     assert "Informe desarrollado" not in page
     assert ("<h2>Qué decide</h2>" in page) == bool(sizing.limits)
     assert "&lt;b&gt;A press" in page

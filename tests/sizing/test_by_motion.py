@@ -263,7 +263,7 @@ def test_a_flywheel_that_its_irregularity_hardly_tells_is_as_doubtful_as_that_or
         refusal = ""
     if refusal:
         assert w * inertia < 1e-3
-        reasons = ("an irregularity almost independent of the flywheel", "Newton's method has not settled")
+        reasons = ("an irregularity almost independent of the flywheel", "Newton's method has not converged")
         assert any(reason in refusal for reason in reasons)
         return
     swing = np.ptp(result.cycle.start[0]) / (2 * c * result.speed**2)
@@ -587,7 +587,7 @@ def test_a_strong_governor_is_followed_through_its_corners():
     assert sized(scene).flywheel.exact == pytest.approx(3.0, rel=1e-8)
 
 
-# The level `confirm`: the motion by collocation on cells of its own, against 30-digit references, with an honest error.
+# The level `confirm`: the motion by collocation on separate cells, against 30-digit references, with an honest error.
 
 
 MACHINES = [name for name, true in REFERENCES.items() if true.get("simulation") and "balance" in true]

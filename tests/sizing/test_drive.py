@@ -128,9 +128,11 @@ def test_limits_of_heat_and_rms_torque_are_kept_over_the_whole_duty(punch):
     assert regimes(0.999 * tight.flywheel.exact).rms_torque_share > 0.7
     assert any("changes of speed between phases are left out" in line for line in tight.messages)
     assert tight.limits["motor_torque"].reached == pytest.approx(1.48151, rel=1e-5)
-    with pytest.raises(flywheel.SceneError, match=r"30 %, which no flywheel reaches over the duty: at best, .* it is 41\.8"):
+    with pytest.raises(
+        flywheel.SceneError, match=r"30 %, which no flywheel achieves over the duty: at best, .* it is 41\.8"
+    ):
         limited(motor_heat=0.3)
-    with pytest.raises(flywheel.SceneError, match="expected an irregularity beside them"):
+    with pytest.raises(flywheel.SceneError, match="expected an irregularity with them"):
         flywheel.size(scene(*PHASES, flywheel={"limits": {"motor_heat": 0.9}}), simulate=False)
 
 

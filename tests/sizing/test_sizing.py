@@ -102,7 +102,7 @@ def test_values_that_are_not_finite_name_the_load_and_the_angle():
         ("0/(phi*0)", "(0/(phi*0): a division by phi*0, which is 0)"),
         ("exp(300*phi)", "(exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 1884.96)"),
         ("sqrt(omega-2000)", " rad/s (sqrt(omega-2000): the square root of -19"),
-        ("1e200*(1+sin(phi))", "found a value that comes to 1."),
+        ("1e200*(1+sin(phi))", "found a value that reaches 1."),
     ],
 )
 def test_values_that_are_not_finite_are_told_with_their_reason(law, reason):

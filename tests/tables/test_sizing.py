@@ -325,7 +325,7 @@ def test_speed_asked_stands_beside_the_speed_taken() -> None:
     assert regime_number(text, "asked for") == pytest.approx(121)
     assert regime_number(text, "mean of extremes") == pytest.approx(_sized_once("press").speed * 30 / 3.141592653589793)
     assert abs(regime_number(text, "mean of extremes") - 121) > 0.01
-    assert "off the speed asked for" in text
+    assert "from the required speed" in text
     assert "asked for  " not in report.text(_sized_once("pump"))  # a balance keeps the speed
     assert "asked for  " not in report.text(_sized_once("section C"))
 

@@ -220,7 +220,7 @@ class Curve(Motor):
             faults += [fault for i, number in enumerate(column) for fault in number_faults(f"{name}[{i}]", number)]
         if len(self.speeds) != len(self.torques):
             found = f"{len(self.speeds)} speeds and {len(self.torques)} torques"
-            faults.append(Fault("torque", found, "as many of the one as of the other"))
+            faults.append(Fault("torque", found, "the same number of both"))
         if not 2 <= len(self.speeds) <= MOST_ROWS:
             faults.append(Fault("speed", f"{len(self.speeds)} rows", f"2 to {MOST_ROWS}"))
         if self.interpolation not in INTERPOLATIONS:
@@ -374,7 +374,7 @@ class Engine(Motor):
             faults.append(Fault("idle", f"{self.idle:.6g} rad/s", f"a speed below {rated}"))
         first, last = EVERYWHERE if self._rows is None else self._rows.covers
         if not first < self.speed <= last:
-            faults.append(Fault("full_load", f"speeds from {first:.6g} to {last:.6g} rad/s", f"speeds that hold {rated}"))
+            faults.append(Fault("full_load", f"speeds from {first:.6g} to {last:.6g} rad/s", f"speeds that include {rated}"))
         elif self.rated.torque <= 0:
             faults.append(Fault("full_load", f"{self.rated.torque:.6g} N m", f"a torque above 0 at {rated}"))
         refuse(faults)

@@ -206,7 +206,7 @@ class DC(Motor):
         if self.inductance:
             found = f"an armature with an inductance of {self.inductance:g} H"
             advice = "over a start the current follows the speed at once: leave the inductance out"
-            raise SceneError([Fault("type", found, "a motor without inductance beside a start by steps", advice)])
+            raise SceneError([Fault("type", found, "a motor without inductance together with a start by steps", advice)])
 
     def facts(self) -> Iterator[Fact]:
         """The motor's constants, and the straight line that follows from them."""

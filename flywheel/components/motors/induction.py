@@ -116,7 +116,14 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     tilt = rated_slip / breakdown_slip
     if plate.no_load_current is not None and current is None:
         raise SceneError(
-            [Fault("no_load_current", f"{plate.no_load_current:.6g} A", "a current beside it", "its share of that counts")]
+            [
+                Fault(
+                    "no_load_current",
+                    f"{plate.no_load_current:.6g} A",
+                    "a current with it",
+                    "its share of that current is part of the result",
+                )
+            ]
         )
     idle = None if plate.no_load_current is None or current is None else plate.no_load_current / current
     if cosine is None:
@@ -139,13 +146,13 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     if idle is None or current is None:
         return LineCurrent(active, losses, magnetizing, magnetizing, current, efficiency, True)
     if not losses < idle < 1:
-        expected = f"between {losses * current:.4g} A, which the losses take, and the rated current"
+        expected = f"between {losses * current:.4g} A, the current of the losses, and the rated current"
         raise SceneError([_idle_fault(plate, current, expected)])
     return LineCurrent(active, losses, magnetizing, math.sqrt((idle - losses) * (idle + losses)), current, efficiency, True)
 
 
 def _idle_fault(plate: Plate, current: float | None, expected: str, advice: str = "") -> Fault:
-    beside = f" beside {current:.6g} A at rated load"
+    beside = f" with {current:.6g} A at rated load"
     return Fault("no_load_current", f"{plate.no_load_current:.6g} A{beside}", expected, advice)
 
 
@@ -168,13 +175,13 @@ def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float 
     elif apparent is not None and efficiency is not None:
         cosine = power / (apparent * efficiency)
         if not cosine < 1:
-            found_at, expected = f"{power / efficiency:.5g} W taken of {apparent:.5g} V A", "less power than sqrt(3) U I"
+            found_at, expected = f"{power / efficiency:.5g} W drawn of {apparent:.5g} V A", "less power than sqrt(3) U I"
             raise SceneError([Fault("current", found_at, expected, "power_factor is below 1")])
     elif plate.voltage is not None and cosine is not None and efficiency is not None:
         current = power / (math.sqrt(3.0) * plate.voltage * cosine * efficiency)
     if efficiency is not None and not efficiency < 1.0 - rated_slip:
         found_at = f"{efficiency:.4g}" if plate.efficiency is not None else f"an efficiency of {efficiency:.4g}"
-        expected = f"below {1.0 - rated_slip:.4g}, which a slip of {rated_slip:.3g} leaves of the power in the rotor"
+        expected = f"below {1.0 - rated_slip:.4g}, the limit set by the rotor's loss at a slip of {rated_slip:.3g}"
         where = "efficiency" if plate.efficiency is not None else "current"
         raise SceneError([Fault(where, found_at, expected, "check power, voltage, current and power_factor")])
     return cosine, current, efficiency
@@ -266,7 +273,7 @@ class Induction(Motor):
         refuse(faults)
         start, current = self.plate.starting_torque, self.plate.starting_current
         if (start is not None or current is not None) and not self.own_breakdown_slip < 1:
-            found = f"beside a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
+            found = f"with a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
             name = "starting_torque" if start is not None else "starting_current"
             faults.append(Fault(name, found, "none: rest lies on the running branch", "leave it out, or check the speed"))
         elif start is not None and start > self.breakdown_ratio:
@@ -535,8 +542,8 @@ class Induction(Motor):
         """The motor with resistors behind its slip rings."""
         given = [name for name in ("starting_torque", "starting_current") if getattr(self.plate, name) is not None]
         if given:
-            expected = "none beside resistance steps"
-            advice = "what it corrects belongs to cages; a rotor with slip rings follows Kloss's formula"
+            expected = "none with resistance steps"
+            advice = "it is a correction for cage rotors; a rotor with slip rings follows Kloss's formula"
             raise SceneError([Fault("type", f"a motor with {' and '.join(given)}", expected, advice)])
         return replace(self, added_resistance=share)
 

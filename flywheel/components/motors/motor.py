@@ -325,7 +325,9 @@ class Inverter(NamedTuple):
         if self.braking not in BRAKING:
             found.append(Fault("braking", f'"{self.braking}"', '"none", "resistor" or "regenerative"'))
         elif (self.braking == "resistor") != (self.chopper_power is not None):
-            told = "a resistor without its power" if self.chopper_power is None else f'beside braking = "{self.braking}"'
+            told = (
+                "a resistor without its power" if self.chopper_power is None else f'together with braking = "{self.braking}"'
+            )
             found.append(Fault("chopper_power", told, 'a power with braking = "resistor", none otherwise'))
         return found
 

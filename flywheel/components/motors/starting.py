@@ -109,7 +109,7 @@ def soft_start(
     if not faults and voltage > 1:
         faults.append(Fault("voltage", f"{voltage:g}", "a share of the voltage of 1 at most"))
     if not ramp and voltage != 1:
-        faults.append(Fault("voltage", f"{voltage:g} without a ramp", 'a ramp beside it, such as "5 s"'))
+        faults.append(Fault("voltage", f"{voltage:g} without a ramp", 'a ramp with it, such as "5 s"'))
     elif not ramp and torque_limit is None and current_limit is None:
         faults.append(Fault("type", "a soft start that limits nothing", "a ramp, a torque_limit or a current_limit"))
     if current_limit is not None and motor.share_law() is None:

@@ -61,12 +61,12 @@ class Thermal(NamedTuple):
             named["winding_time_constant"] = self.winding_time_constant
         found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
         if (self.winding_time_constant is None) != (self.winding_share == 0.0):
-            told = f"{self.winding_share:g} without" if self.winding_time_constant is None else "nothing beside"
+            told = f"{self.winding_share:g} without" if self.winding_time_constant is None else "nothing with"
             found.append(Fault("winding_share", f"{told} a winding_time_constant", "both or neither"))
         elif not 0.0 <= self.winding_share < 1.0:
             found.append(Fault("winding_share", f"{self.winding_share:g}", "a share of the rise, below 1"))
         elif self.winding_time_constant is not None and not self.winding_time_constant < self.time_constant:
-            told = f"{self.winding_time_constant:g} s beside a time_constant of {self.time_constant:g} s"
+            told = f"{self.winding_time_constant:g} s with a time_constant of {self.time_constant:g} s"
             found.append(Fault("winding_time_constant", told, "a shorter one"))
         return found
 

@@ -174,7 +174,7 @@ class TwoAxisInduction(Induction):
             expected = f"about {rated:.5g} N m, rated power over speed"
             faults.append(Fault("rotor_resistance", found, expected, "give those of a phase in star, in ohm"))
         elif abs(greatest / (self.breakdown_ratio * rated) - 1.0) > ALIKE:
-            found = f"{self.breakdown_ratio:g}, beside a breakdown torque of {greatest:.5g} N m of the circuit"
+            found = f"{self.breakdown_ratio:g}, with a breakdown torque of {greatest:.5g} N m of the circuit"
             faults.append(Fault("breakdown_ratio", found, f"about {greatest / rated:.4g}"))
         refuse(faults)
 

@@ -126,7 +126,7 @@ def mobility(loops: Loops, jacobian: Array) -> Mobility:
             return [*couplings, *(f"driver {name}" for name, _ in loops.linkage.drivers)][coupling]
         return f"loop {' - '.join(loops.paths[row // 2])}"
 
-    redundant = [f"the turning of {joint}, which other joints hold already" for joint in loops.doubled]
+    redundant = [f"the rotation of {joint}, which other joints fix already" for joint in loops.doubled]
     repeated: dict[str, None] = {}
     for row in sorted(set(range(len(jacobian))) - set(rows)):
         shares = np.linalg.lstsq(jacobian[list(rows)].T, jacobian[row], rcond=None)[0]
@@ -328,8 +328,8 @@ def _lock(equations: Equations, found: Array) -> Fault:
         advice = f"two assemblies meet there, {moving} may go either way"
         return Fault(path, f"a linkage that locks with the {where}", _ONE, advice)
     if loops.equations > loops.unknowns:
-        what = f"a linkage that its joints hold too loosely (a change point) with the {where}"
-        advice = f"even those to spare let {moving} give way: put one out of line, or add a gear pair"
+        what = f"a linkage that its joints do not determine (a change point) with the {where}"
+        advice = f"even with its redundant joints {moving} give way: move one out of line, or add a gear pair"
         return Fault(path, what, _ONE, f"in line as they are there, {advice}")
     what = f"a linkage that branches (a change point) with the {where}"
     return Fault(path, what, _ONE, f"several assemblies meet there, {moving} may go either way; {LEAVE}")
@@ -341,7 +341,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
     ways = _ways(equations, found)
     kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
     names = ["", ""]
-    mend = f"hold it to one of them by another joint or a coupling, change a length, or {LEAVE}"
+    mend = f"fix one of them by another joint or a coupling, change a length, or {LEAVE}"
     if kind == _PARALLELOGRAM:
         forms = [loops.angles[loops.linkage.names.index(body)] for body in bodies]
 
@@ -430,7 +430,7 @@ def _onward(loops: Loops, way: Array, ways: list[Array]) -> str:
         rate = round(float(turns @ way / way[0]) * size, 9) + 0.0
         parts.append(f"{what} {rate:.4g} {'rad' if kind == 'angle' else 'm'}")
     if loops.way is not None:
-        return f"{', '.join(parts)} over the way of the drivers"
+        return f"{', '.join(parts)} over the range of the drivers"
     return f"{', '.join(parts)} per {'m' if loops.linkage.sliding else 'rad'} of the driver"
 
 

@@ -686,7 +686,9 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
         state = model.state(state.x + least(state, -state.value), v)
     left = gap(state)
     if not left <= _LOST * model.length:
-        raise UnreachableError(Fault(model.linkage.path, f"closures open by {left:g} m or rad", "bodies that stay joined"))
+        raise UnreachableError(
+            Fault(model.linkage.path, f"loops that are open by {left:g} m or rad", "bodies that stay joined")
+        )
     return model.state(state.x, v + least(state, -state.jacobian @ v)), drift
 
 

@@ -134,7 +134,7 @@ def _unique(named: Iterable[tuple[str, Any]]) -> Iterator[Fault]:
         if not isinstance(name, str) or not name:
             yield Fault(f"{path}.name", shown(name), "a name")
         elif name in seen:
-            yield Fault(f"{path}.name", shown(name), "a unique name", "another has it already")
+            yield Fault(f"{path}.name", shown(name), "a unique name", "another one has this name")
         else:
             seen.add(name)
 

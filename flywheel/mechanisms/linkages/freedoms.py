@@ -161,7 +161,7 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
 def lock_fault(assembly: Assembly, q: Array) -> Fault:
     """Fault of a linkage too near to a lock or a branch, with its drivers at scaled coordinates q."""
     at = standing(Equations(on_way(assembly.loops, q, q)), 0.0)
-    found = f"a linkage that locks or branches with the {at}, or comes too near to it to tell"
+    found = f"a linkage that locks or branches with the {at}, or comes too close to that to decide"
     return Fault(assembly.linkage.path, found, "one assembly all along the motion", "end before it, or change a length")
 
 

@@ -114,7 +114,8 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     wrong = int(np.argmax(gaps))
     if gaps[wrong] > _RESIDUAL:
         names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
-        found = f"joints that hold it too often: the loop {' - '.join(names)} opens by {gaps[wrong] * loops.unit:.3g} m"
+        loop, gap = " - ".join(names), gaps[wrong] * loops.unit
+        found = f"redundant joints that contradict each other: the loop {loop} opens by {gap:.3g} m"
         raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
     return trace
 
@@ -206,7 +207,7 @@ _LESS_FAR = "change a length, or let the driver go less far: [stroke] from and t
 def _lost(equations: Equations, z: Array) -> Fault:
     """Fault of a position beyond which no step can be certified."""
     where = standing(equations, float(z[0]))
-    found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
+    found = f"a linkage that locks or branches with the {where}, or comes too close to that to decide"
     return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", _LESS_FAR)
 
 

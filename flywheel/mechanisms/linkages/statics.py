@@ -298,7 +298,7 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
         if ratio == 1.0:
             if coupling.pressure_angle:
                 raise SceneError(
-                    [Fault(f"{path}.pressure_angle", "one at a ratio of 1", "none", "a belt has no teeth's flanks")]
+                    [Fault(f"{path}.pressure_angle", "one at a ratio of 1", "none", "a belt has no tooth flanks")]
                 )
             still = np.zeros_like(pivot)
             return Contact(first, second, 0.5 * (pivot + other), still, still, np.ones(still.shape[1]))
