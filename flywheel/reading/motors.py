@@ -27,6 +27,7 @@ from flywheel.components.motors import (
     Motor,
     Plate,
     Point,
+    Servo,
     Start,
     Switch,
     Synchronous,
@@ -521,6 +522,53 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
     return motor if inverter is None else motor.fed(inverter)
 
 
+_SERVO = (
+    _RATED._replace(required=True),
+    _TORQUE,
+    _POWER,
+    Key("standstill_torque", "torque", "continuous, at rest; default: that at rated speed", None, POSITIVE),
+    Key("peak_torque", "torque", "greatest, for a short time", None, POSITIVE, True),
+    Key("corner_speed", "speed", "up to which it has its peak torque", None, NOT_NEGATIVE, True),
+    Key("maximum_speed", "speed", "at which the peak curve has fallen to zero", None, POSITIVE, True),
+    Key("set_speed", "speed", "which its controller holds", None, POSITIVE, True),
+    Key("droop", "number", "by which its speed falls at rated torque, over the set speed", 0.01, Range(0.0, 1.0, True)),
+    Key("efficiency", "number", "at the rated point", None, Range(0.0, 1.0, True, True), example="90 %"),
+    Key("resistance", "resistance", "between two terminals, instead, with its torque_constant", None, POSITIVE),
+    Key("torque_constant", "motor constant", "torque over current of a line", None, POSITIVE),
+    Key("braking", "choice", "use of the power that the motor returns", "none", choices=BRAKING),
+    Key("chopper_power", "power", "greatest of the braking resistor", None, POSITIVE),
+)
+
+
+def _servo(item: Item, _: Path | None) -> Motor | None:
+    """A servo drive; its losses in continuous running follow from an efficiency, or from its winding."""
+    fields, point = item.fields, _rated(item.fields)
+    constant, standstill = fields["torque_constant"], fields["standstill_torque"]
+    if fields["resistance"] is None:
+        losses = point.power * (1.0 / fields["efficiency"] - 1.0)
+    else:
+        item.needs("torque_constant", "copper losses follow from the resistance and the current")
+        if not item.clean:
+            return None
+        losses = 1.5 * fields["resistance"] * ((standstill or point.torque) / constant) ** 2
+    own = ("speed", "set_speed", "peak_torque", "corner_speed", "maximum_speed", "droop", "inertia")
+    amplifier = Inverter(
+        frequency=fields["set_speed"] / math.tau,
+        weakening=fields["maximum_speed"] / math.tau,
+        overcurrent=fields["peak_torque"] / point.torque,
+        braking=fields["braking"],
+        chopper_power=fields["chopper_power"],
+    )
+    return Servo(
+        continuous_torque=point.torque,
+        standstill_torque=standstill,
+        torque_constant=constant,
+        losses=losses,
+        inverter=amplifier,
+        **{name: fields[name] for name in own},
+    )
+
+
 _ENGINE = (
     Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),
     _TORQUE,
@@ -571,6 +619,7 @@ CURVE = Section(
 )
 """A motor by its curve, and the curve of an engine's full load."""
 _FULL = (("torque", "power", "full_load"),)
+_CONTINUOUS = (("torque", "power"), ("efficiency", "resistance"))
 _TYPES = (
     (Section("constant", "a torque that does not depend on speed", _CONSTANT, reader=_constant, makes=Constant),
      {"torque": "40 N m"}),
@@ -583,6 +632,10 @@ _TYPES = (
      {"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5}),
     (Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous, makes=Synchronous),
      {"power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2, "asynchronous_slip": 0.04}),
+    (Section("servo", "a servo drive that holds a speed within its area", _SERVO, one_of=_CONTINUOUS, reader=_servo,
+             makes=Servo),
+     {"speed": "3000 rpm", "torque": "8 N m", "peak_torque": "30 N m", "corner_speed": "2500 rpm",
+      "maximum_speed": "5000 rpm", "set_speed": "1500 rpm", "efficiency": "90 %"}),
     (Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic,
              makes=Hydraulic),
      {"displacement": "160 cm^3", "flow": "240 l/min", "pressure": "140 bar", "volumetric_efficiency": 0.92,

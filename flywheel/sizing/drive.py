@@ -13,6 +13,7 @@ import numpy as np
 
 from flywheel.components.energy import Energy, mean_effective_pressure, mechanical_efficiency
 from flywheel.components.load_models import is_loss
+from flywheel.components.motors import Motor
 from flywheel.components.motors.thermal import Losses, course
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import ends_of
@@ -22,7 +23,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment, heat_share
-from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Temperature, Trip
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, ServoLoad, Sizing, Synchronism, Temperature, Trip
 
 
 def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
@@ -230,6 +231,20 @@ def harmonics(sizing: Sizing, period: float, natural: float, damping: float, ine
     return tuple(found)
 
 
+_WITHIN = np.linspace(-1.0, 1.0, 129)  # of a cell
+_FLAT = 1e-9  # of the largest value: by which a figure is lower away from where it is greatest
+
+
+def place_of_greatest(mesh: Cells, values: Array) -> tuple[float, float]:
+    """The angle (rad) at which a figure, given at the nodes, is greatest, and its error; of a flat stretch the first."""
+    fine = (cells.fit(values) @ cells.basis(_WITHIN, cells.ORDER).T).ravel()
+    angles = (mesh.middle + mesh.half * _WITHIN).ravel()
+    k, size = int(np.argmax(fine)), float(np.abs(fine).max())
+    lower = np.flatnonzero(fine < fine[k] - _FLAT * size)
+    first, last = lower[lower < k].max(initial=0), lower[lower > k].min(initial=fine.size - 1)
+    return float(angles[min(first + 1, k)]), float(angles[last] - angles[first])
+
+
 def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
     """Current and power of a motor on its inverter along a motion, and what would trip it; None for another drive.
 
@@ -255,12 +270,80 @@ def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
     if motor.current_share(np.zeros(1)) is not None:
         _, current, errors["current"] = shaft.extremes(shaft.current_law)
         if current > inverter.overcurrent + errors["current"]:
-            at = float(mesh.phi.flat[np.argmax(shaft.current_law(mesh, omega)[0])])
+            at, _ = place_of_greatest(mesh, shaft.current_law(mesh, omega)[0])
             trips.append(Trip("overcurrent", current, inverter.overcurrent, at))
     if -least > (returned := inverter.limits[1])[1] + off:
-        at = float(mesh.phi.flat[np.argmin(power(mesh, omega)[0])])
+        at, _ = place_of_greatest(mesh, -power(mesh, omega)[0])
         trips.append(Trip(returned[0], -least, returned[1], at))
     return InverterLoad(mean, most, least, current, tuple(trips), errors)
+
+
+USUAL_INERTIA_RATIO = 10.0
+"""Inertia of the load over that of the rotor up to which speed controllers are usually well damped."""
+
+
+def servo_load(shaft: MotorShaft) -> ServoLoad | None:
+    """The motion of a servo drive in its area of torque and speed; None for another drive.
+
+    The rms point has the root of the mean square of the torque, and the mean of the size of the speed, both over time.
+    Source: Gross, Hamann and Wiegärtner, Electrical Feed Drives in Automation, chapter 8 (effective torque and mean speed
+    within the S1 curve, peak points within the peak curve, ratio of inertias).
+    """
+    motor = shaft.motor
+    if motor is None or motor.peak(0.0) is None:
+        return None
+
+    def speed(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        return shaft.ratio * np.abs(omega), np.full_like(omega, shaft.ratio)
+
+    def share(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        here, beside = (_of_peak(motor, shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
+        return here, np.abs(beside - here) / (SPEED_STEP * omega)
+
+    mean, of_mean, _ = shaft.mean_over_time(speed)
+    square, of_square, _ = shaft.mean_square(shaft.torque_law)
+    rms, limit = math.sqrt(max(square, 0.0)), float(motor.continuous(mean))
+    _, most, of_share = shaft.extremes(share)
+    mesh = shaft.cycle.mesh
+    at, of_at = place_of_greatest(mesh, share(mesh, shaft.omega(mesh))[0])
+    cell, t = shaft.cycle.where(np.array([at]))
+    there = shaft.ratio * float(cells.value(cells.fit(shaft.omega(mesh))[cell], t)[0])
+    off = 0.5 * of_square / max(rms, math.sqrt(of_square), 1e-300)
+    bend = abs(float(motor.continuous(mean * (1.0 + SPEED_STEP))) - limit) / (SPEED_STEP * mean)
+    errors = {
+        "mean_speed": of_mean / mean,
+        "rms_torque": off / max(rms, 1e-300),
+        "continuous_torque": bend * of_mean / limit,
+    }
+    errors |= {"continuous_share": (off + rms * bend * of_mean / limit) / limit, "peak_share": min(of_share, 1.0)}
+    errors["peak_angle"] = of_at
+    ratio = None
+    if motor.inertia:
+        series = shaft.cycle.series[2] @ cells.basis(cells.NODES, cells.ORDER).T  # I* at the nodes, kg m²
+        span = float(cells.integral(np.ones_like(series), mesh.half).sum())
+        driven = shaft.run.inertia + float(cells.integral(series, mesh.half).sum()) / span
+        ratio = driven / shaft.ratio**2 / motor.inertia - 1.0
+        errors["inertia_ratio"] = (shaft.cycle.errors.inertia / driven + 8 * ROUNDING) * (1.0 + 1.0 / max(ratio, 1e-300))
+    peak = float(motor.torque(there))
+    return ServoLoad(mean, rms, limit, rms / limit, peak, there, at, most, ratio, errors)
+
+
+def _of_peak(motor: Motor, omega: Array) -> Array:
+    """Torque over the peak curve; 1 beyond the greatest speed, where both are 0."""
+    torque, most = np.abs(motor.torque(omega)), np.asarray(motor.peak(omega))
+    return np.where(most > 0.0, torque / np.where(most > 0.0, most, 1.0), 1.0)
+
+
+def servo_messages(load: ServoLoad) -> Iterator[str]:
+    """Messages on a servo drive at its peak curve, or with a load of great inertia: where, how much, what would mend it."""
+    if load.at_peak:
+        at, speed = f"at crank angle {np.degrees(load.peak_angle):.4g} deg", load.peak_speed * 30 / math.pi
+        told = f"THE SERVO DRIVE REACHES ITS PEAK CURVE {at}, {abs(load.peak_torque):.4g} N m at {speed:.5g} rpm"
+        yield f"{told}: it does not hold its set speed; a heavier flywheel, another ratio or a larger drive needs less"
+    if load.inertia_ratio is not None and load.inertia_ratio > USUAL_INERTIA_RATIO:
+        told = f"the inertia that the servo drive moves is {load.inertia_ratio:.3g} times that of its rotor"
+        advice = "another ratio, or a rotor of more inertia, brings it down"
+        yield f"{told}; above {USUAL_INERTIA_RATIO:g} a speed controller is hard to damp in practice: {advice}"
 
 
 def temperature(shaft: MotorShaft) -> Temperature | None:

@@ -126,7 +126,7 @@ def _block_of(name: str) -> Callable[[Sizing], dict[str, Any] | None]:
 _EXTREMES = "extremes of the accumulated work W, W(0) = 0 included"
 _POWERS = "of the drive, with the exact or given flywheel"
 _POWERS_ALONE = "of a motor that follows the loads without a flywheel, at constant speed"
-_CURRENTS = "of an armature or an induction motor's line: root of the mean square over time; greatest in size, signed"
+_CURRENTS = "of an armature or a line of a motor: root of the mean square over time; greatest in size, signed"
 _RATIOS = "peak over mean; null where the mean is 0"
 _ANGLES = "crank angle of the greatest and the least speed, with the exact or given flywheel"
 
@@ -208,7 +208,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("energy.rms_torque", "N m", "of the drive on its own shaft, root of the mean square over time"),
     Finding("energy.current_rms", "A", _CURRENTS),
     Finding("energy.current_peak", "A", _CURRENTS),
-    Finding("energy.copper_heat", "W", "of a DC motor's armature, R i² on the mean over time"),
+    Finding("energy.copper_heat", "W", "of a DC motor's armature, R i²; of a servo drive its losses; mean over time"),
     Finding("energy.copper_heat_share", "", "the same over that at the rated point; null without one"),
     Finding("energy.rotor_heat", "W", "of an induction motor's rotor, torque times slip speed on the mean over time"),
     Finding("energy.rotor_heat_share", "", "the same over that at the rated point"),
@@ -267,6 +267,19 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("inverter.trips", "", "list of causes of a trip: `kind` (overcurrent, overvoltage, chopper_power), `value`, "
             "`limit`, `angle` (rad) of the crank", lambda s: s.inverter and [trip._asdict() for trip in s.inverter.trips]),
     Finding("inverter.errors", "", "estimated errors of these: relative, but for that of the current"),
+    Finding("servo", "", "a servo drive in its area of torque and speed; see below; null for other drives",
+            _block_of("servo")),
+    Finding("servo.mean_speed", "rad/s", "of the motor's shaft, mean over time"),
+    Finding("servo.rms_torque", "N m", "of the motor's shaft, root of the mean square over time"),
+    Finding("servo.continuous_torque", "N m", "of the continuous curve at that speed"),
+    Finding("servo.continuous_share", "", "`rms_torque` over that"),
+    Finding("servo.peak_torque", "N m", "of the motor's shaft, where it takes most of the peak curve"),
+    Finding("servo.peak_speed", "rad/s", "there"),
+    Finding("servo.peak_angle", "rad", "of the crank, there"),
+    Finding("servo.peak_share", "", "greatest torque over the peak curve; 1 if the peak curve cuts the torque off"),
+    Finding("servo.inertia_ratio", "", "mean inertia of what the rotor drives, at its shaft, over that of the rotor; null "
+            "without `inertia` of the motor"),
+    Finding("servo.errors", "", "estimated errors of these: relative, of shares and the angle absolute"),
     Finding("temperature", "K", "of the motor's windings: see below; null without `thermal`", _dict("temperature")),
     Finding("electrical_transients", "", "an induction motor with two axes and its static curve; see below; null for "
             "other drives", _dict("electrical_transients")),

@@ -477,6 +477,32 @@ class InverterLoad(NamedTuple):
         return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
 
 
+class ServoLoad(NamedTuple):
+    """The motion of a servo drive in its area of torque (N m) and speed (rad/s), both of its shaft.
+
+    `rms_torque` is the root of the mean square over time, `continuous_torque` the continuous curve at the `mean_speed` over
+    time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is that which
+    takes most of the peak curve, `peak_share` of it. `inertia_ratio` is the mean inertia of all that the rotor drives, at
+    its shaft, over its own; None without that. `errors` are relative but for those of the shares and the angle.
+    """
+
+    mean_speed: float
+    rms_torque: float
+    continuous_torque: float
+    continuous_share: float
+    peak_torque: float
+    peak_speed: float
+    peak_angle: float
+    peak_share: float
+    inertia_ratio: float | None
+    errors: dict[str, float]
+
+    @property
+    def at_peak(self) -> bool:
+        """Tells whether the peak curve cuts the torque off."""
+        return self.peak_share >= 1.0 - self.errors["peak_share"]
+
+
 class Temperature(NamedTuple):
     """Rise of the windings' temperature (K) in a cycle or a duty that repeats for ever; `limit` is that of their class.
 
@@ -663,6 +689,7 @@ class Sizing:
     built: SelectedWheel | None = None
     friction: JointFriction | None = None
     inverter: InverterLoad | None = None
+    servo: ServoLoad | None = None
     temperature: Temperature | None = None
     duty: Duty | None = None
     limits: Mapping[str, Limit] = field(default_factory=dict)

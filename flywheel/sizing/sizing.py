@@ -23,7 +23,17 @@ from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import drive_work, energy, engine, inverter_load, synchronism, temperature, trip_messages
+from flywheel.sizing.drive import (
+    drive_work,
+    energy,
+    engine,
+    inverter_load,
+    servo_load,
+    servo_messages,
+    synchronism,
+    temperature,
+    trip_messages,
+)
 from flywheel.sizing.errors import estimates
 from flywheel.sizing.findings import as_dict
 from flywheel.sizing.motor import MotorShaft
@@ -179,13 +189,14 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
     shaft = None if regime.run is None else MotorShaft(scene, cycle, regime.run, speed, rtol)
-    inverter = None if shaft is None else inverter_load(shaft)
+    inverter, servo = (None, None) if shaft is None else (inverter_load(shaft), servo_load(shaft))
     messages = (
         *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
         *trip_messages(() if inverter is None else inverter.trips),
+        *(() if servo is None else servo_messages(servo)),
         *confirmed.messages,
         *_of_friction(regime, friction, flywheel.exact),
         *of_wheel,
@@ -219,6 +230,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         built=built,
         friction=friction,
         inverter=inverter,
+        servo=servo,
         temperature=None if shaft is None else temperature(shaft),
         limits=limits,
         binding=regime.binding if regime.limits else _binding(limits),

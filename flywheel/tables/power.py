@@ -32,7 +32,7 @@ from flywheel.tables.rows import (
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
-    from flywheel.sizing.results import Duty, ElectricalTransients, Synchronism
+    from flywheel.sizing.results import Duty, ElectricalTransients, ServoLoad, Synchronism
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -216,6 +216,9 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield f"{heat}, {_verdict(energy, found)}"
         if energy.stator_heat_share is not None:
             yield from _stator(motor, energy, energy.stator_heat_share)
+    elif sizing.servo is not None and found is not None:
+        yield from _servo(sizing.servo)
+        yield f"Losses of the motor on the mean over time: {_number(found.heat)} W, {_verdict(energy, found)}"
     elif found is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
@@ -243,6 +246,17 @@ def _stator(motor: Motor, energy: Energy, share: float) -> Iterator[str]:
         rms, peak, rated = energy.current_rms, energy.current_peak, motor.rated_current
         means = f"root of its mean square over time {_number(rms)} A, {_share(rms, rated)} of the rated one"
         yield f"Line current: {means}; greatest {_number(peak)} A, {_share(peak, rated)} of it."
+
+
+def _servo(found: ServoLoad) -> Iterator[str]:
+    """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
+    share = f"{figure(100 * found.continuous_share, 0.0, 4)} % of the {_number(found.continuous_torque)} N m"
+    at = _rpm(found.mean_speed)
+    yield f"Its rms torque of {_number(found.rms_torque)} N m is {share} of its continuous curve at the mean speed of {at};"
+    share, at = f"{figure(100 * found.peak_share, 0.0, 4)} %", _rpm(found.peak_speed)
+    yield f"nearest to its peak curve are {_number(abs(found.peak_torque))} N m at {at}, {share} of it."
+    if found.inertia_ratio is not None:
+        yield f"Inertia of what its rotor moves over that of the rotor: {figure(found.inertia_ratio, 0.0, 4)}."
 
 
 def _in_step(found: Synchronism) -> Iterator[str]:

@@ -28,6 +28,7 @@ from flywheel.tables import power
 from flywheel.tables.rows import (
     DEGREES,
     NOTHING,
+    RPM,
     SI,
     SYSTEMS,
     US,
@@ -43,7 +44,7 @@ from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_name
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
-    from flywheel.sizing.results import Synchronism
+    from flywheel.sizing.results import ServoLoad, Synchronism
 
 WIDTH = 80
 _LINES, _MOST = 24, 26  # lines of the summary, and with the parts that have no shorter form
@@ -454,6 +455,8 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         stands = _("within") if rise.within else _("TOO HOT")
         allowed = _("{limit} K allowed, {stands}", limit=f"{rise.limit:g}", stands=stands)
         yield Row(_("rise of the windings"), few_digits(rise.greatest, 4), "K", allowed)
+    if sizing.servo is not None:
+        yield from _servo(sizing.servo, units)
     heat = power.heat_of(sizing, motor, energy)
     if sizing.duty is not None and heat is not None:
         return  # what it bears is told of all phases together
@@ -485,6 +488,20 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
             rated_current = few_digits(limit, 4)
             note = _("{rms} % of the rated {rated} A, peak {peak} %", rms=rms, rated=rated_current, peak=peak)
         yield Row(_("motor's current"), few_digits(energy.current_rms, 4), "A", note)
+
+
+def _servo(found: ServoLoad, units: TradeUnits) -> Iterator[Row]:
+    """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
+    share = few_digits(100 * found.continuous_share, 3)
+    at = f"{few_digits(found.mean_speed * RPM, 5)} rpm"
+    note = _("at {speed} on the mean, {share} % of the continuous curve", speed=at, share=share)
+    yield Row(_("rms torque"), *units.shown(found.rms_torque, "torque"), note)
+    share, at = few_digits(100 * found.peak_share, 3), f"{few_digits(found.peak_speed * RPM, 5)} rpm"
+    note = _("at {speed}, {share} % of the peak curve", speed=at, share=share)
+    note += ", " + _("ITS LIMIT") if found.at_peak else ""
+    yield Row(_("greatest torque"), *units.shown(found.peak_torque, "torque"), note)
+    if found.inertia_ratio is not None:
+        yield Row(_("inertia ratio"), few_digits(found.inertia_ratio, 4), "", _("of what it moves to its rotor"))
 
 
 def _in_step(found: Synchronism) -> Iterator[Row]:

@@ -380,6 +380,8 @@ def _motor(rng: Rng, torque: float, speed: float) -> Scene:
     idle = short(1.08 * speed)
     power = short(torque * speed)
     if kind == "line":
+        if chance(rng, 0.5):
+            return _servo(rng, torque, speed)
         return {"type": "line", "starting_torque": short(8 * torque), "no_load_speed": idle}
     if kind == "table":
         rows = {"speed": [0.0, short(0.6 * speed), short(speed), short(1.1 * speed)]}
@@ -434,6 +436,14 @@ def _motor(rng: Rng, torque: float, speed: float) -> Scene:
         }
         return found | {"asynchronous_slip": f"{rng.integers(1, 8)} %"}
     return _two_axis(torque, speed)
+
+
+def _servo(rng: Rng, torque: float, speed: float) -> Scene:
+    """A servo drive that holds about a speed, by a soft or a stiff controller; its peak curve may cut it off."""
+    found: Scene = {"type": "servo", "speed": speed, "torque": torque, "set_speed": short(speed * rng.uniform(0.8, 1.1))}
+    found |= {"droop": short(spread(rng, 0.005, 0.1)), "peak_torque": short(torque * rng.uniform(1.5, 4.0))}
+    found |= {"corner_speed": short(speed * rng.uniform(0.7, 1.15)), "maximum_speed": short(1.5 * speed)}
+    return found | {"standstill_torque": short(1.2 * torque), "efficiency": 0.9, "braking": "regenerative"}
 
 
 def _on_inverter(rng: Rng, found: Scene, torque: float, rated: float, hertz: float) -> Scene:

@@ -248,6 +248,16 @@ def synchronous(row: dict[str, Any]) -> Motor:
     return Motor(2, pulled, given, (1.0, 1.0), lambda omega: [0.0, target(omega)])
 
 
+def servo(row: dict[str, Any]) -> str:
+    """A speed controller within the peak curve: flat up to a corner, then straight down to zero."""
+    point = value(row["torque"]) if "torque" in row else value(row["power"]) / value(row["speed"])
+    asked, top, corner, last = (value(row[key]) for key in ("set_speed", "peak_torque", "corner_speed", "maximum_speed"))
+    gain = point / (value(row.get("droop", 0.01)) * asked)
+    curve = f"({top!r} if abs(omega) < {corner!r} else max(0, {top!r}*({last!r} - abs(omega))/{last - corner!r}))"
+    wanted = f"{gain!r}*({asked!r} - omega)"
+    return f"({wanted} if abs({wanted}) < {curve} else {curve}*sign({asked!r} - omega))"
+
+
 def hydraulic(row: dict[str, Any]) -> str:
     """A pump of constant flow and a relief valve."""
     d, flow, p = (value(row[key]) for key in ("displacement", "flow", "pressure"))
@@ -301,5 +311,5 @@ def started(row: dict[str, Any], own: str) -> str:
 
 KINDS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "constant": constant, "line": line, "table": table, "induction": kloss, "dc": dc, "synchronous": synchronous,
-    "hydraulic": hydraulic, "engine": engine,
+    "servo": servo, "hydraulic": hydraulic, "engine": engine,
 }  # fmt: skip

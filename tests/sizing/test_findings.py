@@ -47,7 +47,21 @@ INVERTER = {
     },
     "flywheel": {"inertia": 1.0},
 }
-BLOCKS = {"simulation": yoke(), "energy": yoke(), "engine": ENGINE, "synchronism": SYNCHRONOUS, "inverter": INVERTER}
+SERVO = {
+    **INVERTER,
+    "drive": {
+        "motor": {"type": "servo", "speed": "3000 rpm", "torque": "8 N m", "peak_torque": "30 N m", "efficiency": 0.9}
+        | {"corner_speed": "2500 rpm", "maximum_speed": "5000 rpm", "set_speed": "1500 rpm", "inertia": "8 kg cm^2"},
+    },
+}
+BLOCKS = {
+    "simulation": yoke(),
+    "energy": yoke(),
+    "engine": ENGINE,
+    "synchronism": SYNCHRONOUS,
+    "inverter": INVERTER,
+    "servo": SERVO,
+}
 
 
 @pytest.fixture(scope="module")

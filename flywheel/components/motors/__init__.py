@@ -5,6 +5,7 @@ from flywheel.components.motors.direct_current import DC, dc_from_plate
 from flywheel.components.motors.induction import Induction, Plate
 from flywheel.components.motors.inverter import InverterInduction
 from flywheel.components.motors.motor import Connection, Inverter, Motor, Point, Start, Switch
+from flywheel.components.motors.servo import Servo
 from flywheel.components.motors.starting import (
     Started,
     field_steps,
@@ -33,6 +34,7 @@ __all__ = [
     "Motor",
     "Plate",
     "Point",
+    "Servo",
     "Start",
     "Started",
     "Switch",

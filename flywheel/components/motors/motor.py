@@ -417,6 +417,14 @@ class Motor(ABC):
         """The same motor with states that follow the speed at once, where the two are to be compared."""
         return None
 
+    def peak(self, omega: ArrayLike) -> Any:
+        """The peak curve of a servo drive, N m, at speeds omega (rad/s), of their shape; None of other types."""
+        return None
+
+    def continuous(self, omega: ArrayLike) -> Any:
+        """The continuous curve of a servo drive, N m, at speeds omega (rad/s), of their shape; None of other types."""
+        return None
+
     def current(self, omega: ArrayLike) -> Any:
         """Current (A) at steady speeds omega (rad/s), of their shape; None where the type or the data do not tell."""
         return None

@@ -1,0 +1,171 @@
+"""Servo drives: torque within the peak curve, rms point, peak point, losses by the continuous curve, ratio of inertias."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import flywheel
+from flywheel import SceneError
+from flywheel.components.motors import Servo
+
+RPM = math.pi / 30
+MOTOR = """type = "servo"
+speed = "3000 rpm"
+torque = "8 N m"
+standstill_torque = "10 N m"
+peak_torque = "{peak} N m"
+corner_speed = "{corner} rpm"
+maximum_speed = "5000 rpm"
+set_speed = "{asked} rpm"
+efficiency = "90 %"
+inertia = "8 kg cm^2"
+"""
+SCENE = """
+[shafts.motor]
+ratio = 5
+[[inertia]]
+on = "crank"
+value = {inertia}
+[[load]]
+on = "crank"
+torque = "-{load}*(1 - cos(phi))"
+[drive]
+on = "motor"
+[drive.motor]
+{motor}{more}
+[flywheel]
+inertia = 0
+"""
+RATED, REST, LAST = 300 * math.pi / 3, 10.0, 5000 * RPM
+
+
+def scene(load=30, peak=30, corner=2500, asked=1500, inertia=0.05, more=""):
+    motor = MOTOR.format(peak=peak, corner=corner, asked=asked)
+    return flywheel.load(SCENE.format(load=load, motor=motor, inertia=inertia, more=more))
+
+
+def limit(omega, peak, corner):
+    return min(peak, max(0.0, peak * (LAST - abs(omega)) / (LAST - corner * RPM)))
+
+
+def hand(omega, peak=30.0, corner=2500, asked=1500):
+    """Torque by the definition of the drive, at its shaft."""
+    most = limit(omega, peak, corner)
+    return min(most, max(-most, 8.0 / (0.01 * asked * RPM) * (asked * RPM - omega)))
+
+
+def continuous(omega):
+    return REST - 2.0 * omega / RATED
+
+
+@pytest.mark.parametrize(
+    ("load", "peak", "corner", "asked", "inertia"),
+    [(30, 30, 2500, 1500, 0.05), (30, 11, 2500, 1500, 0.4), (16, 20, 2500, 4000, 0.3)],  # free, cut off, beyond the corner
+)
+def test_a_cycle_is_that_of_the_equation_of_motion(load, peak, corner, asked, inertia):
+    found = flywheel.size(scene(load, peak, corner, asked, inertia))
+    whole = inertia + 25 * 8e-4
+
+    def rates(phi, y):
+        torque, omega = hand(5 * y[0], peak, corner, asked), 5 * y[0]
+        heat = 8 * RATED * (1 / 0.9 - 1) * (torque**2 + REST**2 - continuous(omega) ** 2) / REST**2
+        speed = (5 * torque - load * (1 - math.cos(phi))) / (whole * y[0])
+        return [speed, *(value / y[0] for value in (1.0, omega, torque**2, heat, torque * omega))]
+
+    def cycle(begin):
+        return solve_ivp(
+            rates, (0, 2 * math.pi), [begin, *[0.0] * 5], method="DOP853", rtol=1e-11, atol=1e-12, max_step=0.02
+        )
+
+    idle = asked * RPM / 5
+    begin = brentq(lambda w: cycle(w).y[0, -1] - w, 0.6 * idle, idle, xtol=1e-12)
+    run = cycle(begin)
+    time, turned, square, heat, work = run.y[1:, -1]
+    servo, energy = found.servo, found.energy
+    assert servo.mean_speed == pytest.approx(turned / time, rel=1e-9)
+    assert servo.rms_torque == pytest.approx(math.sqrt(square / time), rel=1e-7)
+    assert servo.continuous_share == pytest.approx(servo.rms_torque / continuous(turned / time), rel=1e-7)
+    assert energy.copper_heat == pytest.approx(heat / time, rel=1e-7)
+    assert found.inverter.power == pytest.approx((work + heat) / time, rel=1e-7)
+    shares = [abs(hand(5 * w, peak, corner, asked)) / limit(5 * w, peak, corner) for w in run.y[0]]
+    assert servo.peak_share == pytest.approx(max(shares), abs=2e-4)
+    assert servo.at_peak == (max(shares) == 1.0) == any("PEAK CURVE" in line for line in found.messages)
+    at = run.t[int(np.argmax(np.array(shares) >= (1.0 if servo.at_peak else max(shares))))]
+    assert servo.peak_angle == pytest.approx(at, abs=0.03)
+    assert servo.peak_speed == pytest.approx(5 * float(np.interp(servo.peak_angle, run.t, run.y[0])), rel=1e-4)
+    assert servo.inertia_ratio == pytest.approx(inertia / 25 / 8e-4, rel=1e-12)
+    assert any("hard to damp" in line for line in found.messages) == (servo.inertia_ratio > 10)
+
+
+def test_losses_on_the_continuous_curve_are_those_it_bears_for_ever():
+    servo = scene().motor
+    bears = 8 * RATED / 0.9 - 8 * RATED
+    for omega in (0.0, 100.0, RATED):
+        assert float(servo.losses_at(omega, continuous(omega))) == pytest.approx(bears, rel=1e-12)
+    assert servo.rated_heat == pytest.approx(bears)
+    wound = scene(more="").motor.__class__(
+        speed=RATED, continuous_torque=8.0, set_speed=157.0, peak_torque=30.0, corner_speed=260.0, maximum_speed=523.0,
+        losses=1.5 * 0.8 * (10.0 / 1.3) ** 2, standstill_torque=10.0, torque_constant=1.3,
+    )  # fmt: skip
+    text = MOTOR.format(peak=30, corner=2500, asked=1500).replace(
+        'efficiency = "90 %"', "resistance = 0.8\ntorque_constant = 1.3"
+    )
+    read = flywheel.load(SCENE.format(load=30, motor=text, inertia=0.05, more="")).motor
+    assert read.losses == pytest.approx(wound.losses, rel=1e-12)
+    assert read.rated_current == pytest.approx(8.0 / 1.3)
+
+
+def test_a_start_is_by_the_peak_torque():
+    run = flywheel.run_up(scene(load=0.001, inertia=0.4))
+    whole, gain = 0.4 / 25 + 8e-4, 8.0 / (0.01 * 1500 * RPM)
+    rising = quad(lambda w: whole / 30.0, 0.0, 1500 * RPM - 30.0 / gain)[0]
+    assert run.time > rising
+    omega = float(np.interp(rising, run.motion.t, run.motion.omega))
+    assert 5 * omega == pytest.approx(1500 * RPM - 30.0 / gain, rel=1e-3)
+
+
+def test_windings_of_a_servo_drive_rise_by_its_losses():
+    found = flywheel.size(scene(more='thermal = {time_constant = "30 min", class = "F"}'))
+    assert found.temperature.greatest == pytest.approx(105 * found.energy.copper_heat_share, rel=1e-4)  # and its ripple
+
+
+def test_a_load_that_drives_trips_it_without_a_resistor():
+    found = flywheel.size(scene(load=-10))
+    (trip,) = found.inverter.trips
+    assert trip.kind == "overvoltage"
+    assert trip.value == pytest.approx(-found.inverter.power_least)
+    assert flywheel.size(scene(load=-10, more='braking = "regenerative"')).inverter.trips == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "paths"),
+    [
+        ('"2500 rpm"', '"6000 rpm"', ["corner_speed"]),
+        ('"1500 rpm"', '"5000 rpm"', ["set_speed"]),
+        ('"30 N m"', '"9 N m"', ["peak_torque"]),
+        ('"10 N m"', '"7 N m"', ["standstill_torque"]),
+        ('efficiency = "90 %"', "resistance = 0.8", ["torque_constant"]),
+        ('efficiency = "90 %"', 'efficiency = "90 %"\nresistance = 0.8', [""]),
+        ('inertia = "8 kg cm^2"', 'braking = "resistor"', ["chopper_power"]),
+    ],
+)
+def test_a_fault_of_a_servo_drive_has_its_place(old, new, paths):
+    motor = MOTOR.format(peak=30, corner=2500, asked=1500)
+    assert old in motor
+    with pytest.raises(SceneError) as caught:
+        flywheel.load(SCENE.format(load=30, motor=motor.replace(old, new), inertia=0.05, more=""))
+    assert [fault.path for fault in caught.value.faults] == [f"drive.motor.{path}".rstrip(".") for path in paths]
+
+
+def test_the_running_branch_ends_where_the_peak_curve_cuts_it_off():
+    for asked in (1500, 3000, 4500):
+        servo = scene(asked=asked).motor
+        assert isinstance(servo, Servo)
+        low, high = servo.stable
+        inside = np.linspace(low + 1e-6, high - 1e-6, 200)
+        assert (np.diff(servo.torque(inside)) < 0.0).all()
+        assert float(servo.torque(low - 1.0)) <= float(servo.torque(low)) + 1e-9
+        assert float(servo.torque(high + 1.0)) >= float(servo.torque(high)) - 1e-9
