@@ -231,7 +231,8 @@ math {
   font-size: 1.08em;
 }
 .formula { margin: .35em 0; overflow-x: auto; overflow-y: hidden; }
-.formula mtable.lines mtd { text-align: left; }
+.formula:has(math + math) { padding-left: 2em; text-indent: -2em; }
+.formula math { text-indent: 0; }
 .formula.substitution { font-size: .95em; }
 .result math { font-weight: 600; }
 .customary { color: var(--quiet); }
@@ -418,8 +419,8 @@ class _Writer:
                     told = formulas.mathml(value.text, display=False)
                 case _:
                     told = escape(value)
-            if k == 0 and isinstance(value, str) and value:
-                return f'<th scope="row">{told}</th>'
+            if k == 0 and isinstance(value, str) and value:  # a place in the scene is broken behind its dots
+                return f'<th scope="row">{re.sub("(?<=[a-z])[.]", ".<wbr>", told)}</th>'
             return f"<td{of_number if numeric[k] else ''}>{told}</td>"
 
         for row in table.rows:
@@ -477,17 +478,13 @@ def _shape(table: Table) -> str:
 
 
 _SCROLLED = 30  # characters of a formula read out that a telephone may not hold
-_LONG = 125  # characters of a formula read out that make it smaller
 
 
 def _line(shown: str, kind: str) -> str:
-    """A formula in a line of its own, smaller where it is long: a line of a formula is not broken on paper."""
-    text = re.search(r'alttext="([^"]*)"', shown)
-    longest = max((len(row) for row in (text[1] if text else "").split(formulas.BREAK)), default=0)
-    reached = (
-        ' tabindex="0"' if longest > _SCROLLED or "substitution" in kind else ""
-    )  # by keys, where a narrow screen scrolls it
-    return f'<div class="{kind}{" long" if longest > _LONG else ""}"{reached}>{shown}</div>'
+    """A formula in lines of its own; one whose terms a narrow screen may have to scroll is reached by keys."""
+    longest = max(map(len, re.findall(r'alttext="([^"]*)"', shown)), default=0)
+    reached = ' tabindex="0"' if longest > _SCROLLED else ""
+    return f'<div class="{kind}"{reached}>{shown}</div>'
 
 
 def html(document: Document) -> str:

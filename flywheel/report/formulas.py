@@ -23,9 +23,7 @@ from flywheel.numerics.units import parse_unit
 DIGITS = 6
 """Significant digits of a number that is shown."""
 MOST_DIGITS = 15
-BREAK = "  "
-"""Between the rows of a formula as it is read out."""
-_WIDE = 88  # characters of a row
+_UNBROKEN = 40  # characters of a formula that stands in one line
 
 _LETTERS = "alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi psi omega lamda chi pi"
 _GREEK = dict(zip(_LETTERS.split(" "), "αβγδεζηθκμνξρστφψωλχπ", strict=True)) | {
@@ -56,7 +54,6 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
 _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
 _RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_WIDEST = 115  # characters of a formula in one line
 _LOOSE, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
 """How tightly the parts of a formula hold together: what is looser than its place asks is put in brackets."""
 
@@ -259,61 +256,35 @@ def computable(formula: str) -> bool:
 def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, display: bool = True) -> str:
     """A formula as MathML, in a line of its own or not, read out by its text; with numbers, those stand in its last side.
 
-    The numbers have the decimal mark of the language in use.
+    The numbers have the decimal mark of the language in use. A long formula in a line of its own is several elements, one
+    for each term of its sums: lines break between them, wherever a sheet or a screen is too narrow.
     """
     *heads, last = sides(formula)
-    parts = [_shown(side, {}) for side in (heads[:1] if numbers else heads)]
-    parts.append(_rows(last, numbers or {}) if display else _shown(last, {}))
-    text = " = ".join(part.text for part in parts)
-    inner = "<mo>=</mo>".join(part.math for part in parts)
-    if display and len(text) > _WIDEST:
-        inner = _in_lines("".join(f"{part.math}<mo>=</mo>" for part in parts[:-1]), last, numbers or {}) or inner
-    return element(inner, text, display=display)
-
-
-def _in_lines(head: str, node: ast.expr, numbers: Mapping[str, Quantity]) -> str:
-    """A long sum in lines that a page holds, broken before its signs; nothing for what is no sum."""
-    terms: list[tuple[str, _Shown]] = []
-    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
-        sign = "+" if isinstance(node.op, ast.Add) else "−"
-        term = _shown(node.right, numbers)
-        terms.insert(0, (sign, _bracketed(term, _PRODUCT if sign == "−" or term.text.startswith("−") else _SUM)))
-        node = node.left
-    if not terms:
-        return ""
-    lines, length = [head + _bracketed(_shown(node, numbers), _SUM).math], len(_shown(node, numbers).text) + 12
-    for sign, term in terms:
-        length += len(term.text) + 3
-        if length > _WIDEST:
-            lines, length = [*lines, ""], len(term.text) + 3
-        lines[-1] += f"<mo>{sign}</mo>{term.math}"
-    rows = "".join(f"<mtr><mtd><mrow>{line}</mrow></mtd></mtr>" for line in lines)
-    return f'<mtable class="lines" displaystyle="true">{rows}</mtable>'
-
-
-def _rows(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
-    """A side of a formula; a long sum in several rows, as a formula is not broken on paper."""
-    whole = _shown(node, numbers)
-    terms = _terms(node)
-    if len(whole.text) <= _WIDE or len(terms) < 2:
-        return whole
-    rows: list[tuple[str, str]] = []
-    for k, (sign, term) in enumerate(terms):
-        shown = _bracketed(_shown(term, numbers), _PRODUCT if k else _SUM)
-        math_, text = (f"<mo>{sign}</mo>{shown.math}", f" {sign} {shown.text}") if k else shown[:2]
-        if rows and len(rows[-1][1]) + len(text) <= _WIDE:
-            rows[-1] = rows[-1][0] + math_, rows[-1][1] + text
+    terms: list[_Shown] = []
+    for side, known in [*((head, {}) for head in (heads[:1] if numbers else heads)), (last, numbers or {})]:
+        first, *others = _terms(side, known)
+        if len(terms) == 1:  # the first side stands before the first term of the second
+            terms = [_Shown(f"{terms[0].math}<mo>=</mo>{first.math}", f"{terms[0].text} = {first.text}"), *others]
         else:
-            rows.append((math_, text))
-    table = "".join(f"<mtr><mtd>{math_}</mtd></mtr>" for math_, _text in rows)
-    return _Shown(f'<mtable columnalign="left">{table}</mtable>', BREAK.join(text for _math, text in rows), _SUM)
+            terms += [_signed("=", first) if terms else first, *others]
+    if display and len(terms) > 1 and sum(len(term.text) for term in terms) > _UNBROKEN:
+        return " ".join(_element(term, ' displaystyle="true"') for term in terms)
+    return element("".join(term.math for term in terms), " ".join(term.text for term in terms), display=display)
 
 
-def _terms(node: ast.expr) -> list[tuple[str, ast.expr]]:
-    """The terms of a sum with their signs."""
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
-        return [*_terms(node.left), ("+" if isinstance(node.op, ast.Add) else "−", node.right)]
-    return [("", node)]
+def _terms(node: ast.expr, numbers: Mapping[str, Quantity]) -> list[_Shown]:
+    """The terms of a sum, all but the first with their signs; what is no sum is one term."""
+    if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub)):
+        return [_shown(node, numbers)]
+    first, *others = _terms(node.left, numbers)
+    last, sign = _shown(node.right, numbers), "+" if isinstance(node.op, ast.Add) else "−"
+    # a negative number, or a sum that is taken away, is put in brackets
+    last = _bracketed(last, _PRODUCT if sign == "−" or last.text.startswith("−") else _SUM)
+    return [_bracketed(first, _SUM), *others, _signed(sign, last)]
+
+
+def _signed(sign: str, term: _Shown) -> _Shown:
+    return _Shown(f'<mo form="infix">{sign}</mo>{term.math}', f"{sign} {term.text}", _SUM)
 
 
 def equation(quantity: Quantity) -> str:
@@ -326,8 +297,11 @@ def equation(quantity: Quantity) -> str:
 
 def element(inner: str, text: str, *, display: bool = True) -> str:
     """A MathML element around its content, with the text that a screen reader without MathML reads."""
-    block = ' display="block"' if display else ""
-    return f'<math{block} alttext="{escape(text)}"><mrow>{inner}</mrow></math>'
+    return _element(_Shown(inner, text), ' display="block"' if display else "")
+
+
+def _element(shown: _Shown, attributes: str) -> str:
+    return f'<math{attributes} alttext="{escape(shown.text)}"><mrow>{shown.math}</mrow></math>'
 
 
 def symbol_element(symbol: str) -> str:
@@ -395,6 +369,9 @@ def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
             return _Shown(f"<mo>¬</mo>{part.math}", f"not {part.text}", _SUM)
         case ast.UnaryOp(operand=inner):
             return show(inner)
+        case ast.BinOp(op=ast.Add() | ast.Sub()):
+            terms = _terms(node, numbers)
+            return _Shown("".join(term.math for term in terms), " ".join(term.text for term in terms), _SUM)
         case ast.BinOp(left=left, op=op, right=right):
             return _operation(left, op, right, numbers)
         case ast.Compare(left=left, ops=ops, comparators=others):
@@ -418,16 +395,11 @@ def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
 def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
     a, b = _shown(left, numbers), _shown(right, numbers)
     match op:
-        case ast.Add() | ast.Sub():
-            sign = "+" if isinstance(op, ast.Add) else "−"
-            a = _bracketed(a, _SUM)
-            # a negative number, or a sum that is taken away, is put in brackets
-            b = _bracketed(b, _PRODUCT if sign == "−" or b.text.startswith("−") else _SUM)
-            return _Shown(f"{a.math}<mo>{sign}</mo>{b.math}", f"{a.text} {sign} {b.text}", _SUM)
         case ast.Mult():
             a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
             times = isinstance(left, ast.Constant) or isinstance(right, ast.Constant) or bool(numbers)
-            mark, word = ("<mo>·</mo>", " · ") if times and numbers else ("<mo>&#x2062;</mo>", " ")
+            gap = ' rspace="0.17em"' if isinstance(right, ast.Call) else ""
+            mark, word = ("<mo>·</mo>", " · ") if times and numbers else (f"<mo{gap}>&#x2062;</mo>", " ")
             return _Shown(f"{a.math}{mark}{b.math}", f"{a.text}{word}{b.text}", _PRODUCT)
         case ast.Div():
             up, down = _bracketed(a, _PRODUCT), _bracketed(b, _POWER)

@@ -75,9 +75,10 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
 def _block(block: Block, head: str) -> str:
     """A block of the summary: its rows, its table, its sentences."""
     wide = ' class="wide"' if block.name in ("machine", "flywheel", "notes") else ""
-    parts = [f"<section{wide}>", f"<h2>{escape(head or block.title or block.name)}</h2>"]
+    title = head or block.title or block.name
+    parts = [f"<section{wide}>", f"<h2>{escape(title)}</h2>"]
     if block.table:
-        parts.append(_table(block.header, block.table))
+        parts.append(_table(title, block.header, block.table))
     if block.rows and block.name == "machine":
         half = (len(block.rows) + 1) // 2
         parts += ['<div class="halves">', *map(_rows_of, (block.rows[:half], block.rows[half:])), "</div>"]
@@ -99,8 +100,8 @@ def _rows_of(rows: Iterable[Row], kind: str = "") -> str:
     return "<table><tbody>\n" + "\n".join(cells) + "\n</tbody></table>"
 
 
-def _table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table whose first column names the rows, figures to the right."""
+def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table whose first column names the rows, figures to the right; a telephone scrolls it."""
 
     def line(cells: Iterable[str], first: str) -> str:
         name, *figures = cells
@@ -110,7 +111,8 @@ def _table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
         return f"<tr>{named}{told}</tr>"
 
     body = "\n".join(line(row, "td") for row in rows)
-    return f"<table>\n<thead>{line(header, 'th')}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+    table = f"<table>\n<thead>{line(header, 'th')}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+    return f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(title)}">{table}</div>'
 
 
 def _train(flow: PowerFlow, units: TradeUnits) -> str:
@@ -120,7 +122,7 @@ def _train(flow: PowerFlow, units: TradeUnits) -> str:
     title = _("Power flow of the drive train, mean over the cycle")
     told = "; ".join(f"{entry.label} {units.read(entry.power, 'power', 4)}" for entry in entries(flow))
     drawn = inline_svg(pictures.panel(flow), "sheet", title, told)
-    table = _table(_head(units), _rows(flow, units)) if len(flow.shafts) > 1 else ""
+    table = _table(title, _head(units), _rows(flow, units)) if len(flow.shafts) > 1 else ""
     return f'<section class="wide">\n<h2>{escape(title)}</h2>\n<figure>{drawn}</figure>\n{table}\n</section>'
 
 

@@ -33,6 +33,16 @@ _CUT_OFF = """async (answers) => {
 }"""
 
 
+_WIDER = """() => {
+  const edge = document.body.getBoundingClientRect().right + 1;
+  const over = (part) => part.getBoundingClientRect().right > edge;
+  const scrolled = (part) => part.scrollWidth > part.clientWidth + 1;
+  const found = [...document.querySelectorAll("body *:not(svg *)")].filter(over);
+  const parts = [document.documentElement, ...document.querySelectorAll(".formula, .scroll")].filter(scrolled);
+  return [...found, ...parts].map((part) => `${part.closest("[id]")?.id} ${part.tagName}: ${part.textContent.slice(0, 80)}`);
+}"""
+
+
 _HEIGHTS = """() => [...document.querySelectorAll("msqrt")]
   .filter((root) => root.querySelector(":scope mfrac"))
   .map((root) => [root, root.querySelector("mfrac")].map((part) => part.getBoundingClientRect().height))"""
@@ -100,6 +110,26 @@ def test_no_answer_of_an_example_is_cut_off(page: Page) -> None:
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": 800})
         assert page.evaluate(_CUT_OFF, given) == [], f"at {width} px"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tongue", ["en", "es"])
+@pytest.mark.parametrize("example", [str(path.relative_to(EXAMPLES)) for path in sorted(EXAMPLES.glob("*/*.toml"))])
+def test_nothing_of_a_report_is_wider_than_its_sheet(window: Any, tmp_path: Path, example: str, tongue: str) -> None:
+    """On A4 within its margins, and on a desktop's screen; a telephone scrolls within formulas and tables alone."""
+    report = tmp_path / "report.html"
+    flywheel.report.write(flywheel.load(EXAMPLES / example), report, language=tongue)
+    page = window(viewport={"width": 673, "height": 1032}).new_page()
+    page.emulate_media(media="print")
+    page.goto(report.as_uri())
+    until(page, "() => [...document.fonts].every((font) => font.status === 'loaded')")
+    assert page.locator("h2").count() >= 2
+    assert page.evaluate(_WIDER) == []
+    page.emulate_media(media="screen")
+    page.set_viewport_size({"width": 1024, "height": 768})
+    assert page.evaluate(_WIDER) == []
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
 
 
 @pytest.mark.slow

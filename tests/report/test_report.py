@@ -276,7 +276,7 @@ def test_scenes_without_a_flywheel_say_what_is_left_out(name):
 
 
 def alttext(shown: str) -> str:
-    return shown.split('alttext="')[1].split('"')[0]
+    return " ".join(re.findall('alttext="([^"]*)"', shown))
 
 
 @pytest.mark.parametrize(
@@ -321,11 +321,17 @@ def test_a_formula_is_worked_out_in_si():
         formulas.mathml("y = (a")
 
 
-def test_a_long_sum_has_several_rows():
-    numbers = {f"W_{k}": FormulaQuantity(f"W_{k}", 1234.567 * k, "J") for k in range(1, 12)}
-    shown = formulas.mathml("W = " + " + ".join(numbers), numbers)
-    assert shown.count("<mtr>") > 1
-    assert alttext(shown).count("J") == 11
+def test_a_long_sum_is_broken_between_its_terms():
+    numbers = {f"W_{k}": FormulaQuantity(f"W_{k}", 1234.567 * k * (-1) ** k, "J") for k in range(1, 5)}
+    shown = formulas.mathml("W = " + " - ".join(numbers), numbers)
+    assert shown.count("<math") == shown.count("</math> <math") + 1 == 4
+    assert alttext(shown) == "W = −1234.57 J − 2469.13 J − (−3703.7 J) − 4938.27 J"
+    assert formulas.mathml("W = " + " - ".join(numbers), numbers, display=False).count("<math") == 1
+    assert formulas.mathml("W = a + b = c", numbers).count("<math") == 1
+    sides = formulas.mathml("W_1 = W_short_before + W_short_time = W_short_alone - W_short_hub")
+    assert re.findall('alttext="([^"]*)"', sides) == [
+        "W_1 = W_short,before", "+ W_short,time", "= W_short,alone", "− W_short,hub"
+    ]  # fmt: skip
 
 
 def test_names_of_a_scene_are_indices():
@@ -442,9 +448,7 @@ def test_what_is_shown_of_a_substitution_evaluates_to_the_shown_result(tongue, m
         made = sheet(of, of.scene.mechanisms[0], 2.0)
         for step in (step for section in made.shown() for step in section.parts if step.numbers):
             shown = formulas.mathml(step.formula, {n.symbol: n for n in substitution(step)})
-            text = worked_out(
-                ElementTree.fromstring(shown.replace("&#x2061;", "\u2061").replace("&#x2062;", "\u2062")), mark
-            )
+            text = worked_out(ElementTree.fromstring(f"<p>{unescape(shown)}</p>"), mark)
             found = eval(text.rpartition("=")[2], {**NAMESPACE, "pi": pi, "sqrt": sqrt, "exp": exp})
             result = step.result._replace(value=found)
             assert result.written == step.result.written or found == pytest.approx(step.result.value, rel=1e-9)
