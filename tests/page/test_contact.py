@@ -33,8 +33,9 @@ def started(scene: Path, port: int = 0) -> Iterator[PageServer]:
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    return Path(shutil.copy(EXAMPLES / "machines/press.toml", tmp_path))
+def scene(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    """A copy of the press, or of the example that a test names."""
+    return Path(shutil.copy(EXAMPLES / getattr(request, "param", "machines/press.toml"), tmp_path))
 
 
 @pytest.fixture
@@ -89,6 +90,77 @@ def test_what_is_typed_without_the_program_goes_into_the_text(left: tuple[Page, 
         "These are the results of Blanking press, flywheel on the eccentric shaft at"
     )
     picture(page, "gone", full_page=True)
+
+
+def by_slider(page: Page) -> None:
+    slider = page.locator('[data-field="mechanism.crank.length"] input[type=range]')
+    slider.focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+
+
+def by_text(page: Page) -> None:
+    page.click("#as-text")
+    area = page.locator("#text")
+    area.fill(area.input_value().replace('"80 mm"', '"85 mm"'))
+    page.click("#as-form")
+
+
+def added(page: Page) -> None:
+    foot = page.locator('[data-path="mechanism.crank"] .foot')
+    foot.locator("select").select_option("mechanism.crank.com_angle")
+    foot.get_by_role("button", name="Add").click()
+
+
+def chosen(field: str, value: str, kind: str = "select:not(.unit)") -> Callable[[Page], None]:
+    return lambda page: void(page.locator(f'[data-field="{field}"] {kind}').select_option(value))
+
+
+def void(_value: object) -> None:
+    """Of an action what it returns is of no interest."""
+
+
+PRESS, DRIVEN = "machines/press.toml", "drive_lines/press.toml"
+EDITS: dict[
+    str, tuple[str, Callable[[Page], None], str, bool]
+] = {  # an edit, its line, whether only the program can make it
+    "number": (PRESS, lambda page: typed(page, "regime.speed", "61"), r'^speed = "61 rpm"', False),
+    "slider": (PRESS, by_slider, r'^crank\.length = "(?!80 mm)[\d.]+ mm"', False),
+    "text": (PRESS, by_text, r'^crank\.length = "85 mm"', False),
+    "mechanism type": (PRESS, chosen("mechanism.type", "scotch-yoke"), r'^type = "scotch-yoke"', False),
+    "motor type": (DRIVEN, chosen("drive.motor.type", "synchronous"), r'^type = "synchronous"', False),
+    "unit": (PRESS, chosen("mechanism.crank.length", "in", "select.unit"), r'^crank\.length = "3\.1496\d* in"', True),
+    "added key": (PRESS, added, r"^crank\.com_angle = ", True),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "edit", "line", "waits"), EDITS.values(), ids=EDITS.keys(), indirect=["scene"])
+def test_every_kind_of_edit_outlives_the_program(
+    left: tuple[Page, int],
+    start: Callable[..., Any],
+    edit: Callable[[Page], None],
+    line: str,
+    waits: bool,
+    watched: Watched,
+) -> None:
+    """It stands in the text or waits, over results that say of what they are; the next run takes it over."""
+    page, port = left
+    edit(page)
+    expected(page.locator("#results.old")).to_have_count(1)
+    expected(page.locator("#earlier")).to_contain_text("These are the results of")
+    expected(page.locator("#unsaved")).to_have_text("not saved")
+    if not waits:
+        has_line(page, line)
+    server, _end = start(port)
+    expected(page.locator("[data-notice=gone]")).to_contain_text("earlier run")
+    assert "404" not in page.locator("body").inner_text()
+    page.wait_for_timeout(300)  # the copy is kept once the hand rests
+    other = shown(page.context.new_page(), server.address)
+    other.get_by_role("button", name="Bring them back").click()
+    has_line(other, line)
+    expected(other.locator("#unsaved")).to_have_text("not saved")
+    expected(other.locator("[data-notice=gone]")).to_have_count(0)
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import { download, element, fileName } from "./elements.js";
 import { language, text } from "./language.js";
 import { copyOf, dropLeft, keepCopy } from "./memory.js";
 import { drop, notice } from "./notices.js";
-import { announce, begin, scene, settled, unsaved, write } from "./scene.js";
+import { announce, begin, edit, pending, scene, settled, unsaved, write } from "./scene.js";
 import { call, file, reach } from "./server.js";
 
 const EVERY = 2000; // ms between two looks at the file
@@ -165,19 +165,27 @@ export function guard() {
 /** Keep a copy of the present text, where it differs from its file. */
 export function copy() {
   const { text: words, path, name, seen, saved, origin } = scene;
-  keepCopy(key, unsaved() ? { text: words, path, name, seen, saved, origin } : null, reach() === "other");
+  keepCopy(key, unsaved() ? { text: words, path, name, seen, saved, origin, edits: pending() } : null, reach() === "other");
 }
 
 /** Offer unsaved edits that this tab kept from before it was loaded anew. */
 export function offerCopy() {
   key = scene.path ?? "";
   const kept = copyOf(key);
-  if (!kept || kept.text === scene.text) return dropLeft(key);
+  if (!kept || (kept.text === scene.text && !kept.edits.length)) return dropLeft(key);
   return notice("copy", text("There are unsaved edits of this scene from an earlier visit."), [
-    { words: text("Bring them back"), act: () => { drop("copy"); dropLeft(key); begin(kept); } },
+    { words: text("Bring them back"), act: () => bring(kept) },
     { words: text("Show what differs"), act: () => ask(text("What differs"), [differences(scene.text, kept.text, { theirs: text("in this page"), mine: text("not saved") })], [{ value: "", words: text("Close"), main: true }]) },
     { words: text("Discard them"), act: () => { drop("copy"); dropLeft(key); copy(); } },
   ]);
+}
+
+/** Take what a tab kept: its text, then the edits of the form that no server has put into it yet. */
+function bring({ edits, ...kept }) {
+  drop("copy");
+  dropLeft(key);
+  begin(kept);
+  for (const change of edits) edit(change, null);
 }
 
 // -- other scenes, reports --------------------------------------------------------------------------------------------
