@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import EVALUATION, SHIFT
+from flywheel.regime.turning_moment import MOMENT_ROUNDING, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -182,9 +182,9 @@ def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
     interpolation = by_cell.sum(axis=1)
     angle = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
-    inertias = tails[2] + turning_moment.INERTIA_EVALUATION * sizes + 2 * ROUNDING * end * slopes
-    work = interpolation[0] + spread * (EVALUATION * exchanged + angle[0])
-    variation = interpolation[1] + EVALUATION * slope_exchanged + angle[1]
+    inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
+    work = interpolation[0] + spread * (MOMENT_ROUNDING * exchanged + angle[0])
+    variation = interpolation[1] + MOMENT_ROUNDING * slope_exchanged + angle[1]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])

@@ -27,7 +27,7 @@ from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Pieces, Sums
 from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
-from flywheel.regime.turning_moment import EVALUATION, INERTIA_EVALUATION, SHIFT
+from flywheel.regime.turning_moment import INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT
 
 LANES = 16
 _L = LANES
@@ -447,7 +447,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
         for k in range(ORDER):
             largest += abs(s[(2 * ORDER + k) * _L + i])
             mean += _MEAN[k] * s[(2 * ORDER + k) * _L + i]
-        error = w[_TAILS + 2 * _L + i] + INERTIA_EVALUATION * most + 2 * _EPS * w[_END + i] * steep
+        error = w[_TAILS + 2 * _L + i] + INERTIA_ROUNDING * most + 2 * _EPS * w[_END + i] * steep
         w[_INERTIA + i] = error
         c[_WORST + i] = max(c[_WORST + i], error)
         c[_MOST + i] = max(c[_MOST + i], largest)
@@ -476,8 +476,8 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         out[_EXCHANGED, i] = c[_SIZE + i]
         angle = 2 * _EPS * math.sqrt(c[_SHIFTED + i]) + SHIFT * c[_SWING + i]
         turn = 2 * _EPS * math.sqrt(c[_SHIFTED + _L + i]) + SHIFT * c[_SWING + _L + i]
-        out[_WORK_ERROR, i] *= c[_CUT + i] + EVALUATION * c[_SIZE + i] + angle
-        out[_VARIATION, i] = c[_CUT + _L + i] + EVALUATION * c[_SIZE + _L + i] + turn
+        out[_WORK_ERROR, i] *= c[_CUT + i] + MOMENT_ROUNDING * c[_SIZE + i] + angle
+        out[_VARIATION, i] = c[_CUT + _L + i] + MOMENT_ROUNDING * c[_SIZE + _L + i] + turn
         out[_INERTIA_ERROR, i] = c[_WORST + i]
         out[_LARGEST, i] = c[_MOST + i]
         out[_MEAN_AT, i] = c[_AREA + i] / end

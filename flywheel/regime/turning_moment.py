@@ -19,9 +19,9 @@ from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
 
-EVALUATION = 12 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
+MOMENT_ROUNDING = 12 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
 SHIFT = 8 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
-INERTIA_EVALUATION = 24 * ROUNDING  # error of I* relative to it
+INERTIA_ROUNDING = 24 * ROUNDING  # error of I* relative to it
 _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
 _MOST_FOR_BALANCE = 2_000  # cells added to the machine's own mesh for the last digit of a balance
@@ -160,17 +160,17 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
     by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
     by_cell[0] *= spread
     peaks = np.abs(values[1:]).max(axis=-1)
-    inertias = tails[2] + INERTIA_EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
+    inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
     exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
     # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
     rows = values[:2].reshape(2, -1)
     swings = rows[:, 1:] - rows[:, :-1]
     by_angle = 2 * ROUNDING * np.hypot.reduce(swings * mesh.phi.reshape(-1)[1:], axis=1) + SHIFT * np.abs(swings).sum(axis=1)
     net, turn = by_angle.tolist()
-    net += EVALUATION * exchanged
+    net += MOMENT_ROUNDING * exchanged
     interpolation = by_cell.sum(axis=1).tolist()
     work = interpolation[0] + spread * net
-    variation = interpolation[1] + EVALUATION * slope_exchanged + turn
+    variation = interpolation[1] + MOMENT_ROUNDING * slope_exchanged + turn
     return Cycle(
         mesh=mesh,
         series=series,
