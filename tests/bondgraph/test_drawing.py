@@ -2,6 +2,7 @@
 
 from functools import cache
 from math import hypot
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
@@ -10,18 +11,18 @@ from hypothesis import strategies as st
 from matplotlib.patches import Rectangle
 
 from bondgraph import Bond, BondGraph, Builder, C, GraphError, I, One, R, Se, Sf, draw
-from bondgraph.drawing import (
-    COLOURS,
+from bondgraph.drawing import COLOURS, mathtext, svg
+from bondgraph.layout import (
     STEP,
     Box,
     Segment,
     Spot,
+    activated,
     enters,
     flaws,
     half_arrow,
     labels,
     layout,
-    mathtext,
     place,
     plain,
     rearranged,
@@ -84,6 +85,15 @@ def hub(spokes=6):
     for k in range(spokes):
         b.transform("crank", f"cylinder{k}.rod.com.x", 2.0).one(f"cylinder{k}.rod.com.x", "translation")
         b.on(f"cylinder{k}.rod.com.x", I(f"cylinder{k}.mass[0]", 1.0))
+    return b.build()
+
+
+def chain(masses):
+    """Masses in a row with a spring and a damper between neighbours."""
+    b = Builder().one("v1", "translation").on("v1", Se("F", 1.0), I("m1", 1.0))
+    for k in range(2, masses + 1):
+        b.one(f"v{k}", "translation").on(f"v{k}", I(f"m{k}", 1.0))
+        b.between(f"v{k - 1}", f"v{k}", C(f"k{k}", 1.0), R(f"d{k}", 0.1))
     return b.build()
 
 
@@ -219,8 +229,46 @@ def test_flaws_are_named():
     assert "bond 6 passes through the label of 'M'" in list(flaws(spoilt))
 
 
+@pytest.mark.parametrize("masses", [9, pytest.param(30, marks=pytest.mark.slow)])
+def test_a_long_chain_is_folded_to_fit_a_sheet_without_crossings(masses):
+    drawn = layout(chain(masses))
+    assert list(flaws(drawn)) == []
+    lines = list(drawn.bonds.values())
+    assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
+    left, bottom, right, top = drawn.bounds
+    assert right - left < 1190  # A3 in points: texts keep their size
+    assert top - bottom < 842
+    assert right - left < 24 * len(lines)  # in one row it takes more
+
+
+def test_a_law_that_reads_a_flow_is_joined_to_it_by_a_full_arrow():
+    b = Builder().one("arm", "electric").one("rotor", "rotation").on("arm", Se("u", lambda f_rotor: -f_rotor), R("Ra", 1.0))
+    b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", lambda f_arm: 2.0 * f_arm, name="k")
+    ways = [(way.tail, way.head) for way in activated(b.build())]
+    assert ways == [("rotor", "u"), ("arm", "k")]
+    drawn = layout(b.build())
+    assert list(flaws(drawn)) == []
+    assert drawn.numbers.keys() == {1, 2, 3, 4, 5}
+    beside = next(n for n, ends in drawn.ends.items() if n > 0 and ends == ("arm", "k"))
+    assert not crossing(drawn.bonds[-2], drawn.bonds[beside])
+    assert abs(middle(drawn.bonds[-2]).y - middle(drawn.bonds[beside]).y) > 8.0
+    assert "signal, without power" in texts(draw(b.build(), causality={}))
+    assert "signal, without power" not in texts(draw(condensed(), causality=STROKES))
+
+
+def test_an_svg_has_every_label_number_and_stroke():
+    root = fromstring(svg(condensed(), title="Crank & slider, r < l"))
+    written = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"Crank & slider, r < l", "MTF:T(θ)", "I:J", "crank", "7"} <= set(written)
+    strokes = len(root.findall(".//{http://www.w3.org/2000/svg}path"))
+    bare = fromstring(svg(condensed(), causality={}, numbers=False))
+    assert strokes - len(bare.findall(".//{http://www.w3.org/2000/svg}path")) == 7
+    wide, high = map(float, root.get("viewBox").split()[2:])
+    assert all(0 < float(text.get("x")) < wide and 0 < float(text.get("y")) < high for text in root.iter() if text.get("x"))
+
+
 def test_a_graph_that_no_arrangement_makes_clear_is_refused(monkeypatch):
-    monkeypatch.setattr("bondgraph.drawing.flaws", lambda drawn: iter(["labels of 'J' and 'M' overlap"]))
+    monkeypatch.setattr("bondgraph.layout.flaws", lambda drawn: iter(["labels of 'J' and 'M' overlap"]))
     with pytest.raises(GraphError, match="too entangled to be drawn clearly; draw parts of it by themselves"):
         layout(Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build())
 
