@@ -349,7 +349,10 @@ def ports_of(
         read = sorted({s.name for s in law.free_symbols} - {mine.name})
         given = law.xreplace({s: sympy.Symbol(own[port] if s == mine else s.name) for s in law.free_symbols})
         of, name = (own[port], *read), f"{element.name}_{port}"
-        yield ports[port], Element(kinds[port], name, Function(given, of, of), element.domain, element.part)
+        alone = field.energy is None and not {*read}.difference(parameters)  # a port that no other acts on is a plain one
+        k = list(ports).index(port)
+        rule = law_of(np.asarray(field.matrix, dtype=object)[k, k]) if alone else Function(given, of, of)
+        yield ports[port], Element(kinds[port], name, rule, element.domain, element.part)
 
 
 def _check_arguments(where: str, energy: Function, ports: Sequence[str], parameters: Iterable[str]) -> None:

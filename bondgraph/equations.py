@@ -41,6 +41,26 @@ class SymbolicWalk(Walk):
     def _moving_effort(self, name: str, law: Law) -> Any:
         return self.twin.hold(exact(super()._moving_effort(name, law)))
 
+    def inverse(self, port: Port, given: Any) -> Any:
+        """The momentum (displacement) at which a store of a straight line gives a flow (effort)."""
+        import sympy  # type: ignore[import-untyped]
+
+        name, law = port.element.name, port.element.law
+        if not self.graph.is_curve(name) or not isinstance(law, Function):
+            return super().inverse(port, given)
+        own = sympy.Dummy(real=True)
+        arguments = self._arguments(law, name, own)
+        value, partials = super()._symbolic_partials(law, arguments)
+        slope = partials[arguments.index(own)]
+        if slope.has(own):
+            of = "momentum" if port.element.kind == "I" else "displacement"
+            raise GraphError(
+                f"{self.graph.where(name)}: its law is no straight line, and its {of} follows from others by no formula; "
+                "let it lead, by state_equations(graph, causality=causality(graph, {NAME: 'derivative'})) of those that it "
+                "follows, or use Dynamics"
+            )
+        return (port.sign * given if port.element.kind == "I" else given) / slope - value.subs(own, 0) / slope
+
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return self.twin.hold(super()._symbolic(law, arguments))
 

@@ -84,7 +84,7 @@ class Twin:
         if value.is_Integer or value.is_Float or value.is_Symbol:
             return value
         symbol = sympy.Dummy(real=True)
-        self.held[symbol] = value.xreplace(self.held)
+        self.held[symbol] = exact(value).xreplace(self.held)
         return symbol
 
     def unfold(self, expression: Any) -> Any:

@@ -243,7 +243,25 @@ def settle(
         if found is not None:
             settled = [np.where(np.abs(value) > 10.0 * _NOTHING, value, 0.0) for value in found]
             return settled if shape else [float(value) for value in settled]
-    raise GraphError(f"no flow of {where}, which no inertia weighs, solves the resistors' laws")
+    tried = ", ".join(f"{start:g}" for start in (*([] if near is None else near[:1]), *_STARTS))
+    raise GraphError(f"no value solves the law of {where}: sought from {tried} on")
+
+
+def solutions(equations: Equations, size: int) -> list[list[float]]:
+    """All that `settle` finds from starts of either sign, each once.
+
+    >>> len(solutions(lambda u: ([u[0] ** 3 - 3.0 * u[0] - 1.0], [[3.0 * u[0] ** 2 - 3.0]]), 1))
+    3
+    """
+    found: list[list[float]] = []
+    for start in SOUGHT:
+        one = _iterated(equations, [start * (1.0 + 0.1 * k) for k in range(size)])
+        if one is not None and not any(np.allclose(one, other, rtol=_ROUNDING, atol=_SMALL) for other in found):
+            found.append([float(value) for value in one])
+    return found
+
+
+SOUGHT = tuple(sign * size for size in (1e-3, 1.0, 1e3) for sign in (1.0, -1.0))
 
 
 def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:

@@ -19,7 +19,7 @@ import numpy as np
 from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
 from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph, reached_from
 from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
-from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
+from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
 from bondgraph.motion.runge_kutta import MANY
 from bondgraph.recording import Recorded, Recorder
@@ -99,8 +99,25 @@ def _check_rates(tables: Tables) -> None:
     form, graph = tables.form, tables.form.graph
     last = len(form.stores) + len(form.acting)
     needed = {id(r) for k in tables.varying for r in ratios(form.steps[k])}
+    settled = {p.output for p in form.stores}
     for ratio, name in tables.moduli:
-        for displacement in graph.depends_on(name) if id(ratio) in needed else ():
+        for displacement in graph.depends_on(name):
+            read = graph.reading(displacement)
+            if read is not None and read[0] in "fe":
+                if (form.flow if read[0] == "f" else form.effort)[read[1]] not in settled:
+                    raise GraphError(
+                        f"{graph.where(name)} reads {displacement}, which no store gives from its state: a modulus may read "
+                        "such alone"
+                    )
+                if id(ratio) in needed:
+                    follower = next(p for p in form.followers if name in form.through(p.input))
+                    raise GraphError(
+                        f"{graph.where(name)}: the rate of {displacement} is needed, for a store follows by it, "
+                        f"{graph.where(follower.element.name)}: let it read a displacement or a signal, or put a spring "
+                        "between"
+                    )
+            if id(ratio) not in needed:
+                continue
             on = form.support[tables.owner_of[displacement]] if displacement in tables.owner_of else ()
             if any(k >= last for k in on):
                 raise GraphError(
@@ -262,10 +279,7 @@ class Walk:
         variable = (form.flow if letter == "f" else form.effort)[bond]
         if self.gain is not None:
             return self.value(variable)
-        column = form.column.get(variable, len(form.stores))  # a modulus is needed before all that follows by it
-        if column >= len(form.stores):
-            raise GraphError(f"{where} reads {argument}, which no store gives from its state: a modulus may read such alone")
-        return self.outputs[column]
+        return self.outputs[form.column[variable]]  # a modulus, which is needed before all that follows by it
 
     def _law(self, name: str, own: Any = None) -> Any:
         law = self.graph.elements[name].law
@@ -607,7 +621,7 @@ class Walk:
         """The inertia or compliance of every follower at its own momentum or displacement."""
         if self._weighed is None:
             self._weighed = [
-                1.0 / self._slopes(p, self.followed(k))[-1]
+                1 / self._slopes(p, self.followed(k))[-1]
                 if k in self.tables.bending
                 else self.graph.constant(p.element.name)
                 for k, p in enumerate(self.form.followers)
@@ -615,20 +629,36 @@ class Walk:
         return self._weighed
 
     def followed(self, k: int) -> Any:
-        """The momentum or displacement of a follower."""
+        """The momentum or displacement of a follower; of a field's port, of the store that stands for it."""
         port = self.form.followers[k]
+        return self.inverse(port, self.value(port.input))
+
+    def following(self) -> dict[str, Any]:
+        """The momentum or displacement of every follower, by the name that it would have as a state."""
+        form = self.form
+        found = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
+        found |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
+        for name, ties in reversed(form.ties.items()):  # the store is y_d + sum T y of the ports that are tied to it
+            letter = "p" if self.graph.elements[name].kind == "I" else "q"
+            for other, tie in ties:
+                share = self.graph.constant(tie) * (-1.0 if letter == "p" else 1.0)
+                found[f"{letter}_{name}"] = found[f"{letter}_{name}"] - share * found[f"{letter}_{other}"]
+        return {form.state_name(port): found[form.state_name(port)] for port in form.followers}
+
+    def inverse(self, port: Port, given: Any) -> Any:
+        """The momentum (displacement) at which a store gives a flow (effort)."""
         name, law = port.element.name, port.element.law
-        given = port.sign * self.value(port.input) if port.element.kind == "I" else self.value(port.input)
-        if k not in self.tables.bending:
+        given = port.sign * given if port.element.kind == "I" else given
+        if not self.graph.is_curve(name):
             return self.graph.constant(name) * given
         assert isinstance(law, Function)
-        own = law.of.index(self.graph.own(port.element.name) or "")
+        own = law.of.index(self.graph.own(name) or "")
 
         def equation(values: list[Any]) -> Balance:
             value, partials = self._partials(law, name, values[0])
             return [value - given], [[partials[own]]]
 
-        return settle(equation, 1, np.shape(given), f"{self.graph.title(name)}")[0]
+        return settle(equation, 1, np.shape(given), self.graph.where(name))[0]
 
     def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
         """The rate of the input of every follower, and its weight."""
@@ -735,23 +765,25 @@ class Dynamics:
 
     def stored(self, port: Port, given: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
-        graph = self.form.graph
-        name, inertia = port.element.name, port.element.kind == "I"
-        if name in self.form.massless:
+        if port.element.name in self.form.massless:
             return given
-        if not graph.is_curve(name):
-            return graph.constant(name) * (port.sign * given if inertia else given)
-        wanted = port.sign * given if inertia else given
-        law = graph.elements[name].law
-        assert isinstance(law, Function)
-        parameters = [None if n == graph.own(name) else graph.parameter(n, name) for n in law.of]
-        own = parameters.index(None)
+        return float(Walk(self.tables, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, given))
 
-        def equation(values: list[Any]) -> Balance:
-            value, partials = law.partials(*(values[0] if p is None else p for p in parameters))
-            return [value - wanted], [[partials[own]]]
-
-        return float(settle(equation, 1, (), graph.title(name))[0])
+    def branches(self, state: Sequence[float]) -> Iterator[str]:
+        """Yields a line for each loop of resistors whose laws have several solutions at a state, and the one kept."""
+        walk = Walk(self.tables, 0.0, state, {})
+        for group in self.tables.iterated:
+            ports = [self.form.acting[k] for k in group.members]
+            kept = [walk.outputs[self.form.column[p.output]] for p in ports]
+            found = solutions(lambda given, ports=ports: walk._residual(ports, given), len(ports))  # type: ignore[misc]
+            walk._residual(ports, kept)
+            if len(found) > 1:
+                what, first = ("flow", "effort")[ports[0].gives == "e"], sorted(one[0] for one in found)
+                yield (
+                    f"{loop_name(self.graph, ports)}: the {what} of {self.graph.title(ports[0].element.name)} has several "
+                    f"solutions, {', '.join(f'{x:.6g}' for x in first)}, sought from "
+                    f"{', '.join(f'{x:g}' for x in SOUGHT)} on; the motion begins with {kept[0]:.6g}"
+                )
 
     @property
     def anchored(self) -> tuple[str, ...]:

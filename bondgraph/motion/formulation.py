@@ -84,6 +84,7 @@ class Formulation:
         groups: the order in which `acting` ports give.
         column: variable -> its place among the outputs: of stores, acting ports, followers.
         steps: how the other variables follow, in order; support: variable -> the columns that it depends on.
+        ties: port of a field in derivative causality -> the other ports that its store follows, each with its transformer.
         displacements: the declared ones, and one for each further 1-junction that a motion refers to.
 
     """
@@ -94,7 +95,8 @@ class Formulation:
         )
         self.given = graph
         self.massless: tuple[str, ...] = ()
-        self._written(*without_shared_followers(graph, strokes or causality(graph)))
+        rewritten, found, self.ties = without_shared_followers(graph, strokes or causality(graph))
+        self._written(rewritten, found)
         for junction in self.divided() if strokes is None else ():
             self._move_state(junction)
         self.displacements = tuple(displacements(graph))
@@ -110,7 +112,7 @@ class Formulation:
     def of(self, graph: BondGraph) -> Formulation:
         """The same formulation of a graph with the same structure."""
         form = object.__new__(Formulation)
-        form.given, form.massless, form.displacements = graph, self.massless, self.displacements
+        form.given, form.massless, form.displacements, form.ties = graph, self.massless, self.displacements, self.ties
         own = {name: e for name, e in self.graph.elements.items() if e is not self.given.elements.get(name)}
         elements = {**graph.elements, **own}
         form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
@@ -385,7 +387,10 @@ def _check_rank(graph: BondGraph, block: Solve) -> None:
         raise GraphError(_contradiction(graph, block.relations))
 
 
-def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[BondGraph, Causality]:
+Ties = Mapping[str, Sequence[tuple[str, str]]]
+
+
+def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[BondGraph, Causality, Ties]:
     """The graph with every port of a linear field that is in derivative causality as a store of its own, and its strokes.
 
     With e = K q of the ports and d the port, E = 1/2 q^T K q is 1/2 K_dd (q_d + T q)^2 + 1/2 q^T (K - K_d K_d^T/K_dd) q over
@@ -394,7 +399,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
     """
     following = [name for name in strokes.derivative if graph.coupled(name)]
     if strokes.conflicts or not following:
-        return graph, strokes
+        return graph, strokes, {}
     import sympy  # type: ignore[import-untyped]
 
     near = {e.name: graph.coupled(e.name) for e in graph.of_kind("I", "C")}
@@ -421,6 +426,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
         return junction
 
     beside: dict[str, str] = {}
+    ties: dict[str, list[tuple[str, str]]] = {}
     for name in following:
         pivot, inertia = slopes[name, name], elements[name].kind == "I"
         others = [n for n in fields[name] if n != name and (n, name) in slopes and slopes[n, name] != 0]
@@ -430,6 +436,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
             if n not in beside:
                 beside[n] = before(n, "0" if inertia else "1")
             tie = added(Element("TF", f"{n}->{name}", _law_of(-ratio if inertia else ratio)))
+            ties.setdefault(name, []).append((n, tie))
             for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
                 joined(tail, head)
             for m in others:
@@ -447,7 +454,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
         elements[n] = elements[n]._replace(law=law)
     rewritten = replace(graph, elements=elements, bonds=tuple(bonds))
     wanted = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
-    return rewritten, causality(rewritten, wanted)
+    return rewritten, causality(rewritten, wanted), ties
 
 
 def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any]:

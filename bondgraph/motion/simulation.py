@@ -158,11 +158,12 @@ class Run:
         """A declared displacement, or a spring's own, which a spring has too that follows others."""
         states = self.states(t)
         found = states.get(name, states.get(f"q_{name}"))
-        for k, port in enumerate(self.dynamics.form.followers if found is None and self.trip is None else ()):
-            if port.element.kind == "C" and name in (port.element.name, f"q_{port.element.name}"):
-                times = self._times(t)
-                _, state, anchors = self._looked_at(times, self._owners(times))
-                return self._shaped(Walk(self.dynamics.tables, times, list(state), anchors).followed(k), times)
+        if found is None and self.trip is None:
+            times = self._times(t)
+            _, state, anchors = self._looked_at(times, self._owners(times))
+            following = Walk(self.dynamics.tables, times, list(state), anchors).following()
+            key = next((key for key in following if key[0] == "q" and name in (key, key[2:])), None)
+            found = self._shaped(following[key], times) if key else None
         if found is None:
             raise GraphError(f"no displacement {name!r}: the states are {', '.join(states)}")
         return found
@@ -301,6 +302,7 @@ def simulate(
         start = _start(dynamics, initial or {})
         stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
         run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
+        run = replace(run, messages=(*run.messages, *dynamics.branches(start.tolist())))
     run = replace(run, messages=(*run.messages, *_lost_heat(graph)))
     if tolerance is None and step is None:
         tolerance = max(_AUDITED, _AUDITED_ROUGHLY * rtol)
@@ -762,7 +764,8 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
         start[led] = dynamics.stored(port, value / share)
     walk = Walk(dynamics.tables, 0.0, start.tolist(), {}) if following else None
     for place, (name, value) in following.items():
-        leads, due = form.strokes.follows[form.followers[place].element.name], float(walk.followed(place)) if walk else 0.0
+        port = form.followers[place]
+        leads, due = form.strokes.follows[port.element.name], float(walk.following()[form.state_name(port)]) if walk else 0.0
         if abs(value - due) > _BALANCED * max(abs(value), abs(due)):
             faults.append(
                 f"initial {name!r}: found {value:g}, but {leads}, which makes it {due:.6g} (off by "

@@ -171,7 +171,7 @@ class Trip:
             for number in bonds:
                 flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
             known = dict(zip(dynamics.state.names, values, strict=True))
-            known |= {dynamics.form.state_name(p): walk.followed(k) for k, p in enumerate(dynamics.form.followers)}
+            known |= walk.following()
             for row, name in enumerate(self.names):
                 flow = (
                     dynamics.form.variable(name[2:])

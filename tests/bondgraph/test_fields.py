@@ -43,6 +43,22 @@ def test_a_coil_whose_current_is_given_follows_and_induces():
     assert "I:coils_2 (bond 5) follows MSf:i" in state_equations(graph).text()
 
 
+def test_a_port_that_follows_keeps_its_own_displacement():
+    """q = S e of both ports, one of which lies beside a capacitor."""
+    b = Builder().one("a").zero("n").bond("a", "n").on("a", Se("u", 1.0), R("r", 2.0)).on("n", C("c", 3.0)).one("k")
+    b.on("k", R("s", 1.0), Se("v", 0.3)).zero("m").bond("k", "m")
+    graph = b.field(C("F", [[2.0, 1.0], [1.0, 3.0]]), "n", "m").build()
+    run = simulate(graph, 2.0)
+    efforts = [run.effort(graph.bond_of(f"F_{k}").number, 2.0)[0] for k in (1, 2)]
+    charges = [run.displacement(f"F_{k}", 2.0)[0] for k in (1, 2)]
+    assert_allclose(charges, np.array([[2.0, 1.0], [1.0, 3.0]]) @ efforts, rtol=1e-12)
+
+
+def test_a_port_that_no_other_acts_on_is_a_plain_store():
+    b = Builder().one("a").on("a", Se("u", 1.0)).field(I("F", [[9.0, 0.0], [0.0, 4.0]]), "a", "a")
+    assert [b.build().constant(f"F_{k}") for k in (1, 2)] == [9.0, 4.0]
+
+
 def test_ports_in_series_are_one_store():
     """Two coils that aid each other: L11 + L22 + 2 L12; two that one flow drives against each other: - 2 L12."""
     graph = Builder().one("a").on("a", Se("u", 1.0)).field(I("coils", INDUCTANCE), "a", "a").build()

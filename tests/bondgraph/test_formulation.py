@@ -266,6 +266,34 @@ def test_a_law_reads_what_a_resistor_settles_after_it_is_settled():
     assert_allclose(Dynamics(graph).rates(0.0, 0.0), [40.0], rtol=1e-14)
 
 
+def test_a_straight_line_that_follows_is_turned_round_and_a_curve_is_refused_in_symbols():
+    """Two capacitors on a node, e = q + 3 and e = 4 q - 1 or 4 q^3: one state."""
+    b = Builder().zero("n").one("s").bond("s", "n").on("s", Se("u", 3.0), R("r", 2.0)).on("n", C("a", lambda q: q + 3.0))
+    line = b.on("n", C("b", lambda q: 4.0 * q - 1.0)).build()
+    (rate,) = state_equations(line).derivatives
+    q, u, r = sympy.symbols("q_a u r")
+    assert sympy.simplify(rate - (u - q - 3) / r * sympy.Rational(4, 5)) == 0
+    assert_allclose(Dynamics(line).rates(0.0, 0.7), [(3.0 - 3.7) / 2.0 * 0.8], rtol=1e-14)
+    curve = line.with_law("b", lambda q: 4.0 * q**3)
+    with pytest.raises(GraphError, match=r"C:b \(bond 5\): its law is no straight line, and its displacement follows"):
+        state_equations(curve)
+    led = state_equations(curve, causality=causality(curve, {"a": "derivative"}))
+    assert [str(s) for s in led.states] == ["q_b"]
+
+
+def test_a_loop_with_several_solutions_says_which_one_is_kept():
+    """f^3 - 3 f = 1 at 2 cos 20, -2 cos 40 and -2 cos 80 degrees; 2 + f^2 = 1 nowhere."""
+    b = Builder().one("a").on("a", Se("u", 1.0), R("r", lambda f: f**3 - 3.0 * f))
+    (line,) = simulate(b.build(), 1.0).messages
+    first = "R:r (bond 2): the flow of R:r has several solutions, -1.53209, -0.347296, 1.87939, sought from 0.001, -0.001"
+    assert line.startswith(first)
+    kept = simulate(b.build(), 1.0).flow("a")[0]
+    assert line.endswith(f"the motion begins with {kept:.6g}")
+    none = b.build().with_law("r", lambda f: 2.0 + f**2)
+    with pytest.raises(GraphError, match=r"no value solves the law of R:r \(bond 2\): sought from 0.001, 1 on"):
+        simulate(none, 1.0)
+
+
 def test_a_modulus_may_read_no_flow_that_is_not_a_state():
     b = Builder().one("a").one("b").on("a", Se("U", 1.0), R("r", 1.0)).on("b", I("J", 1.0))
     with pytest.raises(GraphError, match=r"reads f_a, which no store gives from its state: a modulus may read such alone"):
