@@ -34,13 +34,13 @@ def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -
 
 
 class _Commands(click.Group):
-    """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1.
+    """A group of commands; if standard output is closed or full, any of them ends with a line and exit code 1.
 
-    A module of commands is imported when one of them is asked for, or all.
+    A module of commands is imported when one of its commands, or the list of all, is needed.
     """
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run a command; where standard output is closed, a file that refuses what is written takes its place."""
+        """Run a command; if standard output is closed, a file that refuses all writing replaces it."""
         if sys.stdout is None:
             sys.stdout = open(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")  # noqa: SIM115
         return super().main(*args, **kwargs)
@@ -63,12 +63,12 @@ class _Commands(click.Group):
             self.add_command(command)
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
-        """Read the arguments, which may write to standard output: help, the version."""
+        """Read the arguments; help and version are written to standard output."""
         with written(STANDARD_OUTPUT):
             return super().make_context(*args, **kwargs)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command that the arguments name; Ctrl-C where a command has nothing to show yet is a line and a code."""
+        """Run the command that the arguments name; Ctrl-C before it has a result gives one line and exit code 130."""
         try:
             with written(STANDARD_OUTPUT):
                 result = super().invoke(context)
@@ -97,7 +97,7 @@ def main() -> None:
 
 
 def _known(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-    """Returns a name that a command knows, looked up only when it runs; else a usage error with the nearest."""
+    """Returns a valid name, looked up only when the command runs; else a usage error with the nearest name."""
     names = _names(str(parameter.name))
     if value is None or value in names:
         return value

@@ -36,7 +36,7 @@ _UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be w
 
 
 def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """The file of a picture, which its ending must tell to be one."""
+    """The file of a picture; its ending must be that of a picture."""
     if path is not None and path.suffix.lower() not in PLOT_FORMATS:
         raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
     return path
@@ -60,7 +60,7 @@ _PLACES = {
 
 
 def places(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
-    """Texts that are angles or positions; which of the two is wanted, the scene tells."""
+    """Texts that are angles or positions; the scene decides which of the two is expected."""
     for text in texts:
         if all(quantity(text, dimension) is None for dimension in _PLACES):
             raise click.BadParameter(f"{text!r} is no {_PLACES['angle']}, nor a {_PLACES['length']}.")
@@ -68,7 +68,7 @@ def places(context: click.Context, parameter: click.Parameter, texts: tuple[str,
 
 
 def quantity(text: str, *dimensions: str) -> float | None:
-    """A quantity (SI) of the first of some dimensions that the text has; None where it has none of them."""
+    """A quantity (SI) in the first dimension that fits the text; None if none fits."""
     from flywheel.numerics.units import QuantityError, parse_quantity
 
     for dimension in dimensions:
@@ -113,7 +113,7 @@ def csv_flag(help: str = "Print CSV, SI throughout.") -> Callable[[Any], Any]:
 
 
 def picture_option(endings: str, callback: Callable[..., Any], help: str) -> Callable[[Any], Any]:
-    """The option -o, --output or --plot of a command that does nothing but draw."""
+    """The option -o, --output or --plot of a command that only draws."""
     file = click.Path(path_type=Path)
     return click.option("-o", "--output", "--plot", "output", type=file, callback=callback, metavar=endings, help=help)
 
@@ -126,7 +126,7 @@ def plot_option(help: str) -> Callable[[Any], Any]:
 
 
 def language_option(command: Any) -> Any:
-    """The option --language: that of a command's pictures, in which `written` has them drawn."""
+    """The option --language: the language in which `written` draws a command's pictures."""
     return click.option(
         "--language",
         type=click.Choice([*LANGUAGES]),
@@ -159,7 +159,7 @@ def at_option(rest: str = "repeatable.") -> Callable[[Any], Any]:
 
 
 def exclusive(**options: object) -> None:
-    """A usage error where two options that exclude each other are given."""
+    """Raises a usage error if two options that exclude each other are given."""
     if all(options.values()):
         raise click.UsageError(f"{' and '.join(f'--{name}' for name in options)} exclude each other.")
 
@@ -220,9 +220,9 @@ def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
 
 @contextmanager
 def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
-    """Report a file that cannot be written in one line on standard error, and draw pictures in their language.
+    """Reports a file that cannot be written in one line on standard error; pictures are drawn in the language of --language.
 
-    The command goes on to its other outputs and ends with exit code 1; at once if there is no other output.
+    The command continues to its other outputs and ends with exit code 1; at once if there is no other output.
     """
     context = click.get_current_context(silent=True)
     asked = context.meta.get(_LANGUAGE) if context is not None and Path(path).suffix.lower() in PLOT_FORMATS else None
@@ -245,13 +245,13 @@ def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
 
 
 def exit_if_unwritten(context: click.Context) -> None:
-    """End with exit code 1 where a file could not be written."""
+    """End with exit code 1 if a file could not be written."""
     if context.meta.get(_UNWRITTEN):
         sys.exit(1)
 
 
 def show(text: str) -> None:
-    """Text to standard output; characters that its encoding lacks are replaced instead of ending the program."""
+    """Writes text to standard output; characters missing in its encoding are replaced."""
     reconfigure = getattr(sys.stdout, "reconfigure", None)
     if reconfigure is not None:
         reconfigure(errors="replace")
@@ -260,7 +260,7 @@ def show(text: str) -> None:
 
 
 def hand_over(text: str, output: Path | None, scene: Path) -> None:
-    """Text to a file, or to standard output where none is named."""
+    """Writes text to a file, or to standard output if no file is named."""
     if output is None:
         show(text)
         return
@@ -274,7 +274,7 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
 def spare(scene: Path, *outputs: Path | None) -> None:
     """Checks outputs before the calculation: a usage error for an input file, a line for one that cannot be written.
 
-    The kind of a picture follows from its ending; a text is compared with what is there when it is written.
+    The kind of a picture follows from its ending; a text is compared with the existing file when it is written.
     """
     named = [output for output in outputs if output is not None]
     if not named:
@@ -369,7 +369,7 @@ class CourseOptions(NamedTuple):
 
 
 def course_options(*, start: str | None) -> Callable[[Any], Any]:
-    """The options of a motion in time, but for where it begins; `start` is its start where nothing is said."""
+    """The options of a motion in time, except for its starting position; `start` is the default of --from."""
     words = 'rest, regime, or "200 rpm".'
     declared = (
         click.option(
@@ -398,7 +398,7 @@ def course_options(*, start: str | None) -> Callable[[Any], Any]:
 
 @contextmanager
 def watched(end: str | None) -> Iterator[_Watching]:
-    """Progress of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
+    """Prints progress of a long motion on standard error every few seconds; Ctrl-C ends it with a line and exit code 130."""
     watching = _Watching(end)
     try:
         yield watching

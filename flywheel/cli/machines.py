@@ -448,7 +448,7 @@ def reactions(
 def _at(
     scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any], backwards: bool
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
-    """Forces at positions, evenly where none are named, and what gives them close to one another; in the order of time."""
+    """Forces at positions (evenly spaced if none are named), and a function for close positions; in the order of time."""
     import numpy as np
 
     from flywheel.machine.machine import Machine
@@ -480,7 +480,7 @@ def _along(
 
 
 def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
-    """One picture for each mechanism, over the machine's position; with several their names go into the files' names."""
+    """Draws one picture for each mechanism, over the machine's position; with several the file names contain their names."""
     from flywheel.motions.joint_forces import joints_named
     from flywheel.pictures.reactions import polar
 
@@ -502,7 +502,7 @@ def _draw_curves(
     which: tuple[str, Sequence[str], Sequence[str], bool],
     path: Path,
 ) -> None:
-    """Curves over the driver's position or the time, all in one picture."""
+    """Draws curves over the driver's position or the time, all in one picture."""
     from flywheel.motions.joint_forces import RESULTANT, axis, force_curves
     from flywheel.pictures.reactions import curves
 
@@ -606,7 +606,7 @@ class _Progress:
         self.line = f"{k + 1} of {count}: {name}"
 
     def tell(self) -> None:
-        """Write where the comparison is."""
+        """Write the current method."""
         line = f"{self.line} ({monotonic() - self.begun:.0f} s of about {self.budget:g} s)"
         if not self.rewriting:
             click.echo(line, err=True)
@@ -617,7 +617,7 @@ class _Progress:
         click.echo(f"\r\x1b[2K{line[: get_terminal_size().columns - 1]}", err=True, nl=False, color=True)
 
     def erase(self) -> None:
-        """Leave a terminal's line as it was."""
+        """Clear the line of the terminal."""
         if self.shown:
             click.echo("\r\x1b[2K", err=True, nl=False, color=True)
 

@@ -269,7 +269,7 @@ def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | N
 
 
 def _target(scene: Path, output: Path | None, ending: str) -> Path:
-    """The file to write: the one that was named, else one of the scene's name that does not exist yet."""
+    """The file to write: the named one, else a new file with the scene's name."""
     if output is not None:
         return output
     path = Path(scene.with_suffix(ending).name)

@@ -40,7 +40,7 @@ _ENGINE = "Engine that sizes many designs at once, or size for one by one (defau
 
 
 def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[str, list[str], int]]:
-    """Paths with their values as texts, and how many values to put between two of them (0: they are the values)."""
+    """Paths with their values as texts, and the number of values between two of them (0: the texts are the values)."""
     columns = []
     for text in texts:
         path, equals, values = text.partition("=")
@@ -59,7 +59,7 @@ def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str,
 
 
 def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -> dict[str, Any]:
-    """The values (SI) of numbers of a scene, each of them in the unit that its key asks for, or as a bare number in SI."""
+    """The values (SI) of numbers of a scene, each with a unit of its key's dimension, or a bare number in SI."""
     import numpy as np
 
     from flywheel.numerics.faults import Fault, SceneError
@@ -215,7 +215,7 @@ _OF = click.option("--of", multiple=True, callback=comma_names, metavar="FIGURE"
 
 
 def _value(text: str) -> str | float:
-    """A text with a unit as it is, a number alone as that (SI)."""
+    """A text with a unit unchanged; a number alone as a float (SI)."""
     try:
         return float(text)
     except ValueError:
@@ -223,7 +223,7 @@ def _value(text: str) -> str | float:
 
 
 def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
-    """Returns for each path the two ends, or for `tolerance` the one standard deviation after a sign ±."""
+    """Returns the two ends for each path, or for `tolerance` one standard deviation written after ±."""
     alone, intervals = parameter.name == "vary", dict[str, Any]()
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
@@ -441,7 +441,7 @@ _WHEEL = {"inertia": "inertia", "mass": "mass", "diameter": "length"}
 
 
 def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
-    """Bounds or prices of a wheel, by what they are of."""
+    """Bounds or prices of a wheel, by inertia, mass or diameter."""
     inertias: dict[str, float] = {}
     for text in values:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -515,7 +515,7 @@ def motor(
     """Size SCENE with every motor of a table in place of its drive; list the suitable ones, the cheapest first.
 
     The others are listed with the reason: too weak to start or drive the machine; too hot in operation or during the
-    start; a limit that no flywheel reaches. Limits are rated heat and torque, or [flywheel.limits]. Ctrl-C ends the search
+    start; a limit that no flywheel keeps. Limits are rated heat and torque, or [flywheel.limits]. Ctrl-C ends the search
     and prints the finished motors.
     """
     exclusive(json=as_json, csv=as_csv)

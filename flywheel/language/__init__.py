@@ -1,9 +1,9 @@
-"""The language of what people read: English as it stands in the code, other languages from catalogues of gettext's format.
+"""The language of all texts for users: English as in the code, other languages from catalogues of gettext's format.
 
 A folder for each language holds one catalogue for each subject, `es/report.po`: the English text and its translation. A
 text is marked in the code, `_("Exact flywheel")`, with `_` this module's `text`; scripts of the live page do the same.
-Faults, remarks and messages are put together in the code without marks: `message` recognises them by the templates of the
-catalogue `faults.po`, `"{0} beside {1}"`.
+Faults, remarks and messages are composed in the code without marks: `message` recognises them by the templates of the
+catalogue `faults.po`, `"{0} together with {1}"`.
 
 >>> with use("es"):
 ...     text("Exact flywheel"), number("3.14")
@@ -24,7 +24,7 @@ from typing import Any
 __all__ = ["DECIMAL_MARKS", "LANGUAGES", "catalogue", "current", "entries", "message", "number", "text", "use"]
 
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Español"})
-"""The languages that there are, each by its own name."""
+"""The available languages, each by its own name."""
 DECIMAL_MARKS: Mapping[str, str] = MappingProxyType({"en": ".", "es": ","})
 
 _current: ContextVar[str] = ContextVar("language", default="en")
@@ -39,7 +39,7 @@ _ENGLISH = re.compile(r"\b(the|is|are|of|that|which|with|would|it|its|for|from|t
 
 @contextmanager
 def use(language: str) -> Iterator[None]:
-    """Texts and numbers in this language while the block runs, in this thread alone; ValueError for another one."""
+    """Uses this language for texts and numbers while the block runs, in this thread alone; ValueError for an unknown one."""
     if language not in LANGUAGES:
         raise ValueError(f"found the language {language!r}, expected one of {', '.join(LANGUAGES)}")
     token = _current.set(language)
@@ -55,7 +55,7 @@ def current() -> str:
 
 
 def text(message: str, **values: object) -> str:
-    """The message in the language in use, English where it has no translation, with values put in: `{name}`."""
+    """The message in the language in use (English without a translation), with values inserted: `{name}`."""
     told = catalogue(_current.get()).get(message, message)
     return told.format(**values) if values else told
 
@@ -66,7 +66,7 @@ def number(written: str) -> str:
 
 
 def message(told: str, numbers: bool = True) -> str:
-    """A fault, remark or message in the language in use, what is in quotes as it is; English where no template fits.
+    """A fault, remark or message in the language in use, quoted parts unchanged; English if no template fits.
 
     Numbers get the decimal mark of the language, unless they are those of a scene's text, which has points.
 
@@ -86,7 +86,7 @@ def message(told: str, numbers: bool = True) -> str:
 
 @lru_cache(2048)
 def _by_templates(language: str, told: str) -> str:
-    """A text by the template with most words that fits, what is put into it translated alike; else English as a whole."""
+    """A text by the longest template that fits, inserted parts translated in the same way; else wholly English."""
     known, templates = _templates(language)
     words = told.strip()
     if not words or (words[0] == words[-1] == '"' and words.count('"') == 2):
@@ -121,7 +121,7 @@ def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pa
 
 @cache
 def catalogue(language: str) -> Mapping[str, str]:
-    """Every text of a language by its English: marked texts before faults that read the same; nothing for English itself."""
+    """Every text of a language by its English: marked texts before equal faults; empty for English itself."""
     if language == "en":
         return MappingProxyType({})
     found: dict[str, str] = {}
@@ -138,7 +138,7 @@ def _folder(language: str) -> Any:
 
 
 def entries(po: str) -> dict[str, str]:
-    r"""The translations of a catalogue's text, without its head and without what is not translated yet.
+    r"""The translations of a catalogue's text, without its head and without untranslated entries.
 
     >>> entries('msgid "slider"\nmsgstr "corredera"\n')
     {'slider': 'corredera'}

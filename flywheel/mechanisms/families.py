@@ -200,10 +200,10 @@ class Derivation(Protocol):
     driver: str
 
     def equations(self, *equations: str) -> None:
-        """Loop equations, which are solved by what follows."""
+        """Adds loop equations, which the next steps solve."""
 
     def part(self, title: str) -> None:
-        """Begins a stretch of steps."""
+        """Begins a part of the steps."""
 
     def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
         """A step, with the library's own value where it has one."""

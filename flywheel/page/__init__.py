@@ -1,1 +1,1 @@
-"""The live page of a scene: a server on this machine alone, and the scripts that draw what it answers."""
+"""The live page of a scene: a server on this machine alone, and the scripts that draw its answers."""

@@ -42,17 +42,17 @@ def answer(
     """The data of all drawings of a scene, or of the panels that the view names.
 
     Args:
-        subject: a scene, its machine, or its sizing where that is known already.
-        view: `panels`, the ids of those wanted (all of `PANELS` if missing); of the motion `kind`, one of `QUANTITIES`, and
-            `of`, what it is of; `mechanism`, whose reactions are wanted; names that there are not give the first there is.
+        subject: a scene, its machine, or its sizing if there is one already.
+        view: `panels`, the ids of the panels to draw (default: all of `PANELS`); of the motion `kind`, one of `QUANTITIES`,
+            and `of`, a body or joint; `mechanism`, whose reactions are drawn; for an unknown name the first one is taken.
         rest: False while a hand moves, without time stepping in time.
-        units: of the page of answers, "si" or "us".
+        units: of the results, "si" or "us".
 
     Raises:
         SceneError: for a scene of which nothing can be drawn.
 
-    Returns a mapping for JSON. `faults` are those of a scene that cannot be sized but moved; `why` tells, by panel, why it
-    is not there; `later` are the panels that were not asked for.
+    Returns a mapping for JSON. `faults` are those of a scene that moves but cannot be sized; `why` has, by panel, the reason
+    why it is missing; `later` are the panels that were not requested.
 
     """
     view = {} if view is None else view
@@ -121,7 +121,7 @@ def _scene_of(subject: Scene | Machine | Sizing) -> Scene:
 
 
 def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
-    """The page of answers, as rows; while a hand moves without what a second route says, as none has been taken yet."""
+    """The results as rows; during a drag without a confirmation, because none has been computed yet."""
     if sizing is None:
         return []
     found = summary(sizing, units, motions=rest)
@@ -129,7 +129,7 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
 
 
 def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Views of the motion that may be chosen, and the one chosen."""
+    """Views of the motion to choose from, and the chosen one."""
     if motion is None:
         return None
     of = [{"id": name, "label": name} for name in motion.pop("choices")]
@@ -154,7 +154,7 @@ def _driver(scene: Scene, period: float | None) -> dict[str, Any]:
 
 
 def _plain(values: ArrayLike, digits: int | None) -> list[Any]:
-    """Numbers for JSON; what is not finite is null. `digits` are those of the largest; all of them if None."""
+    """Numbers for JSON; one that is not finite is null. `digits` are those of the largest number; all digits if None."""
     array = np.asarray(values, dtype=float)
     bad = ~np.isfinite(array)
     if digits is not None and array.size:
@@ -185,7 +185,7 @@ _ONE_POINT_IN = {"pin": 4, "dot": 4, "plate": 2, "bar": 2, "rail": 2, "wheel": 2
 
 
 def _mechanism(scene: Scene, axis: Axis) -> dict[str, Any] | str:
-    """Bodies as they move, figures on them, points whose paths are drawn; discs where there are no bodies."""
+    """Moving bodies, their outlines, points whose paths are drawn; discs if there are no bodies."""
     if scene.areas is not None:
         return _("A diagram of areas does not describe the mechanism.")
     drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
@@ -198,11 +198,11 @@ def _mechanism(scene: Scene, axis: Axis) -> dict[str, Any] | str:
 
 
 _last_views: list[tuple[Any, tuple[sketch.View, ...]]] = []
-"""The mechanisms that were drawn last: a load or a speed that changes leaves their figures as they are."""
+"""The mechanisms drawn last: a change of a load or a speed leaves their figures unchanged."""
 
 
 def _views_of(scene: Scene) -> tuple[sketch.View, ...]:
-    """The mechanisms of a scene with their figures, those of the last scene where they are the same."""
+    """The mechanisms of a scene with their figures; unchanged mechanisms keep those of the last scene."""
     shape = scene.mechanisms, scene.stroke, dict(scene.shafts)
     if _last_views and _last_views[0][0] == shape:
         return _last_views[0][1]

@@ -151,7 +151,7 @@ class Draft:
 
 
 class Beginning(NamedTuple):
-    """A way to begin a table of another type: keys that stay, and values by their place where there is none."""
+    """A way to begin a table of another type: keys that stay, and values by their place if there is none."""
 
     keep: set[str]
     begun: dict[Path, str]
@@ -179,7 +179,7 @@ def _known(place: Path | None) -> Path:
 def written_as(field: Field, typed: str, like: str = "") -> str:
     r"""TOML value of what is typed into a field; `like` is the value there now.
 
-    A number alone, typed where there is a unit, is in that unit; where there is none, it is a number.
+    A number alone, typed where there is a unit, is in that unit; if there is none, it is a number.
 
     >>> length = Field("a", "", "", "quantity", "80 mm", "80 mm", 80.0, "mm", ("mm",), "length")
     >>> [written_as(length, typed) for typed in ("90", "0.1 m", 'a"\nb')]
@@ -208,7 +208,7 @@ def written_more(more: More, typed: str) -> str:
 
 
 def _list(typed: str) -> str:
-    """A list as TOML writes it; empty where what is typed is none."""
+    """A list as TOML writes it; empty if the typed text is no list."""
     for text in (typed, f"[{typed}]"):
         if text.startswith("[") and _is_toml(text):
             return text
@@ -231,7 +231,7 @@ _TAKEN_BY = {"motor": MOTORS, "model": LOAD_MODELS}
 
 
 def _beginnings(above: Path, kind: str, mapping: Mapping[str, Any]) -> list[Beginning]:
-    """The ways to begin a table of a type, that which keeps most first; none where there is no such type."""
+    """Initial contents of a table of a type, the one that keeps most first; none for an unknown type."""
     table = value_at(mapping, above)
     if above[-1] in _TAKEN_BY:
         section = _TAKEN_BY[str(above[-1])].get(kind)
@@ -249,7 +249,7 @@ def _beginnings(above: Path, kind: str, mapping: Mapping[str, Any]) -> list[Begi
 
 
 def _of_section(above: Path, section: Section, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> list[Beginning]:
-    """The ways to begin a motor, or a load's model: with all values that fit, with those of its beginning, with none."""
+    """Initial contents of a motor, or of a load's model: with all values that fit, with the initial ones, with none."""
     rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
     begun = {(*above, key): value for key, value in _begun(section.begin, rotating).items()}
     for key in section.keys:
@@ -269,7 +269,7 @@ def _of_section(above: Path, section: Section, table: Mapping[str, Any], mapping
 
 
 def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
-    """Values to begin with, for a place that rotates or one that does not."""
+    """Initial values, for a place that rotates or one that translates."""
     effort, value = ("torque", "1 N m") if rotating else ("force", "1 N")
     speed, at = ("speed", "100 rpm") if rotating else ("velocity", "1 m/s")
     names = {"EFFORT": effort, "SPEED": speed}

@@ -1,7 +1,7 @@
-"""A scene's text as a form: every value with its unit, choices and slider, what could be added, and where faults stand.
+"""A scene's text as a form: every value with its unit, choices and slider, keys to add, and faults at their fields.
 
 The form follows from the lists of keys by which scenes are read, so that it knows every key of the format and no other.
-It is made of a text as far as that can be read, and an edit of a field is an edit of the text at the place of its value.
+It shows a text as far as it can be read, and an edit of a field is an edit of the text at the place of its value.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ OFFERED = {
     "volume flow": ("l/min", "l/s", "m^3/s", "m^3/h"),
     "number": ("", "%"),
 }
-"""Units from which a drop-down chooses, by dimension; the unit of a value is among them besides."""
+"""Units in a drop-down, by dimension; the unit of the value itself is always among them."""
 SHARES = (
     *("efficiency", "irregularity", "droop", "armature_share", "rim_share", "arm_share", "closure", "clearance"),
     *(key.name for key in LIMITS.keys),
@@ -106,7 +106,7 @@ class Slider(NamedTuple):
 
 
 class Field(NamedTuple):
-    """One value of the text, or one that is missing: `written` is None where it is not there."""
+    """One value of the text, or a missing one: `written` is None if it is missing."""
 
     path: str
     label: str
@@ -142,9 +142,9 @@ class Field(NamedTuple):
 
 
 class More(NamedTuple):
-    """A key or a table that could be added, with the value that it would begin with.
+    """A key or a table to add, with its initial value.
 
-    `instead` are keys that it would take the place of; `named` tells that the last part of its path is a name to choose.
+    `instead` are keys that it would replace; `named` is true if the last part of its path is a name to choose.
     """
 
     key: str
@@ -179,7 +179,7 @@ class Form(NamedTuple):
         return next((field for group in self.groups for field in group.fields if field.path == path), None)
 
     def addition(self, path: str) -> More | None:
-        """Key or table that could be added at a path: a name that is to be chosen may be any."""
+        """Key or table to add at a path; a name to choose may be any."""
         for group in self.groups:
             for more in group.more:
                 if more.path == path or (more.named and path.rpartition(".")[0] == more.path.rpartition(".")[0]):
@@ -188,7 +188,7 @@ class Form(NamedTuple):
 
 
 def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
-    """The groups for JSON: fields and groups with their lines, and with what is wrong there."""
+    """The groups for JSON: fields and groups with their lines and faults."""
     lines = {name: outline.line(path) for name, path in outline.places.items()}
     values = {name: outline.values[path] for name, path in outline.places.items() if path in outline.values}
     spans = {name: (value.start, value.stop) for name, value in values.items()}
@@ -219,7 +219,7 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
 
 
 def form_of(outline: Outline) -> Form:
-    """The form of a text, as far as that can be read, and is not too long."""
+    """The form of a text, as far as the text can be read and is not too long."""
     if outline.text and not outline.values and len(outline.text) > 2**16:
         return Form((Group("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),))
     return Form(tuple(_Reader(outline.mapping).groups()))
@@ -241,7 +241,7 @@ def title_of(name: str) -> str:
 
 @cache
 def translated() -> frozenset[str]:
-    """Every text of forms that comes from the lists of keys: labels, titles, what keys and tables are about."""
+    """Every text of forms that comes from the lists of keys: labels, titles, descriptions of keys and tables."""
     sections = [*SECTIONS.values(), *INNER.values(), FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE]
     sections += TABLES.values()
     sections += [*MOTORS.values(), *LOAD_MODELS.values()]
@@ -300,7 +300,7 @@ class _Reader:
                 yield from self.table(name, title_of(name), section, raw, removable=True)
 
     def sections(self) -> Iterator[More]:
-        """Tables that could be added to the scene, and its own keys."""
+        """Tables to add to the scene, and its own keys."""
         for key in TOP:
             if key.name not in self.raw:
                 yield More(key.name, key.name, label_of(key.name), _(key.about), "text", "")
@@ -351,7 +351,7 @@ class _Reader:
     def new_table(
         self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int, on: object
     ) -> Iterator[Group]:
-        """The groups of a table as `table` has them, which keeps them: an edit changes one of many."""
+        """The groups of a table, which `table` keeps: an edit changes one of many."""
         rotating = self.places.rotates(on)
         inner = [
             key for key in section.keys if key.kind in ("table", "model", "tables") and isinstance(table.get(key.name), dict)
@@ -403,7 +403,7 @@ class _Reader:
     def fields(
         self, path: str, keys: Iterable[Key], table: Mapping[str, Any], rotating: bool | None = None
     ) -> Iterator[Field]:
-        """The fields of keys that a table has, or needs; then of keys that it has and should not have."""
+        """The fields of keys that a table has or needs; then of keys that it should not have."""
         known = set()
         for key in keys:
             known.add(key.name)
@@ -460,7 +460,7 @@ class _Reader:
         return quantity(path, f"{label_of(key.name)} {axis}", about, _COORDINATE, value, "length")
 
     def dimension(self, key: Key, value: object, rotating: bool | None) -> str | None:
-        """The dimension of a key's value; None where it is no quantity."""
+        """The dimension of a key's value; None if it is no quantity."""
         several = key.kind.split(" | ")
         if key.kind == "law":
             by_name = _EFFORTS[key.name == "torque"]
@@ -478,7 +478,7 @@ class _Reader:
         return several[bool(rotating)]
 
     def choices(self, path: str, key: Key, value: object) -> Sequence[str]:
-        """Choices of a key's drop-down; empty where it may be anything."""
+        """Choices of a key's drop-down; empty if it may be anything."""
         if key.choices:
             return with_value(key.choices, value)
         shaft = key.name == "shaft" or (key.name == "on" and key.default is not None)
@@ -494,7 +494,7 @@ class _Reader:
         return with_value(offered, value) if offered else ()
 
     def more(self, path: str, section: Section, table: Mapping[str, Any], rotating: bool | None) -> Iterator[More]:
-        """Keys that a table could have besides those that it has."""
+        """Keys to add to a table."""
         groups = [*section.one_of, *([tuple(name for way in section.either for name in way)] if section.either else [])]
         for key in section.keys:
             if key.name in table or key.required:
@@ -594,7 +594,7 @@ class _Reader:
         return Group(path, f"{title_of('body')} {name}", _(section.about), tuple(fields), tuple(more), name != "frame", 1)
 
     def linkage_more(self, path: str, table: Mapping[str, Any]) -> Iterator[More]:
-        """Bodies, joints and so on that a linkage could have besides."""
+        """Bodies, joints and other parts to add to a linkage."""
         points, joints = self.places.points or ("frame.origin",), self.places.joints
         first, last = points[0], points[-1]
         body, port = _fresh("body", table.get("bodies")), _fresh("port", table.get("ports"))
@@ -622,7 +622,7 @@ class _Reader:
 
 
 def quantity(path: str, label: str, about: str, key: Key, value: object, dimension: str) -> Field:
-    """The field of a quantity, as far as it can be read: its number, its unit, and the slider of that."""
+    """The field of a quantity, as far as it can be read: its number, its unit and its slider."""
     kind = "number" if dimension == "number" else "quantity"
     si = DIMENSIONS[dimension].si
     number, unit = None, si
@@ -675,7 +675,7 @@ def _factor(unit: str, dimension: str) -> float:
 
 @cache
 def _dimension(unit: str) -> str | None:
-    """The dimension that a unit is likeliest of; None where it is no unit."""
+    """The most likely dimension of a unit; None if it is no unit."""
     return next((dimension for dimension in DIMENSIONS if _fits(unit, dimension)), None) if unit else "number"
 
 
@@ -702,7 +702,7 @@ def _shown(value: object) -> str:
 
 
 def with_value(offered: Sequence[str], value: object) -> tuple[str, ...]:
-    """Choices, among which the present value is, also a wrong one."""
+    """Choices, including the present value, even an invalid one."""
     return tuple(offered) if not isinstance(value, str) or value in offered else (value, *offered)
 
 
@@ -727,7 +727,7 @@ def _fresh(name: str, taken: object) -> str:
 # -- sliders -------------------------------------------------------------------------------------------------------------
 
 _USUAL = {"length": 0.1, "mass": 10.0, "inertia": 1.0, "force": 1e3, "torque": 100.0, "speed": 100.0, "velocity": 1.0}
-"""What a slider reaches to about a value of zero, in SI; 1 of any other dimension."""
+"""The range of a slider about a value of zero, in SI; 1 for any other dimension."""
 _COUNTED = ("poles", "arms", "teeth")
 _STEPS = 200
 
@@ -735,7 +735,7 @@ _STEPS = 200
 def slider(number: float, key: Key, dimension: str, factor: float) -> Slider:
     """A slider about a number: from zero to about twice the number, within what the key allows.
 
-    Its ends are round numbers, the same ones for all numbers of a stretch, so that they stand while the number is dragged;
+    Its ends are round numbers, equal for all numbers of a range, so that they stay while the number is dragged;
     an angle has a whole turn. `factor` is the SI value of the number's unit.
 
     >>> slider(80.0, Key("length", "length", "", None, POSITIVE), "length", 1e-3)

@@ -24,7 +24,7 @@ class Port(NamedTuple):
 
 
 class Places(NamedTuple):
-    """The places of a scene, as far as they can be told without reading it in earnest."""
+    """The places of a scene, as far as they are known without a full reading."""
 
     shafts: tuple[str, ...]
     ports: tuple[Port, ...]
@@ -33,10 +33,10 @@ class Places(NamedTuple):
     drivers: tuple[str, ...]
     sliding: bool
     meshes: tuple[tuple[str, str], ...] = ()
-    """Shafts and the one that each meshes with, where that is written."""
+    """Shafts, each with the shaft that it meshes with, if the scene names it."""
 
     def near(self, path: str) -> tuple[str, ...]:
-        """Shafts that the table at `path` may name: of a shaft's own, none that hangs on it, which would be a circle.
+        """Shafts that the table at `path` may name; a shaft must not name one that depends on it (a circle).
 
         >>> chain = {"wheel": {}, "motor": {"on": "wheel"}, "fan": {}}
         >>> places_of({"shafts": chain}).near("shafts.wheel")
@@ -48,21 +48,21 @@ class Places(NamedTuple):
         return tuple(name for name in self.shafts if name not in beyond)
 
     def all(self, present: object) -> tuple[str, ...]:
-        """Shafts and ports, each by its bare name where that is unique, or as it is written at present."""
+        """Shafts and ports, each by its bare name if that is unique, or as it is written."""
         many = Counter(port.name for port in self.ports)
         full = {f"{port.mechanism}.{port.name}": port.name for port in self.ports}
         names = [name if name == present or many[bare] > 1 or bare in self.shafts else bare for name, bare in full.items()]
         return (*self.shafts, *names)
 
     def rotates(self, name: object) -> bool | None:
-        """Tests whether a place rotates; None where there is no such place."""
+        """Tests whether a place rotates; None if there is no such place."""
         if name in self.shafts:
             return not self.sliding
         found = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}
         return found.pop() if len(found) == 1 else None
 
     def begun(self, section: str) -> str:
-        """A table to begin with, or a parameter: as TOML writes it, of little effect."""
+        """An initial table or parameter as TOML writes it, of little effect."""
         slides = next((port for port in self.ports if not port.rotating), None)
         on = self.shafts[0] if slides is None else self.all(None)[len(self.shafts) + self.ports.index(slides)]
         rotating = self.rotates(on) is not False
@@ -90,7 +90,7 @@ class Places(NamedTuple):
         return literal(begun[section])
 
     def begun_key(self, path: str, key: Key, dimension: str | None, table: Mapping[str, Any]) -> tuple[str, str]:
-        """A value of a key to begin with, as it is typed into its field, and the field's kind."""
+        """The initial value of a key, as it is typed into its field, and the field's kind."""
         if key.kind == "model":
             rotating = self.rotates(table.get("on"))
             begun = {"type": "constant"} | ({"torque": "1 N m"} if rotating is not False else {"force": "1 N"})
@@ -142,7 +142,7 @@ _ROUND = {"length": (("mm", 1e-3),), "angle": (("deg", 3.141592653589793 / 180),
 
 
 def places_of(raw: Mapping[str, Any]) -> Places:
-    """The places of a scene's tables, good ones or not.
+    """The places of a scene's tables, valid or not.
 
     >>> places = places_of({"shafts": {"pinion": {"ratio": 5}}, "mechanism": {"type": "slider-crank", "name": "press"}})
     >>> places.all("press.slider")
@@ -180,7 +180,7 @@ def places_of(raw: Mapping[str, Any]) -> Places:
 
 
 def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[Port]:
-    """Ports of a linkage: its slides but the driver, its points along a direction, bodies that may turn."""
+    """Ports of a linkage: its slides except the driver, its points along a direction, bodies that may turn."""
     driver = table.get("driver")
     joints = _tables(table.get("joints"))
     for joint in joints:

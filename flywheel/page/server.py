@@ -1,8 +1,8 @@
 """The server of the live page: on 127.0.0.1 alone, below a secret, static files from a fixed table, calls as JSON.
 
-A page of another site, or a name that somebody bends to this machine, gets nothing: every request must name this address
-as its host, come from this page where a browser says whence, and know the secret, which stands in the address and nowhere
-else. A refusal says no more than its kind. Answers are computed in processes of their own, which a newer question ends.
+A page of another site, or a foreign name resolved to this machine, gets nothing: every request must name this address
+as its host, come from this page if the browser states the origin, and contain the secret, which is in the address and
+nowhere else. A refusal states only its kind. Answers are computed in separate processes, which a newer request ends.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def answer(request: Mapping[str, Any]) -> bytes:
 
 
 def edited(text: str, edits: object) -> Draft:
-    """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to take away."""
+    """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to remove it."""
     draft = Draft(text, _known.get((text, language.current())))
     for edit in edits[:MOST_EDITS] if isinstance(edits, list) else ():
         path, value, unit = (edit.get(key) for key in ("path", "value", "unit")) if isinstance(edit, dict) else (None,) * 3
@@ -93,13 +93,13 @@ def scene_of(text: str, request: Mapping[str, Any]) -> Scene:
 
 
 def spoken(request: Mapping[str, Any]) -> str:
-    """The language that is asked for; English where there is no such language."""
+    """The requested language; English if there is no such language."""
     asked = request.get("language", "en")
     return asked if asked in language.LANGUAGES else "en"
 
 
 def report(request: Mapping[str, Any]) -> bytes:
-    """The worked report as the bytes of its file; a JSON object with the reason where there is none."""
+    """The worked report as the bytes of its file; a JSON object with the reason if there is none."""
     from flywheel.report import contents
     from flywheel.report.contents import html
 
@@ -124,7 +124,7 @@ def as_fault(fault: Fault) -> dict[str, Any]:
 
 
 def as_remark(remark: Remark) -> dict[str, Any]:
-    """A remark alike."""
+    """A remark as the page shows it."""
     words = {part: language.message(getattr(remark, part)) for part in ("found", "advice")}
     return {"path": remark.path, "line": remark.line, **words, "message": remark.sentence}
 
@@ -133,16 +133,16 @@ CALLS: dict[str, Callable[[Mapping[str, Any]], bytes]] = {"answer": answer, "rep
 
 
 QUICK_SECONDS = 20.0
-"""The longest that an answer without time stepping may take."""
+"""Longest time (s) of an answer without time stepping."""
 REST_SECONDS = 120.0
-"""The longest that an answer may take."""
+"""Longest time (s) of an answer."""
 REPORT_SECONDS = 300.0
-"""The longest that a report may take."""
+"""Longest time (s) of a report."""
 _LATE = 1.5  # seconds after which a computation that nobody waits for any more is ended
 
 
 class OvertakenError(Exception):
-    """A request that a newer one of the same page has made pointless."""
+    """A request replaced by a newer one of the same page."""
 
 
 class _Ticket:
@@ -193,19 +193,19 @@ class _Worker:
                 self._turn.notify_all()
 
     def _overtake(self, page: str) -> None:
-        """Drops what the page asked before; what is being answered ends if it takes long."""
+        """Drops the earlier requests of the page; the running one ends if it takes long."""
         for ticket in [*self._waiting, *filter(None, [self._busy])]:
             ticket.overtaken = ticket.overtaken or ticket.page == page
         self._waiting = [ticket for ticket in self._waiting if not ticket.overtaken]
 
     def overtake(self, page: str) -> None:
-        """Drops what the page asked before, for it asks something else now."""
+        """Drops the earlier requests of the page."""
         with self._turn:
             self._overtake(page)
             self._turn.notify_all()
 
     def _answer(self, call: str, request: Mapping[str, Any], ticket: _Ticket) -> bytes:
-        """The bytes of an answer; of one that takes too long, or whose process has died, a fault that says so."""
+        """The bytes of an answer; a fault if it takes too long or its process has died."""
         begin = monotonic()
         try:
             self._connection.send_bytes(json.dumps([call, request]).encode())
@@ -244,7 +244,7 @@ class _Worker:
 
 
 class Workers:
-    """The processes for a hand that moves, and for one that rests; a report begins its own."""
+    """The processes for answers during a drag and after it; each report starts its own."""
 
     def __init__(self) -> None:
         self._quick = _Worker(QUICK_SECONDS)
@@ -252,7 +252,7 @@ class Workers:
         self._report = Lock()
 
     def ask(self, call: str, request: Mapping[str, Any], page: str, rest: bool) -> bytes:
-        """The answer to a page, as JSON; raises OvertakenError where it is no longer wanted."""
+        """The answer to a page, as JSON; raises OvertakenError if a newer request has replaced it."""
         if rest:
             return self._thorough.ask(call, request, page)
         Thread(target=self._thorough.overtake, args=(page,), daemon=True).start()
@@ -274,7 +274,7 @@ class Workers:
 
 
 def failure(found: str, request: Mapping[str, Any]) -> bytes:
-    """Answer to a page where nothing could be computed: the text as it was, and the reason."""
+    """Answer to a page if nothing could be computed: the unchanged text, and the reason."""
     fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
     fault["message"] = message = f"found {found}, expected {fault['expected']}"
     told = {"message": message, "text": request.get("text", ""), "form": None, "faults": [fault], "remarks": []}
@@ -283,7 +283,7 @@ def failure(found: str, request: Mapping[str, Any]) -> bytes:
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Ctrl+C is for the server: a process that begins in this block does not hear it."""
+    """Makes a process started in this block ignore Ctrl+C, which is for the server."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -392,7 +392,7 @@ def static_files() -> dict[str, Any]:
 class PageServer(ThreadingHTTPServer):
     """The page of one scene.
 
-    The address with the secret is `address`; `serve_forever` serves until `shutdown`, `server_close` ends what computes.
+    The address with the secret is `address`; `serve_forever` serves until `shutdown`, `server_close` ends the processes.
     """
 
     daemon_threads = True
@@ -425,19 +425,19 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.port}/{self.secret}/"
 
     def invitation(self) -> str:
-        """An address that leads to the page once: other users of this machine see what a browser was started with."""
+        """An address that leads to the page once, because other users of this machine can see a browser's arguments."""
         self._invitation = token_urlsafe(SECRET_BYTES)
         return f"http://{HOST}:{self.port}/{self._invitation}/"
 
     def invited(self, token: str) -> bool:
-        """Tests whether a request comes by an invitation, which then is used up."""
+        """Tests whether a request comes by an invitation, which is valid once."""
         with self._lock:
             invited = bool(self._invitation) and hmac.compare_digest(token.encode(), self._invitation.encode())
             self._invitation = "" if invited else self._invitation
             return invited
 
     def server_bind(self) -> None:
-        """Bind without asking a name server for this machine's name."""
+        """Binds without a query to a name server."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1) if sys.platform != "win32" else None
         self.socket.bind(self.server_address)
         self.server_address = self.socket.getsockname()
@@ -449,7 +449,7 @@ class PageServer(ThreadingHTTPServer):
         self.workers.close()
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """A thread for the request; where there are too many, that which has not finished asking for longest gives way."""
+        """Starts a thread for the request; if there are too many, the oldest incomplete request is closed."""
         with self._lock:
             if len(self._open) >= _MOST_CONNECTIONS:
                 oldest = min(self._open, key=lambda connection: self._open[connection])
@@ -459,13 +459,13 @@ class PageServer(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def asked(self, request: socket.socket) -> None:
-        """Notes that a request has come in whole, so that it is answered."""
+        """Marks a request as complete, so that it is answered."""
         with self._lock:
             if request in self._open:
                 self._open[request] = float("inf")
 
     def shutdown_request(self, request: Any) -> None:
-        """Close a connection: send what there is, and read off what a refused client still sends, up to a limit."""
+        """Closes a connection: sends the remaining bytes, and reads what a refused client still sends, up to a limit."""
         with suppress(OSError):
             request.shutdown(socket.SHUT_WR)
             end, left = monotonic() + 1.0, _DISCARDED
@@ -480,21 +480,21 @@ class PageServer(ThreadingHTTPServer):
         self.close_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Clients that go away are none of our business; nothing is printed, as addresses hold the secret."""
+        """Ignores clients that disconnect; prints nothing, because addresses contain the secret."""
 
 
 class _Unhurried(RawIOBase):
-    """A socket's bytes until a deadline: a client that sends one now and then does not hold a thread for long."""
+    """A socket's bytes until a deadline, so that a slow client does not occupy a thread for long."""
 
     def __init__(self, connection: socket.socket, seconds: float) -> None:
         self._connection, self._end = connection, monotonic() + seconds
 
     def readable(self) -> bool:
-        """True: what a buffered reader asks first."""
+        """True, which a buffered reader requires."""
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Bytes of the connection, as long as there is time."""
+        """Reads bytes of the connection until the deadline."""
         left = self._end - monotonic()
         if left <= 0:
             raise TimeoutError
@@ -510,12 +510,12 @@ class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "flywheel", ""
 
     def setup(self) -> None:
-        """A connection whose request has to come in time."""
+        """Prepares a connection whose request must arrive in time."""
         super().setup()
         self.rfile = BufferedReader(_Unhurried(self.connection, _SECONDS_TO_ASK))
 
     def do_GET(self) -> None:
-        """A file of the page, or a call that changes nothing."""
+        """Answers with a file of the page, or a call that changes nothing."""
         self._answered(self._get)
 
     def do_HEAD(self) -> None:
@@ -523,11 +523,11 @@ class _Handler(BaseHTTPRequestHandler):
         self._answered(self._get)
 
     def do_POST(self) -> None:
-        """A call with JSON."""
+        """Answers a call with JSON."""
         self._answered(self._post)
 
     def __getattr__(self, name: str) -> Any:
-        """Every other method is answered alike."""
+        """Answers every other method in the same way."""
         if name.startswith("do_"):
             return lambda: self._answered(self._no_method)
         raise AttributeError(name)
@@ -537,7 +537,7 @@ class _Handler(BaseHTTPRequestHandler):
         raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED)
 
     def _answered(self, answer: Callable[[], Reply]) -> None:
-        """Sends what a call answers, or why not; never a traceback."""
+        """Sends the answer of a call or the reason of its failure, never a traceback."""
         try:
             reply = answer()
         except InvitedError:
@@ -582,7 +582,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(Reply(f"{status.value} {status.phrase}\n".encode(), "txt", status))
 
     def handle_expect_100(self) -> bool:
-        """A client that asks before it sends its body is answered by the answer itself."""
+        """Lets a client that waits before it sends its body get the answer itself."""
         return True
 
     def log_message(self, format: str, *args: Any) -> None:
@@ -591,7 +591,7 @@ class _Handler(BaseHTTPRequestHandler):
     # -- who may ask
 
     def _below_secret(self) -> tuple[str, dict[str, str]]:
-        """The address below the secret and its query, of a request that may be answered."""
+        """The address below the secret and its query, of an allowed request."""
         hosts = self.headers.get_all("Host") or []
         port = "" if self.server.port == 80 else f":{self.server.port}"  # which browsers leave out
         if len(hosts) != 1 or hosts[0] not in (f"{HOST}{port}", f"localhost{port}"):
@@ -662,7 +662,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 @contextmanager
 def _refusals() -> Iterator[None]:
-    """A call with values of the wrong kind is a bad request."""
+    """Turns wrong kinds of values in a call into a bad request."""
     try:
         yield
     except (TypeError, KeyError, ValueError):
@@ -670,7 +670,7 @@ def _refusals() -> Iterator[None]:
 
 
 def _text(given: Mapping[str, Any], name: str, default: str = "") -> str:
-    """A text of a call; what is no Unicode becomes the sign of that."""
+    """A text of a call; invalid Unicode becomes the replacement character."""
     value = given.get(name, default)
     if not isinstance(value, str):
         raise TypeError(name)
@@ -701,7 +701,7 @@ def _report(server: PageServer, given: dict[str, Any]) -> Reply:
 
 
 def _save(server: PageServer, given: dict[str, Any]) -> Reply:
-    """The text to the disk, or why not."""
+    """Writes the text to the disk, or answers with the reason why not."""
     path = given.get("path")
     try:
         place = None if path is None else _text(given, "path")

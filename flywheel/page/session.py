@@ -1,8 +1,8 @@
-"""The scene on the disk, as the page has it: read, watched, and saved without taking anything from anybody.
+"""The scene on the disk: read, watched, and saved without loss of another program's changes.
 
-What is on the disk is known by the hash of its bytes, `seen`. It is replaced only where the caller has seen what is there
-and says so; where it has changed since, the caller gets the text that is there. A file is written beside its place and
-takes it when it is complete; a link, the permissions, the mark and the line ends that the file began with stay.
+The content of the file is identified by the hash of its bytes, `seen`. It is replaced only if the caller has seen it
+and confirms; if it has changed since, the caller gets the present text. A file is written to a temporary name and
+renamed when it is complete; a link, the permissions, the byte order mark and the line ends of the file are kept.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Refusal(Exception):
 
 
 class Conflict(Exception):
-    """A text that is not saved before its owner has seen what is there."""
+    """A text that is not saved before the user has seen the present file."""
 
     def __init__(self, reason: str, text: str, seen: str) -> None:
         self.told = {"reason": reason, "text": text, "seen": seen}
@@ -43,7 +43,7 @@ class Conflict(Exception):
 
 
 class OnDisk(NamedTuple):
-    """A file as it stands: its text with plain line ends, the hash of its bytes, and how its bytes are written."""
+    """A file: its text with plain line ends, the hash of its bytes, and their encoding."""
 
     text: str
     seen: str
@@ -61,7 +61,7 @@ def on_disk(file: Path) -> OnDisk:
 
 
 class Session:
-    """One scene and its place on the disk; without one, the folder in which the page was opened."""
+    """One scene and its file; without a file, the folder in which the page was opened."""
 
     def __init__(self, path: Path | None = None, language: str = "en") -> None:
         self.path = None if path is None else Path(os.path.abspath(path))
@@ -97,14 +97,14 @@ class Session:
         }
 
     def watch(self, seen: str, path: str = "") -> dict[str, Any]:
-        """Tests whether a page's file, the scene's own unless it says another, differs from what it has seen."""
+        """Tests whether a page's file (default: the scene's own) differs from the content that the page has seen."""
         there = self._there(Path(path) if path in self._own else self.path)
         if there.seen == seen:
             return {"seen": seen, "changed": False}
         return {"seen": there.seen, "changed": True, "text": there.text}
 
     def folder_of(self, origin: str) -> Path:
-        """Folder of a scene's CSV files: beside the example that it comes from, else beside the scene."""
+        """Folder of a scene's CSV files: that of the example that it comes from, else that of the scene."""
         found = _example_files().get(origin) if origin else None
         return self.folder if found is None else found.parent
 
@@ -120,7 +120,7 @@ class Session:
         """Writes the text into the scene's own file, or into one that is named relative to its folder.
 
         Raises:
-            Conflict: the file is there and `over` is not set, or it is not what has been seen.
+            Conflict: the file exists and `over` is not set, or its content is not the one seen.
             Refusal: it cannot be written there, or the text is too long.
 
         """
@@ -149,7 +149,7 @@ class Session:
             return {"seen": sha256(content).hexdigest(), "path": str(file), "name": file.name}
 
     def _there(self, file: Path | None) -> OnDisk:
-        """File on the disk; an empty text for one that is not there, or cannot be read."""
+        """File on the disk; an empty text for one that is missing or cannot be read."""
         if file is None or not os.path.lexists(file):
             return OnDisk("", _NO_FILE)
         try:
@@ -158,7 +158,7 @@ class Session:
             return OnDisk("", "unreadable")
 
     def _place(self, path: str | None) -> Path:
-        """The file that a name stands for: a `.toml` in the scene's folder or below it, which must be there."""
+        """The file of a name: a `.toml` in the scene's folder or below it; the folder must exist."""
         if path in self._own:
             return Path(path)
         if path is None:
@@ -188,7 +188,7 @@ def _within(file: Path, folder: Path) -> bool:
 
 
 def _write(file: Path, content: bytes, new: bool) -> None:
-    """All of a file or nothing of it; a new one takes no place that another has taken meanwhile."""
+    """Writes a file completely or not at all; a new file does not replace one created meanwhile."""
     if new:
         with file.open("xb") as stream:
             try:
@@ -227,7 +227,7 @@ def _version() -> str:
 
 @cache
 def _example_files() -> dict[str, Path]:
-    """Scenes of the examples by their ids, where these lie beside the package, as in a copy of the project."""
+    """Scenes of the examples by their ids, if they lie next to the package, as in a copy of the project."""
     if not (_EXAMPLES / "machines").is_dir():
         return {}
     found = sorted(file for file in _EXAMPLES.glob("*/*.toml") if file.parent.name != "bond_graphs")

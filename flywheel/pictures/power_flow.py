@@ -91,7 +91,7 @@ class _Trunk(NamedTuple):
 def plot(flow: PowerFlow, path: str | Path, *, at: float | None = None) -> None:
     """Draws the power flow over the mean, or at a crank angle (rad), into a file: PNG, SVG or PDF, as its ending says.
 
-    Raises ValueError for another ending, OSError where the file cannot be written.
+    Raises ValueError for another ending, OSError if the file cannot be written.
     """
     save(draw(flow, at), path)
 

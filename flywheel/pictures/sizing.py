@@ -161,7 +161,7 @@ def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, Row | None]) ->
 
 
 def headline(sizing: Sizing) -> str:
-    """The result in a line, below the scene's title (cut where it is too long for a picture's heading)."""
+    """The result in a line, below the scene's title (cut if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
     speed, asked = written(sizing.speed * RPM, 6), written(scene.irregularity or 0.0, 10)
     on = _("the crank") if wheel.on == "crank" else _("shaft {name}", name=wheel.on)

@@ -310,7 +310,7 @@ _SECTIONS = (
         "single_stroke",
         "work stroke by stroke: the clutch accelerates the crank, the brake stops it",
         (
-            Key("rate", "rate", "strokes a time", None, POSITIVE),
+            Key("rate", "rate", "strokes per unit of time", None, POSITIVE),
             Key("idle", "time", "from standstill to the next engagement of the clutch", None, NOT_NEGATIVE),
             Key("stop_at", "angle", "crank angle at which the crank should stop", 0.0, _ONCE_ROUND),
             Key(

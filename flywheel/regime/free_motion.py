@@ -633,7 +633,7 @@ class _Motion:
     def _anchor(self, ends: tuple[float, float], stop: float, share: float) -> tuple[Anchor, Array]:
         """The anchor of the coming stretch: a share of it ahead, where there are branches that position does not decide.
 
-        And a motor's own states there.
+        It includes a motor's own states.
         """
         low, high = ends
         middle, width = 0.5 * (low + high), high - low

@@ -1,4 +1,4 @@
-"""The worked report of a scene, from its title to its check, what is approximate and its references, as HTML or PDF."""
+"""The worked report of a scene, from its title to its check, its approximations and references, as HTML or PDF."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from flywheel.tables.rows import place
 from flywheel.tables.sizing import candidates, limit_names, remarks
 
 Given = Sizing | SingleStroke | Machine | Scene
-"""What a report is of."""
+"""Subject of a report."""
 
 _MOST_ROWS = 400  # of a scene's table
 
@@ -81,13 +81,13 @@ def worked(given: Given, *, customary: bool = False, printed: Solution | None = 
 
 
 def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
-    """The sizing of a machine, or the machine as it is where it lacks what a flywheel needs."""
+    """The sizing of a machine, or the machine itself if the data for a flywheel are missing."""
     scene = given if isinstance(given, Scene) else given.scene
     return given if _missing(scene) else size(given, rtol, accuracy=accuracy)
 
 
 def _missing(scene: Scene) -> str:
-    """Reason why there can be no steady regime with a flywheel; nothing where there can."""
+    """Reason why there can be no steady regime with a flywheel; empty if there can."""
     if scene.single_stroke is not None:
         return _("The machine works stroke by stroke: it has no steady cycle.")
     if scene.stroke is not None:
@@ -230,7 +230,7 @@ def _mechanisms(known: Context | None, given: Sizing | Machine | Scene) -> Itera
 
 
 def _scene(scene: Scene, told: list[str]) -> Section:
-    """The scene as a table of its values in SI, as text, and what is out of proportion in it."""
+    """The scene as a table of its values in SI, as text, and remarks on its numbers."""
     parts: list[Part] = []
     rows = [] if scene.document is None else list(_values(scene.document.tables, ""))
     if rows:
@@ -263,7 +263,7 @@ def _values(value: Any, path: str) -> Iterator[tuple[Cell, ...]]:
 
 
 def _in_si(value: Any) -> str:
-    """A quantity in SI; nothing for what is none, or is so already."""
+    """A quantity in SI; empty for other values and for quantities in SI."""
     if not isinstance(value, str):
         return ""
     from flywheel.numerics.units import DIMENSIONS, parse_unit, split_quantity
@@ -286,7 +286,7 @@ def _in_si(value: Any) -> str:
 
 
 def check(known: Context) -> Section | None:
-    """The motion found on a route of its own, beside what was asked."""
+    """Section on the motion by an independent method, compared with the requirement."""
     sizing = known.sizing
     found = sizing.simulation
     if found is None or found.speed_max is None or found.speed_min is None:
@@ -546,7 +546,7 @@ def write(
     cover_sheet: bool = False,
     inputs: Iterable[str | Path] = (),
 ) -> None:
-    """Writes a report into a file, HTML or PDF as its ending says, whole or not at all.
+    """Writes a report into a file, HTML or PDF by its ending, completely or not at all.
 
     Args:
         given: as in `html`, as are language, units and printed.

@@ -40,7 +40,7 @@ class CyclePoint(NamedTuple):
 
 
 class Context:
-    """A sizing with what its steps have in common: the quantities of its regime by their symbols.
+    """A sizing with the common data of its steps: the quantities of its regime by their symbols.
 
     `cycle` is the one along the motion, `constant` that at the constant speed of the areas (the same where no torque
     depends on speed). `panel` draws a panel of the sizing's picture by its kind.
@@ -77,7 +77,7 @@ class Context:
 
     @cached_property
     def works(self) -> Mapping[str, float]:
-        """The work (J) over the cycle along the motion of everything that adds to M*, by its name."""
+        """The work (J) over the cycle along the motion of every contribution to M*, by its name."""
         machine, cycle = self.sizing.machine, self.cycle
         assert machine is not None
         assert cycle is not None

@@ -1,7 +1,7 @@
 """The document of a report: sections of steps, tables, figures and notes, and its HTML in one file.
 
-A `Step` says what is done, shows the formula, the same with numbers and units, and the result; under it stands where each
-number comes from, with a link to the step or the table that gave it. So every symbol has one place where it is found: the
+A `Step` states its aim, the formula, the same with numbers and units, and the result; below it are the sources of its
+numbers, with links to the step or table that gave them. So every symbol has one origin: the
 `result` of a step, a `Quantity` with a symbol in a table, or a `definition`, which a step that only states a formula has.
 Text is plain text in the language in use (`flywheel.language.text`); the HTML is written in that language too.
 
@@ -43,8 +43,8 @@ class Step:
     """Step of a report: a sentence, its formula, the numbers of the formula's symbols, and the result.
 
     Without `numbers` only the formula is shown (`definitions`: the symbols it defines, for later steps). With numbers and a
-    formula that can be worked out, the substitution is shown as well. `how` says how the result was found where the formula
-    is not worked out by hand, such as "by quadrature"; `note` is a sentence after the result. `digits` of the result are in
+    formula that can be evaluated, the substitution is shown as well. `how` is the method of the result if the formula
+    is not evaluated by hand, such as "by quadrature"; `note` is a sentence after the result. `digits` of the result are in
     the result itself.
     """
 
@@ -61,7 +61,7 @@ class Step:
 class Table:
     """Rows of texts and numbers under a heading; a number's unit stands in it, unless the column's head names one.
 
-    `formula`, if there is one, is shown above: how the columns come about. `numbers` are those that it takes from elsewhere.
+    `formula`, if there is one, is shown above and defines the columns. `numbers` are those that it takes from elsewhere.
     """
 
     caption: str
@@ -75,7 +75,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG, what it shows in a few words, and in sentences: texts, or what gives them when it is written."""
+    """A picture as SVG, its subject in a few words and in sentences: texts, or functions called when it is written."""
 
     svg: str | Callable[[], str]
     title: str
@@ -84,7 +84,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Note:
-    """A paragraph; `kind`: "" for plain text, "remark" for what a reader must not miss, "left out" for what is not there."""
+    """A paragraph; `kind`: "" for plain text, "remark" for important notes, "left out" for omissions."""
 
     text: str
     kind: str = ""
@@ -100,7 +100,7 @@ class Listing:
 
 @dataclass(frozen=True)
 class Items:
-    """A list of sentences, in their order where it counts."""
+    """A list of sentences, numbered if their order counts."""
 
     items: tuple[str, ...]
     ordered: bool = False
@@ -108,7 +108,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it."""
+    """A heading and the parts below it."""
 
     title: str
     parts: tuple[Part, ...]
@@ -136,9 +136,9 @@ class Document:
 
 
 def substitution(step: Step) -> tuple[Quantity, ...]:
-    """A step's numbers with as many digits as make the shown formula give the shown result; none where it has no such line.
+    """A step's numbers, with enough digits for the shown formula to give the shown result; none if it has no such line.
 
-    Six are enough unless large numbers are taken from one another.
+    Six are enough unless the formula takes a small difference of large numbers.
     """
     if not step.numbers or step.result is None or not formulas.computable(step.formula):
         return ()
@@ -198,7 +198,7 @@ def untraced(document: Document) -> list[str]:
 
 
 def unreproduced(document: Document) -> list[str]:
-    """Steps whose formula can be worked out, but not so that the shown numbers give the shown result."""
+    """Steps whose formula, evaluated with the shown numbers, does not give the shown result."""
     return [
         step.what
         for step in steps(document.parts)
@@ -309,13 +309,13 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src
 
 @cache
 def _font() -> str:
-    """CSS that carries the font of the formulas: roots and brackets grow with one that has a MATH table alone."""
+    """CSS with the font of the formulas: roots and brackets grow only with a font that has a MATH table."""
     font = b64encode((files(__package__) / "math.woff").read_bytes()).decode()
     return f'@font-face {{ font-family: "Flywheel Math"; src: url(data:font/woff;base64,{font}) format("woff"); }}\n'
 
 
 class _Writer:
-    """Writes a document's parts, numbers its steps, tables and figures, and knows where each symbol was found."""
+    """Writes a document's parts, numbers its steps, tables and figures, and records the origin of each symbol."""
 
     def __init__(self, customary: bool) -> None:
         self.customary = customary
@@ -353,14 +353,14 @@ class _Writer:
                 return f"<{kind}>\n" + "\n".join(f"<li>{escape(item)}</li>" for item in part.items) + f"\n</{kind}>"
 
     def section(self, section: Section, level: int) -> str:
-        """A heading and what stands under it."""
+        """A heading and the parts below it."""
         n = self.next("section")
         head = f'<h{level} id="section-{n}-title">{escape(section.title)}</h{level}>'
         inner = self.parts(section.parts, min(level + 1, 6))
         return f'<section id="section-{n}" aria-labelledby="section-{n}-title">\n{head}\n{inner}\n</section>'
 
     def step(self, step: Step) -> str:
-        """Formula, substitution and result in a row, and where the numbers come from."""
+        """Formula, substitution and result in a row, and the sources of the numbers."""
         n = self.next("step")
         place = f"step-{n}"
         lines = [f'<p class="what"><span class="number">({n})</span> {escape(step.what)}</p>']
@@ -396,7 +396,7 @@ class _Writer:
         return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(told)}</p>' if told else ""
 
     def in_customary_units(self, quantity: Quantity) -> str:
-        """A result in US units, behind the SI one."""
+        """A result in US units, after the SI one."""
         told = customary(quantity) if self.customary else None
         if told is None:
             return ""
@@ -467,7 +467,7 @@ _TALL, _NARROW, _WORDS = 8, 3, 44
 
 
 def _shape(table: Table) -> str:
-    """Layout of a table on paper: "tall" in two columns ("whole": on one page), "narrow" beside another, or as it is."""
+    """Layout of a table on paper: "tall" in two columns ("whole": on one page), "narrow" next to another, or unchanged."""
     if table.formula or table.numbers or table.kind:
         return ""
     columns = len(table.head)
@@ -488,7 +488,7 @@ def _line(shown: str, kind: str) -> str:
 
 
 def html(document: Document) -> str:
-    """A document as one HTML file in the language in use, which asks for nothing else."""
+    """A document as one HTML file in the language in use, which loads nothing else."""
     writer = _Writer(document.customary)
     body = writer.parts(document.parts, 2)
     top = [part.title for part in document.parts if isinstance(part, Section)]
@@ -524,7 +524,7 @@ _REFERENCE = re.compile(r'(url\(#|href="#)([^)"]+)')
 def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
     """A drawing as an element of a document: with a title and a description, and ids that no other drawing there has.
 
-    Ids that nothing in the drawing refers to are left away.
+    Ids without a reference in the drawing are left out.
 
     >>> drawn = '<?xml version="1.0"?><svg width="2" height="1"><path id="a"/><use href="#a"/></svg>'
     >>> inline_svg(drawn, "f", "A path", "One line.").replace("<desc", chr(10) + "<desc").splitlines()[1]
@@ -572,6 +572,6 @@ _US: Mapping[str, str] = {
 
 
 def customary(quantity: Quantity) -> Quantity | None:
-    """A result in US customary units; None where it has none, or is no more than a ratio."""
+    """A result in US customary units; None if it has none, or is a ratio."""
     unit = _US.get(quantity.unit)
     return None if unit is None else quantity._replace(unit=unit, digits=min(quantity.digits, 6))

@@ -1,4 +1,4 @@
-"""The steps of the drive: its torque against speed, power and heat, an engine's gas; its line of shafts and their losses."""
+"""The steps of the drive: its torque against speed, power and heat, an engine's gas; its shafts and their losses."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _quantity(fact: Fact) -> Quantity:
 
 
 def power(known: Context) -> Section | None:
-    """Power over the time of a cycle, with the flywheel and without one, and what heats the motor."""
+    """Power over the time of a cycle, with the flywheel and without one, and the heat of the motor."""
     sizing, energy = known.sizing, known.sizing.energy
     if energy is None or not with_and_without(sizing):
         return None
@@ -116,7 +116,7 @@ def power(known: Context) -> Section | None:
 
 
 def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
-    """The motor's power beside its rating, and what heats it."""
+    """The motor's power compared with its rating, and its heat."""
     found, energy = known.scene.motor, known.sizing.energy
     assert energy is not None
     assert found is not None
@@ -307,7 +307,7 @@ def train(known: Context) -> Section | None:
 
 
 def _pictures(flow: PowerFlow) -> Iterator[Part]:
-    """The Sankey diagram of the mean, and of the angle at which the loads take most."""
+    """The Sankey diagrams of the mean and of the angle with the greatest load."""
     phi = np.linspace(0.0, flow.scene.cycle, _ANGLES)
     taken = [k for k, stream in enumerate(flow.streams) if stream.kind == "load"]
     at = float(phi[flow.along(phi)[taken].sum(axis=0).argmax()])
@@ -326,7 +326,7 @@ def _pictures(flow: PowerFlow) -> Iterator[Part]:
 
 
 def _shafts(flow: PowerFlow) -> Table:
-    """Every shaft with its place in the train, its speed, and the torque that its mesh carries on its own side."""
+    """Every shaft with its position in the train, its speed, and the torque of its mesh on its own side."""
     scene = flow.scene
     rows: list[tuple[Cell, ...]] = []
     for row in reversed(flow.shafts):
@@ -373,7 +373,7 @@ def _lossy(flow: PowerFlow) -> list[str]:
 
 
 def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity, Quantity]) -> Iterator[Step]:
-    """The losses of a mesh, each from what enters where power goes one way all the cycle."""
+    """The losses of a mesh, each from the power that enters, if power flows one way throughout the cycle."""
     found = {entry.stream.kind: entry for entry in entries(flow) if entry.stream.name == f"shafts.{name}"}
     efficiency, slip, enters = numbers
     slips = slip.value > 0.0
@@ -401,7 +401,7 @@ def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity,
 
 
 def _balance(flow: PowerFlow) -> Iterator[Part]:
-    """Input, losses and output as a table that sums up, and what share of the input arrives."""
+    """Input, losses and output as a table with its sum, and the share of the input that arrives."""
     whole = given(flow, entries(flow))
     share = (lambda value: Quantity("", value / whole, "%", 4)) if whole > 0.0 else (lambda value: "–")
     enters, leaves = Quantity("P_e", flow.input, "W"), Quantity("P_a", flow.output, "W")
@@ -428,7 +428,7 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
 
 
 def _symbols(flow: PowerFlow) -> dict[tuple[str, str], str]:
-    """The symbols of what meshes lose, by kind and name of the stream, as the steps have them."""
+    """The symbols of the losses of meshes, by kind and name of the stream, as in the steps."""
     found: dict[tuple[str, str], str] = {}
     for k, shaft in enumerate(_lossy(flow), 1):
         found |= {("slip", f"shafts.{shaft}"): f"P_s{k}", ("mesh", f"shafts.{shaft}"): f"P_v{k}"}

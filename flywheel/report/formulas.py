@@ -1,10 +1,10 @@
-"""Formulas of the report: one text is shown as a formula, shown again with numbers and units, and worked out.
+"""Formulas of the report: one text is shown as a formula, shown again with numbers and units, and evaluated.
 
 A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that the formula on the page and the one
 that a test evaluates are the same tree. Names are symbols: `phi` is a Greek letter, what follows `_` an index, `I_star` is I
-with a star, `g_prime` a g with a prime, `omega_mean` has the index "mean". Beside functions there are `integral(f, phi, a,
-b)`, `total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle), which are
-shown and not worked out. Any name may be called: `W(phi)`.
+with a star, `g_prime` a g with a prime, `omega_mean` has the index "mean". In addition to functions there are `integral(f,
+phi, a, b)`, `total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle),
+which are shown and not evaluated. Any name may be called: `W(phi)`.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: lette
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
 _RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _LOOSE, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
-"""How tightly the parts of a formula hold together: what is looser than its place asks is put in brackets."""
+"""Precedence of the parts of a formula: a part with a lower one than its position requires is put in brackets."""
 
 
 class FormulaError(ValueError):
-    """A text that is no formula, or one that cannot be worked out."""
+    """A text that is no formula, or one that cannot be evaluated."""
 
 
 class Quantity(NamedTuple):
-    """A number that is shown: its symbol as in formulas, its value in SI, and the unit and digits it is shown with."""
+    """A number to show: its symbol as in formulas, its value in SI, and its unit and digits."""
 
     symbol: str
     value: float
@@ -82,7 +82,7 @@ class Quantity(NamedTuple):
 
 
 def written(value: float, digits: int = DIGITS) -> str:
-    """A number with its significant digits, zeros at its end left away.
+    """A number with its significant digits, without trailing zeros.
 
     >>> written(353.5214273), written(0.5), written(-0.0), written(1234567.0)
     ('353.521', '0.5', '0', '1.23457e+06')
@@ -162,7 +162,7 @@ def symbol_math(symbol: str) -> str:
 
 
 class _Shown(NamedTuple):
-    """A part of a formula as MathML and as text, and how tightly it holds together."""
+    """A part of a formula as MathML and as text, and its precedence."""
 
     math: str
     text: str
@@ -184,7 +184,7 @@ def sides(formula: str) -> tuple[ast.expr, ...]:
 
 
 def symbols(formula: str) -> frozenset[str]:
-    """The symbols of a formula's last side, which its numbers stand for: those of what is shown alone left out.
+    """The symbols of a formula's last side, to which its numbers belong; symbols that are only shown are left out.
 
     >>> sorted(symbols("J = (W_max - W_min)/(epsilon*omega**2)"))
     ['W_max', 'W_min', 'epsilon', 'omega']
@@ -201,10 +201,10 @@ def _names(node: ast.AST) -> set[str]:
 
 
 def value(formula: str, numbers: Mapping[str, float]) -> float:
-    """A formula's last side worked out with numbers (SI).
+    """The value of a formula's last side with numbers (SI).
 
     Raises:
-        FormulaError: where a number is missing, or something in it is not worked out (an integral).
+        FormulaError: if a number is missing, or a part cannot be evaluated (an integral).
 
     >>> value("v = r*omega*sin(pi/2)", {"r": 0.5, "omega": 4.0})
     2.0
@@ -254,7 +254,7 @@ def computable(formula: str) -> bool:
 
 
 def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, display: bool = True) -> str:
-    """A formula as MathML, in a line of its own or not, read out by its text; with numbers, those stand in its last side.
+    """A formula as MathML, in a separate line or not, read out by its text; with numbers in its last side, if given.
 
     The numbers have the decimal mark of the language in use. A long formula in a line of its own is several elements, one
     for each term of its sums: lines break between them, wherever a sheet or a screen is too narrow.
@@ -315,7 +315,7 @@ def number_shown(quantity: Quantity) -> _Shown:
 
 
 def bare(quantity: Quantity) -> str:
-    """A number without its unit, in which it still is, as text.
+    """A number in its unit, as text without the unit.
 
     >>> bare(Quantity("phi", 0.5235987755982988, "°"))
     '30'

@@ -1,7 +1,7 @@
 """From the mechanism to I* and M*: every step of a report that leads to the reduced machine.
 
-At one crank angle, the same throughout, everything is worked out by hand; tables and figures show it over the cycle. The
-numbers are the library's own, and the formulas those of the books: each step shows that the two agree.
+At one crank angle, the same throughout, all steps are calculated by hand; tables and figures show the whole cycle. The
+numbers are those of the library, the formulas those of the books: each step shows that the two agree.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def sections(
 ) -> tuple[Section, ...]:
     """All steps from the mechanism to I* and M*; none for a scene of areas, which has no machine.
 
-    phi: the position (rad, or m where the driver slides) at which everything is worked out; one that tells most if None.
-    extremes: the least, mean and greatest I* with its picture, where they are known; found here if None.
-    moment_drawn: whether M* is drawn load by load; the turning moment with its areas shows it too.
+    phi: the position (rad, or m if the driver slides) of all steps; if None, the one at which most loads act.
+    extremes: the least, mean and greatest I* with its picture, if known; computed here if None.
+    moment_drawn: true to draw M* load by load; the turning moment with its areas shows it too.
     """
     scene = given if isinstance(given, Scene) else given.scene
     if scene.areas is not None:
@@ -60,7 +60,7 @@ def sections(
 
 
 def _mechanism(at: Steps) -> Section:
-    """The mechanism drawn with its dimensions, what is given of it, and the position at which all is worked out."""
+    """The mechanism drawn with its dimensions, its data, and the position of all steps."""
     parts: list[Part] = []
     if at.scene.mechanisms:
         parts += _pictures(at)
@@ -77,7 +77,7 @@ def _mechanism(at: Steps) -> Section:
 
 
 def _shafts(scene: Scene) -> Table:
-    """Every shaft but the crank: what it meshes with and how, what is lost there, and its speed over the crank's."""
+    """Every shaft except the crank: its mesh, the losses there, and its speed over the crank's."""
     meshes = {name: scene.transmissions.get(name, Transmission(ratio=i)) for name, i in scene.shafts.items()}
     meshes.pop(scene.reduction_element)
     columns: dict[str, list[Cell]] = {_("shaft"): list(meshes)}
@@ -242,7 +242,7 @@ def _kinematics(at: Steps) -> Iterator[Section]:
 
 
 def _by_graph(at: Steps, mechanism: Mechanism) -> Iterator[Part]:
-    """Coefficients that the bond graph's chain of ratios gives, where no formula stands above."""
+    """Coefficients by the bond graph's chain of ratios, if no formula is shown above."""
     rows: list[tuple[Cell, ...]] = []
     for junction in dict.fromkeys(element.junction for element in at.elements):
         if junction.partition(".")[0] == mechanism.name and at.tabulated(junction):

@@ -1,6 +1,6 @@
 """Positions and influence coefficients of a mechanism, step by step: its loop equations, their solution, g and g'.
 
-The formulas are those of the books, written down here once more; the numbers beside them are found by the library's own
+The formulas are those of the books, written here independently; the numbers in them are those of the library's own
 chain of transformers, so that each checks the other. A prime is the derivative by the mechanism's own crank angle.
 """
 
@@ -32,7 +32,7 @@ from flywheel.scene.scene import Mechanism
 
 
 class Sheet:
-    """The steps of one mechanism at one position, with every value found so far by its symbol.
+    """The steps of one mechanism at one position, with every value so far by its symbol.
 
     `gains` has the symbol that is the influence coefficient of a velocity of the mechanism by the mechanism's own
     coordinate, `slopes` that of its derivative; `coordinates` that of a port's place.
@@ -53,24 +53,24 @@ class Sheet:
         self.give(self.driver, psi, "m" if self.driver == "x" else "°")
 
     def part(self, title: str) -> None:
-        """Begins a stretch of steps."""
+        """Begins a part of the steps."""
         self.sections.append((title, []))
 
     def give(self, symbol: str, value: Any, unit: str) -> None:
-        """A value that is given, or that stands in a table."""
+        """Adds a value that is given, or that is in a table."""
         self.values[symbol] = Quantity(symbol, float(value), unit)
 
     def equations(self, *equations: str) -> None:
-        """Loop equations, which are solved by what follows."""
+        """Adds loop equations, which the next steps solve."""
         self.part(_("Loop equations"))
         for k, equation in enumerate(equations):
             what = _("The loop closes:") if k == 0 else _("and")
             self.sections[-1][1].append(Step(what, equation))
 
     def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
-        """A step: a formula of what is known, with the library's own value where it has one.
+        """Adds a step: a formula of known values, with the library's own value if there is one.
 
-        A derivative needs no words of its own: it is that of what its symbol was found to be.
+        A derivative needs no words: it is that of the quantity of its symbol.
         """
         base = of.removesuffix("_prime").removesuffix("_second")
         if what:
@@ -99,7 +99,7 @@ class Sheet:
             self.give(symbol, self.mechanism.geometry.get(key, 0.0), unit)
 
     def shown(self) -> tuple[Section, ...]:
-        """The stretches of steps under their titles, with the tables that belong to them before the steps."""
+        """The parts of the steps under their titles, with their tables before the steps."""
         found = []
         for title, steps in self.sections:
             parts: list[Part] = [table for where, table in self.tables if where == title]
@@ -109,7 +109,7 @@ class Sheet:
         return tuple(found)
 
     def angle(self, of: str, formula: str, what: str, found: float) -> float:
-        """An angle that a formula gives up to whole turns, with those that the library counts."""
+        """An angle that a formula gives up to whole turns, with the turns that the library counts."""
         plain = {symbol: value.value for symbol, value in self.values.items()}
         turns = round((found - formulas.value(formula, plain)) / tau)
         if turns:
@@ -152,7 +152,7 @@ class Sheet:
         self._point(name, arms)
 
     def pinned(self, name: str, title: str, arm: Arm, velocity: str) -> None:
-        """A mass at the end of an arm; of one at a pin of its own name, that is left out of its symbols."""
+        """A mass at the end of an arm; its symbols leave out the name of a pin that is equal to its own."""
         if body(self.mechanism, name).mass == 0.0:
             return
         self.part(title)
@@ -207,7 +207,7 @@ _TERM_ROUNDING = 1e-12  # of the largest number in a formula: a result below it 
 
 
 def unit_text(unit: Unit | None) -> str:
-    """A parameter's unit in SI, as it is shown; nothing where it has none."""
+    """A parameter's unit in SI, as it is shown; empty if it has none."""
     return "" if unit is None else (shown(unit) or "").replace("^2", "²").replace("^3", "³")
 
 
@@ -219,7 +219,7 @@ def slides(mechanism: Mechanism) -> bool:
 
 
 def sheet(machine: Machine, mechanism: Mechanism, phi: float) -> Sheet:
-    """The steps of one of a machine's mechanisms at a coordinate of the machine's driver (rad, or m where it slides)."""
+    """The steps of one of a machine's mechanisms at a coordinate of the machine's driver (rad, or m if it slides)."""
     rate = machine.scene.shafts[mechanism.shaft] if mechanism.stroke is None else 1.0
     psi = rate * phi + mechanism.phase if mechanism.stroke is None else phi
     needed = {name.partition(".")[2] for name in machine.graph.elements if name.startswith(f"{mechanism.name}.")}
@@ -266,8 +266,8 @@ def _added(terms: list[str]) -> str:
 class Swing(NamedTuple):
     """A term of a place: an arm of a length, or of a slide, along an angle; all by their symbols, with their derivatives.
 
-    `sign` and `length` stand before the cosine; `slide` is the symbol of a displacement, or nothing; `angle` is a sum of
-    symbols, `rate` and `slope` its derivatives ("0" where it keeps still).
+    `sign` and `length` precede the cosine; `slide` is the symbol of a displacement, or empty; `angle` is a sum of
+    symbols, `rate` and `slope` its derivatives ("0" if it is constant).
     """
 
     sign: str
@@ -318,7 +318,7 @@ def _signed(one: str, other: str) -> str:
 
 
 class _Arms:
-    """The arms of a linkage's bodies: a symbol for every length and every fixed angle, listed as they are met."""
+    """The arms of a linkage's bodies: a symbol for every length and every fixed angle, in the order of their use."""
 
     def __init__(self, made: Sheet, symbols: Sequence[str]) -> None:
         self.made, self.symbols = made, symbols
@@ -326,7 +326,7 @@ class _Arms:
         self._known: dict[tuple[float, float], tuple[str, str]] = {}
 
     def swing(self, coefficient: complex, weights: Array, slide: str, unit: float) -> Swing:
-        """One term: a coefficient (scaled by `unit` where it is a length) at a sum of angles."""
+        """One term: a coefficient (scaled by `unit` if it is a length) at a sum of angles."""
         length, angle = abs(coefficient) * (1.0 if slide else unit), float(np.angle(coefficient))
         sign = ""
         if angle > 0.5 * np.pi + 1e-9 or angle <= -0.5 * np.pi + 1e-9:
@@ -550,7 +550,7 @@ def _by_arms(made: Sheet, terms: Sequence[Swing], axis: str, of: str, where: str
 
 
 def _law(made: Sheet) -> None:
-    """Outputs whose place is an expression of the angle: the branch that holds, and its derivatives rule by rule."""
+    """Outputs whose position is an expression of the angle: the branch that applies, and its derivatives rule by rule."""
     along = {True: ("°", ONE, ONE), False: ("m", "m", "m")}
     for output in made.mechanism.outputs:
         jet, symbol = made.position.jet(output.name), f"{'theta' if output.rotating else 'x'}_{index(output.name)}"
@@ -585,7 +585,7 @@ def _worked_out(made: Sheet, text: str, value: float) -> bool:
 
 
 def _derivatives(made: Sheet, law: Expression) -> list[str]:
-    """An expression, its branch that holds here, and two derivatives of that, as formulas; nothing for what is none."""
+    """An expression, the branch that applies here and its two derivatives as formulas; empty if it is no expression."""
     import sympy  # type: ignore[import-untyped]  # only reports of laws pay for it
 
     psi = made.values[made.driver].value

@@ -38,7 +38,7 @@ _LONGEST = 160  # characters of an expression that is shown
 
 
 class Element(NamedTuple):
-    """A one-port of the machine's graph: its law, the junction that it sits on, and whose part it is."""
+    """A one-port of the machine's graph: its law, its junction, and the part that it belongs to."""
 
     name: str
     kind: str
@@ -48,10 +48,10 @@ class Element(NamedTuple):
 
 
 class Steps:
-    """A machine at the position at which everything is worked out, with the steps of its mechanisms there.
+    """A machine at the position of all steps, with the steps of its mechanisms there.
 
-    `phi` is the coordinate of the driver (rad, or m where it slides); `speed` (rad/s) is that at which what depends on it is
-    taken, None where nothing does; `balance` the value of the scene's unknown.
+    `phi` is the coordinate of the driver (rad, or m if it slides); `speed` (rad/s) is that at which loads that depend on it
+    are taken, None if no load depends on speed; `balance` the value of the scene's unknown.
     """
 
     def __init__(self, given: Machine | Scene, phi: float | None = None) -> None:
@@ -66,7 +66,7 @@ class Steps:
 
     @cached_property
     def groups(self) -> list[list[Mechanism]]:
-        """Mechanisms that are alike but for name, shaft and phase: the first of each group is explained."""
+        """Mechanisms that differ only in name, shaft and phase: the first of each group is explained."""
         found: dict[Any, list[Mechanism]] = {}
         for mechanism in self.scene.mechanisms:
             alike = (mechanism.type, str(mechanism.geometry), mechanism.assembly, str(mechanism.bodies))
@@ -137,11 +137,11 @@ class Steps:
         return (("", "1/m"), ("1/m", "1/m²"))[order][not self.translates(junction)]
 
     def tabulated(self, junction: str) -> bool:
-        """Tests whether the coefficient of a junction is in the table of those that the graph gives."""
+        """Tests whether the coefficient of a junction is in the table of coefficients by the graph."""
         return self.gain(junction)[0].startswith("g_")
 
     def _telling(self) -> float:
-        """The position that tells most: where most loads act and most bodies move, at a round number."""
+        """The position for the steps: where most loads act and most bodies move, at a round number."""
         scene, machine = self.scene, self.machine
         if scene.stroke is not None:
             places = scene.stroke.start + scene.stroke.span * np.arange(1, 20) / 20
@@ -201,7 +201,7 @@ def unit_head(symbol: str, unit: str) -> str:
 
 
 def cell(column: Array, k: int) -> Quantity:
-    """A number of a table; 0 where it is nothing but rounding beside the others."""
+    """A number of a table; 0 if it is only rounding compared with the others."""
     value, size = float(column[k]), float(np.abs(column).max())
     return Quantity("", 0.0 if abs(value) <= 1e-12 * size else value, digits=5)
 
@@ -212,7 +212,7 @@ def rows_of(at: Steps, phi: Array, columns: Sequence[Array]) -> tuple[tuple[Cell
 
 
 def split(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
-    """Items in so many at a time."""
+    """Splits items into groups of a size."""
     for k in range(0, len(items), most):
         yield items[k : k + most]
 
@@ -260,7 +260,7 @@ def _added_mass(at: Steps, on: str, path: str, value: float) -> Quantity:
 
 
 def _short(at: Steps, part: str) -> str:
-    """A part's name as an index: without its mechanism's where there is only one."""
+    """A part's name as an index: without its mechanism's if there is only one."""
     owner, _dot, body = part.partition(".")
     if part.startswith("inertia on "):
         return index(part_name(at.scene, part))
@@ -275,7 +275,7 @@ def _slope(at: Steps, elements: Sequence[Element]) -> float:
 
 
 def _symbol_of_mass(at: Steps, element: Element) -> Quantity:
-    """The mass or inertia of an element, with the symbol that it has among what is given."""
+    """The mass or inertia of an element, with the symbol that it has among the data."""
     line = at.translates(element.junction)
     owner, _dot, body = element.part.partition(".")
     name = index(body) if body and owner in at.sheets else index(element.name)
@@ -305,7 +305,7 @@ def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope:
 
 
 def _checked(step: Step) -> Step:
-    """A step whose numbers are 0 but for rounding loses its substitution, and says so."""
+    """A step; one whose numbers are 0 within rounding has a note in place of its substitution."""
     result = step.result
     size = max((abs(number.value) for number in step.numbers), default=1.0)
     if result is not None and 0.0 < abs(result.value) <= 1e-12 * size:
@@ -315,7 +315,7 @@ def _checked(step: Step) -> Step:
 
 
 def _sum(what: str, total: Quantity, shares: Sequence[Quantity]) -> Step:
-    """A sum of shares, written out where they are few."""
+    """A sum of shares, written out if they are few."""
     some = [share for share in shares if share.value]
     if len(some) > _MOST_TERMS or not some:
         return Step(
@@ -331,7 +331,7 @@ def _sum(what: str, total: Quantity, shares: Sequence[Quantity]) -> Step:
 def _listed(
     at: Steps, star: str, shares: list[Quantity], slopes: list[Quantity], bodies: Mapping[str, Any]
 ) -> Iterator[Part]:
-    """All bodies in a table, where some are explained by others that are alike, or where they are many."""
+    """All bodies in a table, if some are explained by equal ones, or if they are many."""
     if len(at.scene.mechanisms) < 2 and len(shares) <= _MOST_TERMS:
         return
     symbol = "m*" if at.sliding else "I*"
@@ -395,7 +395,7 @@ def _inertia_over_cycle(
 
 
 def _turning_point(at: Steps, fine: Array, k: int) -> float:
-    """Angle at which I* is least or greatest, near one of close positions: the root of its slope, if smooth there."""
+    """Angle at which I* is least or greatest, near one of close positions: the root of its slope, if it is smooth there."""
     low, high = float(fine[max(k - 1, 0)]), float(fine[min(k + 1, fine.size - 1)])
 
     def rising(q: float) -> bool:
@@ -411,7 +411,7 @@ def _turning_point(at: Steps, fine: Array, k: int) -> float:
 
 
 def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:
-    """Columns of a table: all parts, or the largest and the sum of the others."""
+    """Columns of a table: all parts, or the largest ones and the sum of the others."""
     some = {name: part for name, part in parts.items() if np.any(part)}
     if len(some) <= most:
         return dict(some)
@@ -421,7 +421,7 @@ def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:
 
 
 def _fine(at: Steps) -> Array:
-    """Positions close together, with the machine's own landmarks among them."""
+    """Close positions, including those of the machine's breakpoints."""
     marks = at.machine.landmarks
     count = max(1440 // max(len(marks) - 1, 1), 8)
     inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(count) / count)
@@ -433,7 +433,7 @@ def _fine(at: Steps) -> Array:
 
 
 def moment(at: Steps, drawn: bool = True) -> Section:
-    """M* load by load at one position, what drives and what resists, and both over the cycle, there drawn as well."""
+    """M* load by load at one position, driving and resisting loads, and both over the cycle, with a picture."""
     star, what = ("F_star", _("Reduced force F*")) if at.sliding else ("M_star", _("Reduced moment M*"))
     unit = "N" if at.sliding else "N m"
     law = _(
@@ -472,7 +472,7 @@ def symbol_of(at: Steps) -> str:
 
 
 def _conditions(at: Steps) -> Iterator[Part]:
-    """Notes on the speed and time at which loads are taken, and on what is left out."""
+    """Notes on the speed and time at which loads are taken, and on omissions."""
     if at.machine.depends_on_speed and at.speed is not None:
         unit = "m/s" if at.sliding else "rad/s"
         what = _(
@@ -631,7 +631,7 @@ def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Q
 
 
 def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quantity, n: int) -> Iterator[Part]:
-    """A load or the drive: when it acts, its law with the numbers, and its share of M*."""
+    """A load or the drive: its window, its law with the numbers, and its share of M*."""
     here, anchor = _here(at, effort.load.on)
     with np.errstate(all="ignore"):
         value = float(effort(here, anchor)) + (
@@ -677,7 +677,7 @@ def _window(at: Steps, effort: Effort) -> str:
 
 
 def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:
-    """The law of a load that acts, worked out at the position."""
+    """The law of a load that acts, evaluated at the position."""
     law = effort.load.law
     if law is None:
         how = _("The balance, for which the net work of the cycle is 0; see the balance of the cycle.")
@@ -692,7 +692,7 @@ def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> It
 
 
 def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
-    """Between two rows of a table, straight where it is read so."""
+    """Interpolation between two rows of a table, linear if the table is."""
     here, anchor = _here(at, effort.load.on)
     pieces = TableCurve(law)
     middle = float(anchor.q) + effort.place.phase
@@ -722,7 +722,7 @@ def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, act
 
 
 def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Quantity, acts: str) -> Iterator[Part]:
-    """The expression of a load: as written, then the branch that holds here, with its numbers."""
+    """The expression of a load: as written, then the branch that applies here, with its numbers."""
     names, preparation = _names(at, effort, law)
     text, values = law.text.replace("\\\n", " ").strip(), {symbol: value.value for symbol, value in names.items()}
     try:
@@ -746,7 +746,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
 
 
 def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
-    """Values of the names of an expression here, and the steps that find those not known yet."""
+    """Values of the names of an expression here, and the steps for those not yet known."""
     here, anchor = _here(at, effort.load.on)
     place_of = effort.place
     steps: list[Part] = []
@@ -788,7 +788,7 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
 
 
 def driving(at: Steps) -> list[str]:
-    """The parts that do positive work in a cycle (along a stroke): their sum is M_m*, that of the others M_r*."""
+    """The loads with positive work in a cycle (or along a stroke): their sum is M_m*, that of the others M_r*."""
     mesh = cells.cells(at.machine.mesh)
     moving = at.speed if at.machine.depends_on_speed or at.machine.depends_on_time else None
     found = []
@@ -801,7 +801,7 @@ def driving(at: Steps) -> list[str]:
 
 
 def _sides(at: Steps, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
-    """Positions, those at which something switches twice, once for each side; the middles of their pieces; M* by part."""
+    """Positions, those of switches twice, once for each side; the middles of their pieces; M* by part."""
     own = phi - at.scene.origin
     edges = at.machine.breakpoints
     inner = edges[1:-1]
@@ -870,7 +870,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
 
 
 def _changes(phi: Array, parts: Sequence[Array], asked: Array) -> Array:
-    """Mask of the rows to show: those asked for, and both sides of every jump."""
+    """Mask of the rows to show: the requested ones, and both sides of every jump."""
     sizes = [float(np.abs(part).max()) for part in parts]
 
     def jumps(k: int) -> bool:

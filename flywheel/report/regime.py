@@ -1,7 +1,7 @@
-"""The steps of the steady regime: balance, areas, approximate and exact flywheel, speeds, and how the motion holds itself.
+"""The steps of the steady regime: balance, areas, approximate and exact flywheel, speeds, and stability of the motion.
 
-Each function gives a section of the report, or None where the scene has nothing of the kind. Numbers are those that the
-sizing holds, or what its own cycle says at an angle that it found; a symbol that a step uses was shown before.
+Each function gives a section of the report, or None if it does not apply to the scene. Numbers are those of the
+sizing, or of its cycle at an angle of the sizing; a symbol that a step uses was shown before.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from flywheel.tables.sizing import settling_cycles
 _MESH_LOSSES = ("slip", "mesh")  # kinds of streams that are no shares of the moment, but follow what a mesh carries
 _MOST_AREAS = 40  # that a table shows
 ROUNDING = 1e-10
-"""Share of a figure: what is left that is no more is written as 0."""
+"""Share of a figure: a smaller remainder is written as 0."""
 
 
 # -- what is asked ----------------------------------------------------------------------------------------------------
 
 
 def asked(known: Context) -> Section:
-    """The speed, the cycle and the irregularity as symbols, with what follows from them at once."""
+    """The speed, the cycle and the irregularity as symbols, with their direct consequences."""
     scene, sizing = known.scene, known.sizing
     rows: list[tuple[Cell, ...]] = []
     parts: list[Part] = []
@@ -85,7 +85,7 @@ def asked(known: Context) -> Section:
 
 
 def balance(known: Context) -> Section | None:
-    """The work of everything over the cycle, and the unknown that makes their sum zero."""
+    """The work of every load over the cycle, and the unknown that makes the sum zero."""
     sizing, scene, cycle = known.sizing, known.scene, known.cycle
     if cycle is None:
         return None
@@ -134,9 +134,9 @@ def balance(known: Context) -> Section | None:
 
 
 def _mesh_losses(sizing: Sizing, count: int) -> list[tuple[str, Quantity]]:
-    """The works (J, negative) that friction and slip of meshes and friction in joints take in a cycle, by what loses them.
+    """The works (J, negative) of friction and slip in meshes and of friction in joints in a cycle, by their place.
 
-    Their symbols go on from those of `count` loads.
+    Their symbols continue from those of `count` loads.
     """
     flow = sizing.power_flow
     if flow is None:
@@ -150,7 +150,7 @@ def _by_quadrature() -> str:
 
 
 def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Iterator[Part]:
-    """The constant torque of the drive; `lossy` where losses among the works follow it."""
+    """The constant torque of the drive; `lossy` if losses among the works depend on it."""
     scene, found, drive = known.scene, known.sizing.balance, known.scene.drive
     assert found is not None
     assert drive is not None
@@ -303,7 +303,7 @@ def _crossings(known: Context, cycle: Cycle) -> Part:
 
 
 def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
-    """The moment just before and just behind an angle."""
+    """The moment just before and just after an angle."""
     edges = cycle.mesh.edges
     edge = int(np.abs(edges - phi).argmin())
     if abs(edges[edge] - phi) > 1e-12 * edges[-1] or edge in (0, edges.size - 1):
@@ -316,7 +316,7 @@ def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
 
 
 def _area_table(known: Context) -> list[Part]:
-    """Areas and their accumulated sums, with as many digits as make the sums come out."""
+    """Areas and their accumulated sums, with enough digits for the shown sums to agree."""
     sizing = known.sizing
     found = sizing.areas
     digits = next((d for d in range(formulas.DIGITS, MOST_DIGITS) if _adds_up(sizing, d)), MOST_DIGITS)
@@ -431,7 +431,7 @@ def on_own_shaft(known: Context, symbol: str, on_crank: float, own: float) -> It
 
 
 def inertia_extremes(known: Context) -> Iterator[Part]:
-    """The least, mean and greatest I*, and what every body adds, drawn."""
+    """The least, mean and greatest I*, and a picture of the contribution of every body."""
     found = known.sizing.reduced_inertia
     if found is None:
         return
@@ -494,7 +494,7 @@ def inertia_torque(known: Context) -> Section | None:
 
 
 def _point_table(point: CyclePoint, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
-    """W and I* at an angle that was found."""
+    """W and I* at a computed angle."""
     row = (Quantity(angle, point.phi, "°"), work, inertia)
     return Table(told, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
 

@@ -1,7 +1,7 @@
-"""The cover sheet of a report, which a designer signs. Machine, motor, train, flywheel, what binds, speed, remarks.
+"""The cover sheet of a report, which a designer signs. Machine, motor, train, flywheel, binding limits, speed, remarks.
 
-It has the contents of the summary, set as a sheet of A4 beside the picture of the train, with lines for the signatures of
-designer and checker. Texts go in as text, never as markup.
+It has the contents of the summary, set as a sheet of A4 with the picture of the train and lines for the signatures of
+designer and checker. Texts are inserted as text, never as markup.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _block(block: Block, head: str) -> str:
 
 
 def _rows_of(rows: Iterable[Row], kind: str = "") -> str:
-    """Rows as a table: what it is, the figure with its unit, what goes with it."""
+    """Rows as a table: name, figure with its unit, note."""
     cells = []
     for row in rows:
         figure = " ".join(filter(None, (row.value, row.unit)))
@@ -141,7 +141,7 @@ def _head(units: TradeUnits) -> tuple[str, ...]:
 
 
 def _rows(flow: PowerFlow, units: TradeUnits) -> Iterator[tuple[str, ...]]:
-    """A row for every shaft: where it hangs, its ratio, efficiency and slip, speed, torques, losses of its mesh and drag."""
+    """A row for every shaft: its mesh, ratio, efficiency and slip, speed, torques, losses of its mesh and drag."""
     scene = flow.scene
     for row in reversed(flow.shafts):  # from the motor's side in
         lost = sum(s.mean for s in flow.streams if s.lost and s.name in (f"shafts.{row.shaft}", f"shafts.{row.shaft}.drag"))

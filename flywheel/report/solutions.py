@@ -1,4 +1,4 @@
-"""Printed solutions beside ours: a file, JSON or TOML, with a table for each scene, named as the scene's file.
+"""Printed solutions for comparison with ours: a file, JSON or TOML, with a table for each scene, named as the scene's file.
 
     [p103_1]
     source = "the course's answers, p. 103"
@@ -12,7 +12,7 @@
     misprint = { en = "...", es = "..." }   # where the print is wrong: why
 
 `factor` multiplies our figure before it is compared (for a quantity that follows from it), `at` is a crank angle ("30 deg").
-A printed figure is met when ours, rounded or cut to its digits, is the same: hand work does both.
+A printed figure agrees if ours, rounded or truncated to its digits, is equal: hand calculation does both.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
 
 
 class Row(NamedTuple):
-    """One figure of a printed solution: what it is, the path of ours, and the print as text."""
+    """One figure of a printed solution: its name, the path of ours, and the printed text."""
 
     what: str
     figure: str
@@ -60,7 +60,7 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
     """The printed solution of a scene's file, from a file of solutions, in the language in use.
 
     Raises:
-        SceneError: if the file cannot be read, has nothing of that scene, or something in it is wrong.
+        SceneError: if the file cannot be read, does not contain that scene, or is not valid.
 
     """
     import json
@@ -119,7 +119,7 @@ def _told(value: Any) -> str:
 
 
 def ours(sizing: Sizing, row: Row) -> float | None:
-    """The figure of a row as computed here, or None where there is none."""
+    """The figure of a row as computed here, or None if there is none."""
     if row.at is None:
         tables: Any = sizing.as_dict()
     else:
@@ -135,7 +135,7 @@ def ours(sizing: Sizing, row: Row) -> float | None:
 
 
 def _within(tables: Any, path: str) -> Any:
-    """A value by its path: keys joined by dots, which may hold dots themselves; places in lists from 0."""
+    """A value by its path: keys joined by dots, which may contain dots themselves; items of lists from 0."""
     if not path:
         return tables
     if isinstance(tables, Sequence) and not isinstance(tables, str):
@@ -150,7 +150,7 @@ def _within(tables: Any, path: str) -> Any:
 
 
 def meets(printed: str, found: float) -> bool:
-    """Tests whether ours has the printed digits: rounded to them, or (behind a decimal point) cut to them.
+    """Tests whether ours has the printed digits: rounded to them, or (after a decimal point) truncated to them.
 
     >>> meets("27", 27.0095), meets("-60", -60.76), meets("678.22", 678.2297), meets("7.72767", 7.727687)
     (True, False, True, False)
@@ -162,13 +162,13 @@ def meets(printed: str, found: float) -> bool:
 
 
 def _whole(value: float, row: Row, rows: Sequence[Row], found: Sequence[float | None]) -> float:
-    """A figure, or 0 where it is nothing but rounding beside others of its unit."""
+    """A figure, or 0 if it is only rounding compared with others of its unit."""
     beside = [abs(other or 0.0) for one, other in zip(rows, found, strict=True) if one.unit == row.unit]
     return 0.0 if abs(value) <= _NO_FIGURE * max(beside) else value
 
 
 def section(sizing: Sizing, printed: Solution) -> Section:
-    """The box: printed figures beside ours, and where the print errs."""
+    """Section with printed figures, ours, and misprints."""
     rows: list[tuple[Cell, ...]] = []
     misprints: list[str] = []
     found = [ours(sizing, row) for row in printed.rows]

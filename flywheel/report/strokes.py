@@ -21,7 +21,7 @@ _SYMBOLS = {
 
 
 def sections(found: SingleStroke, picture: Figure) -> Iterator[Section]:
-    """The stroke over time with its picture, the clutch, the brake, the drive, and what is loaded how far."""
+    """Sections on the stroke with its picture, the clutch, the brake, the drive, and the loads over their limits."""
     yield _stroke(found, picture)
     yield _clutch(found)
     yield _brake(found)
@@ -64,7 +64,7 @@ def _stroke(found: SingleStroke, picture: Figure) -> Section:
 
 
 def _clutch(found: SingleStroke) -> Section:
-    """Heat and time of the slip, beside two inertias that nothing else acts on; the torque when it holds."""
+    """Section on heat and time of the slip, compared with two free inertias; the torque of the locked clutch."""
     strokes = found.strokes
     one = Quantity("J_1", driving_inertia(strokes), "kg m²")
     two = Quantity("J_2", driven_inertia(strokes, found.phases) / strokes.ratio**2, "kg m²")

@@ -124,7 +124,7 @@ def _arms_and_hub(found: Wheel, density: Quantity, inner: Quantity) -> Iterator[
 
 
 def _inertia(known: Context, found: Wheel) -> Iterator[Part]:
-    """The wheel's inertia beside the one that it was made for."""
+    """The wheel's inertia compared with the required one."""
     body = found.body
     whole = Quantity("I_w", found.inertia, "kg m²")
     first = Quantity("I_1", found.parts[0].inertia, "kg m²")
@@ -258,7 +258,7 @@ def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quant
 
 
 def every_shaft(known: Context) -> Section | None:
-    """The same flywheel on every shaft, where there are several."""
+    """The same flywheel on every shaft, if there are several."""
     sizing = known.sizing
     if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
         return None

@@ -1,10 +1,10 @@
-"""Confirmation of one steady cycle by an independent route; their difference is the error reported.
+"""Confirmation of one steady cycle by an independent method; the difference is the reported error.
 
 In time: (J + I*) alpha + ½ dI*/dphi omega² = M* is integrated on I* and M* straight from the bond graph, M* at the speed of
 the moment. It shares no cell, quadrature or closed form with the sizing.
 
-By collocation: the energy along the cycle is solved for by Newton's method, its level and the balance with it, on cells
-that nothing else uses. With loads that depend on position alone it shares I* and M* with the closed form, but no cell, no
+By collocation: Newton's method gives the energy along the cycle, its level and the balance, on separate
+cells. With loads that depend on position alone it shares I* and M* with the closed form, but no cell, no
 node and no formula for the flywheel; with torques that depend on speed it repeats the collocation of the figures elsewhere.
 """
 
@@ -45,13 +45,13 @@ _LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
 
 class UnconfirmedError(ValueError):
-    """A motion that cannot be confirmed within the work allowed, or is lost in its own error; the message says why."""
+    """A motion that cannot be confirmed within the allowed work, or is lost in its own error; the message has the reason."""
 
 
 class SteadyCycle(NamedTuple):
-    """One steady cycle by an independent route: rad/s and s; `closure` is omega(T)/omega(0) - 1.
+    """One steady cycle by an independent method: rad/s and s; `closure` is omega(T)/omega(0) - 1.
 
-    `limited` are the figures of the motor that are limited, by their names.
+    `limited` has the limited figures of the motor, by their names.
     """
 
     irregularity: float
@@ -66,11 +66,11 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     """One steady cycle stepped in time: with the exact (or given) flywheel, and with the approximate one.
 
     Args:
-        regime: what is confirmed.
+        regime: the regime to confirm.
         approximate: the approximate flywheel, kg m² at its own shaft; None in an analysis.
 
     Raises:
-        UnconfirmedError: where stepping takes too long, loses the motion, or slides along a law that jumps at a speed.
+        UnconfirmedError: if stepping takes too long, loses the motion, or slides along a law that jumps at a speed.
 
     """
     machine, run = regime.machine, regime.run
@@ -91,10 +91,10 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
 
 
 def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
-    """One steady cycle found again by collocation: with the exact (or given) and the approximate flywheel.
+    """One steady cycle computed again by collocation: with the exact (or given) and the approximate flywheel.
 
     Raises:
-        UnconfirmedError: where the iteration finds no motion on these cells, or takes too long.
+        UnconfirmedError: if the iteration does not converge on these cells, or takes too long.
 
     """
     run = regime.run
@@ -127,7 +127,7 @@ def _with_approximate(
     """Confirmation, with the irregularity that the approximate flywheel gives.
 
     `again` gives that irregularity and its relative error for an inertia on the crank (kg m²); it raises UnconfirmedError,
-    saying why, where there is none.
+    with the reason, if there is none.
     """
     irregularity: float | None = None
     messages: tuple[str, ...] = ()
@@ -153,7 +153,7 @@ def _with_approximate(
 
 
 def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
-    """Largest relative difference between the figures found and those of the regime's run, with the run's own error.
+    """Largest relative difference between these figures and those of the regime's run, with the run's own error.
 
     First that of all figures, then that of the period alone.
     """
@@ -207,7 +207,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
 
 
 def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dict[str, float]:
-    """The figures of the motor that are limited (see `shares`), integrated over the steps of a motion in time."""
+    """The limited figures of the motor (see `shares`), integrated over the steps of a motion in time."""
     names, motor = of_motor(scene), scene.motor
     if not names or motor is None or motor.rated is None or scene.drive is None:
         return {}
@@ -274,7 +274,7 @@ _TO_POWERS = np.linalg.inv(np.vander(_SAMPLES, increasing=True))
 
 
 def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
-    """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that can hold it."""
+    """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that may contain it."""
     ends = [(sign * float(step.first[1]), sign * float(step.last[1])) for step in steps]
     time, best = max(((step.end, after) for step, (_, after) in zip(steps, ends, strict=True)), key=lambda item: item[1])
     if ends[0][0] > best:
@@ -297,9 +297,9 @@ def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
 
 
 def on_thirds(machine: Machine) -> Machine:
-    """The machine with other first cells: a wide stretch cut into one more than before, a single cell into three.
+    """The machine with other first cells: a wide stretch has one more cell than before, a single cell becomes three.
 
-    A stretch has n cells there and n + 1 (or three) here: however often either are halved, no cell is one of the sizing's.
+    A stretch has n cells there and n + 1 (or three) here: after any halvings, no cell is one of the sizing's.
     """
     found = copy(machine)
     marks = machine.landmarks
@@ -356,10 +356,10 @@ def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float
 
 _COUNTED = 12  # evaluations of a step, counted together
 _MOST_STEPS = 4_000  # steps
-_FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
+_FEW_STEPS = 1000  # in a stretch where switches are no longer searched for
 _AHEAD = 1e-7  # of a piece: distance beyond a switch at which its side is evaluated
 _MOST_CROSSINGS = 500  # of switches in a cycle
-_TRIES = 8  # changes of side at one place, before they are no longer looked for
+_TRIES = 8  # changes of side at one place, before they are no longer searched for
 _SLIGHT = 1e-3  # of the size of a motor's states: smaller ones have this absolute error
 
 
@@ -381,9 +381,9 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
         tight: tolerance of a step.
 
     Raises:
-        SlidingError: where the motion keeps changing sides, as it does along a torque that jumps at a speed.
+        SlidingError: if the motion keeps changing sides, as it does along a torque that jumps at a speed.
 
-    Where it changes sides again and again at one place, the rest of that piece is stepped without looking for switches.
+    If it changes sides repeatedly at one place, the rest of that piece is stepped without a search for switches.
 
     """
     equations = _Scaled(dynamics, speed, scale)
@@ -443,7 +443,7 @@ class _Scaled(NamedTuple):
         return self._recorded(law, rates)
 
     def _recorded(self, law: PlainInstant, walked: Rates) -> Rates:
-        """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
+        """The same rates by the recorded walk; if a law is not defined, by the walk itself."""
         speed, scale = self.speed, self.scale
         unit, calls = 1.0 / (speed * speed * scale), 0
 
@@ -467,7 +467,7 @@ class _Scaled(NamedTuple):
         return rates
 
     def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array) -> RateField | None:
-        """The same rates at many instants at once; None where branches are decided at every instant."""
+        """The same rates at many instants at once; None if branches are decided at every instant."""
         dynamics, speed, scale = self
         if anchor is None and dynamics.branching:
             return None
@@ -484,9 +484,9 @@ class _Scaled(NamedTuple):
         return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
 
     def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
-        """Point that decides the branches of the next stretch, a little ahead; None where position alone decides them.
+        """Point that decides the branches of the next stretch, a little ahead; None if position alone decides them.
 
-        And a motor's own states there.
+        It includes a motor's own states.
         """
         if not self.dynamics.branching:
             return None, state[2:]
@@ -501,7 +501,7 @@ class _Scaled(NamedTuple):
         return anchor._replace(factors=now.factors or None), np.array(own)
 
     def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
-        """Events that end the next stretch, with their sides at the anchor, where a motor has states of its own.
+        """Events that end the next stretch, with their sides at the anchor, if a motor has states of its own.
 
         start: tau where the stretch begins, from the state.
         """
@@ -510,7 +510,7 @@ class _Scaled(NamedTuple):
         def values(tau: Array, states: Array) -> Array:
             omega = np.asarray(speed * (1.0 + scale * states[1]))
             found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
-            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
+            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none if no load switches in this piece
 
         here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), own[:, None]
         sides = np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here, there=True)])

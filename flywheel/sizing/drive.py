@@ -1,6 +1,6 @@
 """Drive of a machine over a steady cycle: its moment, work, power and heat; an engine, whose gas drives; an inverter.
 
-Last a synchronous motor in step: its load angle and what it swings with.
+Last a synchronous motor in step: its load angle and its swing.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, ServoLo
 
 
 def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
-    """Work (J) of the drive over the cycle, 0 where that is no more than its error; None without a drive."""
+    """Work (J) of the drive over the cycle, 0 if that is no more than its error; None without a drive."""
     drive = machine.scene.drive
     if drive is None:
         return None
@@ -43,7 +43,7 @@ def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) ->
 def energy(sizing: Sizing) -> Energy | None:
     """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
 
-    Peaks are found where the slope of power is zero, and at the ends of smooth pieces. None without a motion, and where
+    Peaks are at zeros of the slope of power, and at the ends of smooth pieces. None without a motion, and if
     rounding of enormous torques has stopped the machine.
     """
     machine, cycle, run, speed, scene = sizing.machine, sizing.cycle, sizing.run, sizing.speed, sizing.scene
@@ -79,11 +79,11 @@ def energy(sizing: Sizing) -> Energy | None:
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def engine(sizing: Sizing) -> EngineCycle | None:
-    """The engine of a machine: None where no gas drives it.
+    """The engine of a machine: None if no gas drives it.
 
     The gas is that of the loads with a bore; without any, in a machine without a drive or with one that brakes, the forces
-    on those ports that they drive over the cycle. The brake is what all other loads and the drive take, but for models of
-    losses.
+    on those ports that do positive work over the cycle. The brake work is that of all other loads and the drive, except
+    models of losses.
     """
     machine, cycle, drive_work = sizing.machine, sizing.cycle, sizing.drive_work
     if machine is None or cycle is None:
@@ -246,10 +246,10 @@ def place_of_greatest(mesh: Cells, values: Array) -> tuple[float, float]:
 
 
 def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
-    """Current and power of a motor on its inverter along a motion, and what would trip it; None for another drive.
+    """Current and power of a motor on its inverter along a motion, and causes of a trip; None for another drive.
 
-    Power that the motor returns charges the inverter's capacitors, which hold too little to count: without a resistor or a
-    mains that takes it, any trips it. Source: IEC 61800-2 (ratings of drives with inverters).
+    Power that the motor returns charges the inverter's capacitors, whose energy is neglected: without a resistor or a
+    mains that accepts it, any returned power trips it. Source: IEC 61800-2 (ratings of drives with inverters).
     """
     motor, inverter = shaft.motor, None if shaft.motor is None else shaft.motor.inverter
     if motor is None or inverter is None:
@@ -347,7 +347,7 @@ def servo_messages(load: ServoLoad) -> Iterator[str]:
 
 
 def temperature(shaft: MotorShaft) -> Temperature | None:
-    """Rise of the windings along a steady motion; None where the motor's data do not tell."""
+    """Rise of the windings along a steady motion; None if the motor's data do not give it."""
     motor = shaft.motor
     if motor is None or motor.thermal is None:
         return None
@@ -361,7 +361,7 @@ def temperature(shaft: MotorShaft) -> Temperature | None:
 
 
 def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:
-    """Messages on an inverter that trips: by what, where, and what would mend it."""
+    """Messages on an inverter that trips: cause, place and remedy."""
     for kind, value, limit, angle, time in trips:
         at = f"at crank angle {np.degrees(angle):.4g} deg" if time is None else f"after {time:.5g} s"
         if kind == "overcurrent":

@@ -5,12 +5,12 @@ Every phase has its own steady regime with the one flywheel. Over the duty, of p
     T_rms = sqrt(sum T_i² t_i / t_c),  P_heat = sum P_i t_i / t_c,  t_c = sum of t_i running + k sum of t_i at rest
 
 with T_i the root of the mean square over time in a phase, P_i its mean heat, and k the share by which standstill counts for
-the cooling. What passes between the regimes of two phases is left out; `settling` tells how long it takes. Starts are
+the cooling. Short changes between the regimes of two phases are left out; `settling` is their time. Starts are
 counted by their own heat and torque, from rest until the regime is reached.
 
-Valid for a duty that is short beside the minutes in which windings warm up: 10 minutes unless another time is agreed on,
-as IEC 60034-1 has it for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten); Dubey,
-Fundamentals of Electrical Drives, chapter 4 (ratings by the root mean square).
+Valid for a duty that is short compared with the minutes in which windings warm up: 10 minutes unless another time is agreed
+on, as IEC 60034-1 has it for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten);
+Dubey, Fundamentals of Electrical Drives, chapter 4 (ratings by the root mean square).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
 from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing, Temperature
 
 LONGEST = 600.0
-"""Period (s) of a duty that the mean of its heat speaks for, unless another is agreed on: IEC 60034-1 has 10 minutes."""
+"""Longest period (s) of a duty for which the mean heat is decisive; 10 minutes in IEC 60034-1, unless otherwise agreed."""
 _FADED = 0.05  # fraction of a change of speed left when it has settled
 _GONE = 1e-6  # the same where it is no longer followed
 _TOO_LONG = 0.05  # fraction of a phase that settling may take
@@ -49,7 +49,7 @@ _ROUGHLY = 1e-6  # relative error above which a start is taken as linear in the 
 
 
 class Stretch(NamedTuple):
-    """A stretch of a duty: how long (s), its value, and the share by which its time counts for the cooling."""
+    """A stretch of a duty: its time (s), its value, and the share of its time that counts for the cooling."""
 
     time: float
     value: float
@@ -65,7 +65,7 @@ def mean(stretches: Iterable[Stretch]) -> float:
     Raises:
         SceneError: for a number out of range, or no time that cools.
 
-    Valid where the duty is short beside the motor's thermal time constant.
+    Valid if the duty is short compared with the motor's thermal time constant.
 
     >>> mean([Stretch(60.0, 300.0), Stretch(120.0, 0.0, 1 / 3)])
     180.0
@@ -89,7 +89,7 @@ def root_mean_square(stretches: Iterable[Stretch]) -> float:
     Raises:
         SceneError: as in `mean`.
 
-    Valid where losses grow with the square of the torque, next to the rated point at a constant flux.
+    Valid if losses grow with the square of the torque, as near the rated point at a constant flux.
     Source: Dubey, Fundamentals of Electrical Drives, chapter 4 (selection of motor power rating); Theraja and Theraja, A
     Textbook of Electrical Technology, vol. III, chapter 44 (rating and service capacity).
 
@@ -108,11 +108,11 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
 
     Args:
         scene: with a duty.
-        size: sizes a scene as asked, for the phase that decides.
+        size: sizes the scene of the phase that decides, as requested.
         plain: sizes a scene without a confirmation of its own, for the others.
 
     Raises:
-        SceneError: with the faults of all phases that cannot run, and where no flywheel keeps a limit over the duty.
+        SceneError: with the faults of all phases that cannot run, and if no flywheel keeps a limit over the duty.
 
     """
     running = [phase for phase in scene.duty if phase.scene is not None]
@@ -191,7 +191,7 @@ def ranges(sizing: Sizing) -> list[Span]:
 
 
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
-    """Tests whether a limit is kept from a flywheel on, and not by lighter ones beside it."""
+    """Tests whether a limit is kept from a flywheel on, and not by slightly lighter ones."""
     return any(span.state is LimitState.KEPT and span.first == inertia for span in spans)
 
 
@@ -205,7 +205,7 @@ def _hardness(alone: Sizing, run: Sizing) -> tuple[float, float]:
 
 
 WHOLE = {"motor_heat": "heat_share", "motor_rms": "rms_torque_share"}
-"""Limits that are kept over the whole duty, and the figures of it that they are of."""
+"""Limits that apply to the whole duty, and their figures of it."""
 
 
 def _scene(phase: Phase) -> Scene:
@@ -231,7 +231,7 @@ def _with_flywheel(scene: Scene, found: Sizing, inertia: float, error: float) ->
 
 
 def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
-    """The figures of a phase that are limited."""
+    """The limited figures of a phase."""
     if run.cycle is None or run.run is None:
         return {}
     return shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
@@ -284,7 +284,7 @@ class _Branches:
         return PhaseLoad(phase.name, False, duration, errors=errors, **limited)
 
     def _start(self, phase: Phase, inertia: float, rtol: float) -> _Start:
-        """A start with a flywheel; coarsely, from two of them, as one takes time and makes heat in proportion to inertia."""
+        """A start with a flywheel; approximately from two others, because its time and heat are proportional to inertia."""
         if rtol < _ROUGHLY:
             return _start(phase, inertia)
         if phase.name not in self.linear:
@@ -302,7 +302,7 @@ class _Branches:
 
 
 def _search(scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]) -> limits.Search:
-    """The search over flywheels (kg m² at their own shaft) for the limits that are those of a whole duty."""
+    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty."""
     branches = _Branches(scene, running, alone, whole)
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
     lightest, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
@@ -311,7 +311,7 @@ def _search(scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], who
 
 
 def _rated(sizing: Sizing) -> dict[str, float]:
-    """Torque (N m) and heat (W) of a motor at its rated point; 0 where one is not known."""
+    """Torque (N m) and heat (W) of a motor at its rated point; 0 if unknown."""
     motor, values = sizing.scene.motor, _of_motor(sizing)[0]
     torque = 0.0 if motor is None or motor.rated is None else motor.rated.torque
     return {"rms_torque": torque, "heat": values["heat"] / values["heat_share"] if values["heat_share"] else 0.0}
@@ -330,7 +330,7 @@ def _at_motor(rated: Mapping[str, float], shares: Mapping[str, Share]) -> tuple[
 
 
 def _reached(name: str, asked: float, duty: Duty, runs: Mapping[str, Sizing], alone: float, error: float) -> Limit:
-    """A limit of the scene, with the figure of the whole duty or of the phase that is nearest to it."""
+    """A limit of the scene, with the figure of the whole duty, or of the phase nearest to the limit."""
     if name in WHOLE:
         reached = float(getattr(duty, WHOLE[name]))
         return Limit(asked, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), error)
@@ -366,7 +366,7 @@ class _Start(NamedTuple):
 def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = None) -> _Start:
     """One start of a phase's machine from rest to its regime, or a change of speed: from crank angle 0 and a speed on.
 
-    change: that speed (rad/s), and how long it is followed (s).
+    change: that speed (rad/s), and the time for which it is followed (s).
     """
     import flywheel  # motions in time stand above sizings
 
@@ -405,9 +405,9 @@ def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = No
 
 
 def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = None) -> PhaseLoad:
-    """A phase that runs, from the sizing of its machine with the flywheel (kg m²), and from one of its starts.
+    """The load of a running phase, from the sizing of its machine with the flywheel (kg m²), and from one of its starts.
 
-    Without starts the change of speed from that at its beginning (rad/s) is followed in time, where that takes a while.
+    Without starts the change of speed from that at its beginning (rad/s) is followed in time, if it takes long enough.
     """
     energy, motion = sizing.energy, sizing.simulation
     period = None if motion is None else motion.period
@@ -440,7 +440,7 @@ def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = No
 
 
 def _settling(sizing: Sizing) -> float | None:
-    """Time (s) in which a change of speed fades to 5 %; None where that is not known."""
+    """Time (s) in which a change of speed decays to 5 %; None if unknown."""
     cyclic, period = sizing.cyclic, None if sizing.simulation is None else sizing.simulation.period
     if cyclic is None or period is None or not 0.0 < cyclic.multiplier < 1.0:
         return None
@@ -448,7 +448,7 @@ def _settling(sizing: Sizing) -> float | None:
 
 
 def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _Start | None:
-    """The change from a speed (rad/s) to the phase's regime; None where it counts for little, or outlasts the phase."""
+    """The change from a speed (rad/s) to the phase's regime; None if it is short, or longer than the phase."""
     scene, duration = _scene(phase), phase.duration or 0.0
     if scene.motor is None or circuit_of(scene) is not None:
         return None
@@ -537,14 +537,14 @@ def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float,
         phases: in their order.
         sizings: of the phases that run with that flywheel, by name.
         inertia: of the flywheel.
-        follow: whether changes of speed between the phases are followed in time.
+        follow: true to follow changes of speed between the phases in time.
 
     Raises:
-        SceneError: for starts that do not come to the regime, or that take more time than there is.
+        SceneError: for starts that do not reach the regime, or that take longer than the phase.
 
     """
     listed, rows = list(phases), list[PhaseLoad]()
-    for _again in range(2 if follow else 1):  # changes that go on to the end of a phase begin the next one
+    for _again in range(2 if follow else 1):  # changes that continue to the end of a phase begin the next one
         rows, before = _rows(listed, sizings, inertia, rows, follow), rows
         if before or not any(row.change_time == row.duration for row in rows):
             break
@@ -596,7 +596,7 @@ def _rows(
 
 
 def _combined(name: str, rows: list[PhaseLoad]) -> tuple[float | None, float | None]:
-    """A figure over all phases and its relative error; None where it is not known of each that runs."""
+    """A figure over all phases and its relative error; None if it is unknown for a running phase."""
     values = [0.0 if row.rest else getattr(row, name) for row in rows]
     if any(value is None for value in values):
         return None, None
@@ -612,7 +612,7 @@ def _combined(name: str, rows: list[PhaseLoad]) -> tuple[float | None, float | N
 
 
 def _type(phases: list[Phase]) -> str | None:
-    """The duty type of IEC 60034-1, where one load takes turns with standstill or with idling."""
+    """The duty type of IEC 60034-1, if one load alternates with standstill or with idling."""
     loads = sum(phase.loaded for phase in phases)
     rests = sum(phase.scene is None for phase in phases)
     idles, starts = len(phases) - loads - rests, any(phase.starts for phase in phases)
@@ -624,7 +624,7 @@ def _type(phases: list[Phase]) -> str | None:
 
 
 def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
-    """Rise of the windings over a duty, phase by phase with starts and changes of speed; None where data are missing."""
+    """Rise of the windings over a duty, phase by phase with starts and changes of speed; None if data are missing."""
     data = None if scene.motor is None else scene.motor.thermal
     if data is None or scene.motor is None or any(row.heat is None and not row.rest for row in duty.phases):
         return None
@@ -647,7 +647,7 @@ def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
 
 
 def _trips(runs: Mapping[str, Sizing], hardest: Phase) -> Iterator[str]:
-    """Messages on an inverter that trips in other phases than the one whose messages are told."""
+    """Messages on an inverter that trips in phases other than the governing one."""
     for name, run in runs.items():
         if name != hardest.name and run.inverter is not None:
             for line in trip_messages(run.inverter.trips):
@@ -658,7 +658,7 @@ def _trips(runs: Mapping[str, Sizing], hardest: Phase) -> Iterator[str]:
 
 
 def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
-    """Messages on a duty: the phase of the other figures, the assumptions, and what is left out."""
+    """Messages on a duty: the phase of the other figures, the assumptions, and the omissions."""
     if binding is None:
         yield f"the figures are those of {duty.governing}, which decides the flywheel; those of the duty are separate"
     else:

@@ -1,4 +1,4 @@
-"""Estimated errors of a sizing's figures: those of `Errors` are found by the sizing, all others follow from them."""
+"""Estimated errors of a sizing's figures: the sizing gives those of `Errors`, all others follow from them."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class _DriveErrors(NamedTuple):
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def estimates(sizing: Sizing) -> dict[str, Estimate]:
-    """Estimated errors by the key of the figure, or of the block of figures, that they hold for; None where there is none.
+    """Estimated errors by the key of the figure or of the block of figures; None for a missing figure.
 
-    They are relative to the larger of the figure and its scale, but those of angles, in rad. Scales: energy_fluctuation over
-    eps w² for inertias of flywheels, the work exchanged for works, the greatest I* for the reduced inertia; in `energy` what
-    makes the work exchanged a power or a torque. Errors of power, balance and coefficient of energy are relative to the
+    They are relative to the larger of the figure and its scale; those of angles are in rad. Scales: energy_fluctuation over
+    eps w² for inertias of flywheels, the work exchanged for works, the greatest I* for the reduced inertia; in `energy` the
+    work exchanged as a power or a torque. Errors of power, balance and coefficient of energy are relative to the
     figure itself, unless that is no more than its error.
     """
     error, cycle, scene, cyclic = sizing.error, sizing.cycle, sizing.scene, sizing.cyclic
@@ -128,7 +128,7 @@ def _speed(sizing: Sizing, cycle: Cycle) -> Array:
 
 
 def _relative(error: float, figure: float, scale: float) -> float:
-    """An error relative to a figure, or where that is no more than its error, to the larger of it and a scale."""
+    """An error relative to a figure, or if the figure is no more than its error, to the larger of it and a scale."""
     return error / (abs(figure) if abs(figure) > error else max(abs(figure), scale, 1e-300))
 
 

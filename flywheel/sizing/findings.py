@@ -1,7 +1,7 @@
-"""Figures of a sizing: one line for each, from which every place that shows it is rendered.
+"""Figures of a sizing: one line for each, from which every output is rendered.
 
 JSON (`as_dict`), the reference's table, columns of sweeps, the summary, the full listing and the report take the figures
-of a sizing from `FINDINGS`. A new figure is a line there, and the field that holds its value.
+of a sizing from `FINDINGS`. A new figure is a line there, and the field with its value.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from flywheel.language import text as _
 from flywheel.sizing.results import Sizing
 
 KINDS = {"J": "energy", "W": "power", "N m": "torque", "N": "force", "kg m²": "inertia", "rad/s": "speed"}
-"""The kinds of quantities, of which systems of units of the trade have scales, by their SI units."""
+"""The kinds of quantities, of which systems of customary units have scales, by their SI units."""
 _HEATING = (
     *("current_rms", "current_peak", "copper_heat", "copper_heat_share"),
     *("rotor_heat", "rotor_heat_share", "stator_heat", "stator_heat_share"),
@@ -23,7 +23,7 @@ _HEATING = (
 class Column(NamedTuple):
     """A figure as a column of sweeps: its words, its name if not the figure's key, the key of its error if not its name.
 
-    `value` is that of the column where it is not the figure's, and `key` then its key in JSON.
+    `value` is that of the column if it is not the figure's, and `key` then its key in JSON.
     """
 
     about: str
@@ -36,11 +36,11 @@ class Column(NamedTuple):
 class Finding(NamedTuple):
     """A figure of a sizing, or a block of figures.
 
-    `key` is that in JSON, with a dot before a figure of a block; `unit` is SI; `about` what the reference says of it;
-    `value` that of a sizing, or the path of the field where that is not the key. Figures that people read have `words`,
-    marked for translation, the absolute error (SI) that they are written with, and the `symbol` of the report. `outputs` are
+    `key` is that in JSON, with a dot before a figure of a block; `unit` is SI; `about` the text of the reference;
+    `value` that of a sizing, or the path of the field if that is not the key. Figures that people read have `words`,
+    marked for translation, the absolute error (SI) that limits their digits, and the `symbol` of the report. `outputs` are
     those of `OUTPUTS` that show the figure as a row like any other; elsewhere it stands in a row, step or table of its own.
-    `beside` is what stands beside it in the full listing if not its unit, `column` what it is in sweeps.
+    `beside` is the note after it in the full listing if not its unit, `column` its column in sweeps.
     """
 
     key: str
@@ -60,7 +60,7 @@ class Finding(NamedTuple):
         return self.key if self.words is None else self.words()
 
     def of(self, sizing: Sizing) -> Any:
-        """The value of a sizing; None where a record on the path of the field is missing."""
+        """The value of a sizing; None if a record on the path of the field is missing."""
         if callable(self.value):
             return self.value(sizing)
         value: Any = sizing
@@ -104,7 +104,7 @@ def _irregularity_given(sizing: Sizing) -> float | None:
 
 
 def _dict(name: str) -> Callable[[Sizing], Any]:
-    """A record of a sizing as mappings; None where there is none."""
+    """A record of a sizing as mappings; None without the record."""
 
     def value(sizing: Sizing) -> Any:
         record = getattr(sizing, name)
@@ -119,7 +119,7 @@ def _block(sizing: Sizing) -> dict[str, Any]:
 
 
 def _block_of(name: str) -> Callable[[Sizing], dict[str, Any] | None]:
-    """A block whose figures have lines of their own; None where a sizing lacks the record of that name."""
+    """A block whose figures have lines of their own; None if a sizing lacks the record of that name."""
     return lambda sizing: None if getattr(sizing, name) is None else {}
 
 
@@ -320,7 +320,7 @@ def finding(key: str) -> Finding:
 
 
 def shown(output: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
-    """The figures shown as ordinary rows, with their values; those that a sizing has."""
+    """The figures of a sizing shown as ordinary rows, with their values."""
     for one in FINDINGS:
         if output in one.outputs and (value := one.of(sizing)) is not None:
             yield one, float(value)

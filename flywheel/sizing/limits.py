@@ -4,9 +4,9 @@ Each limit's figure is taken along the steady periodic motion with a flywheel, t
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
 not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
 motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
-of about 0.001 down to none, a few a decade; beside each hump and hollow of a figure its extreme is looked for; and what lies
-beyond is given by the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit the
-crossing is found by inverse interpolation, at the error asked for.
+of about 0.001 down to none, a few a decade; beside each hump and hollow of a figure its extreme is searched for; and what
+lies beyond is given by the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit
+the crossing is found by inverse interpolation, at the required error.
 
 Each motion is found from that with the nearest flywheel, so that all lie on one branch. Flywheels with which no motion is
 found, nor shown not to exist, count neither as kept nor as broken. One search serves machines and duties (`Search`).
@@ -81,7 +81,7 @@ def shares_along(machine: Machine, motion: OwnMotion, rtol: float) -> dict[str, 
 
 
 def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
-    """The limits of a scene where a machine without inertia keeps them without a flywheel; None where it does not.
+    """The limits of a scene where a machine without inertia keeps them without a flywheel; None if it does not.
 
     `omega` is the crank's speed at the cycle's nodes (rad/s).
     """
@@ -140,7 +140,7 @@ class FlywheelPoint(NamedTuple):
     shares: Mapping[str, Share] = {}
 
     def beyond(self, name: str, asked: float) -> float:
-        """Excess of a figure over its limit: not above 0 where the limit is kept, or where the error leaves that open."""
+        """Excess of a figure over its limit: not above 0 if the limit is kept, or where the error leaves that open."""
         if not self.motions:
             return np.inf
         share = self.shares[name]
@@ -161,11 +161,11 @@ class Search:
         limits: the figures' limits, by their names.
         lightest: an inertia (kg m²) below which little changes.
         heaviest: one with which the speed is nearly constant.
-        rtol: relative error asked of an inertia.
+        rtol: required relative error of an inertia.
         swings: whether a motor's own states may swing, so that figures vary sharply near resonances.
 
     Raises:
-        NoRegimeError: where even the heaviest leaves no steady motion.
+        NoRegimeError: if even the heaviest leaves no steady motion.
 
     """
 
@@ -181,12 +181,12 @@ class Search:
     ) -> None:
         self.at, self.limits, self.rtol = at, limits, rtol
         self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
-        self.known: dict[float, FlywheelPoint] = {}  # at the error asked for
+        self.known: dict[float, FlywheelPoint] = {}  # at the required error
         self.extremes: list[FlywheelPoint] = []
         self.grid = self._scanned()
 
     def closely(self, inertia: float) -> FlywheelPoint:
-        """The figures with a flywheel at the error asked for, or at the least error possible."""
+        """The figures with a flywheel at the required error, or at the least error possible."""
         if inertia not in self.known:
             found = self.at(inertia, 0.5 * self.rtol)
             self.known[inertia] = found if found.motions else self.at(inertia, _COARSE)
@@ -289,7 +289,7 @@ class Search:
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
     def _ultimately(self, name: str, asked: float) -> float:
-        """Excess of a figure over its limit at infinite inertia; None where its error leaves that open."""
+        """Excess of a figure over its limit at infinite inertia; None if its error leaves that open."""
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
@@ -464,10 +464,10 @@ def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) 
         machine: a machine whose torques depend on speed.
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
-        rtol: relative error asked of an inertia.
+        rtol: required relative error of an inertia.
 
     Raises:
-        NoRegimeError: where even a heavy flywheel leaves no steady motion.
+        NoRegimeError: if even a heavy flywheel leaves no steady motion.
 
     """
     branch = Branch(machine, figures.speed, unknown, figures.speed if machine.scene.unknown is not None else None)
@@ -547,12 +547,12 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
         machine: a machine whose torques depend on speed.
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
-        rtol: relative error asked of the inertia.
-        by_irregularity: a motion with the irregularity asked for, where one was sized for it.
+        rtol: required relative error of the inertia.
+        by_irregularity: a motion with the required irregularity, where one was sized for it.
 
     Raises:
         SceneError: for limits that no flywheel reaches, or that none keeps together.
-        NoRegimeError: where even a heavy flywheel leaves no steady motion.
+        NoRegimeError: if even a heavy flywheel leaves no steady motion.
 
     """
     scene = machine.scene
@@ -637,7 +637,7 @@ def _range(span: Span, square: float) -> str:
 
 
 def _unknown(spans: Iterable[Span], square: float) -> str:
-    """The flywheels whose state is unknown, in words; empty where there are none."""
+    """The flywheels whose state is unknown, in words; empty if there are none."""
     return " and ".join(_range(span, square) for span in spans if span.state is LimitState.UNKNOWN)
 
 

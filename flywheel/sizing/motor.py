@@ -36,7 +36,7 @@ def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) 
     Args:
         machine: with a drive.
         cycle: along the motion.
-        run: the motion, where there is one.
+        run: the motion, if there is one.
         speed: mean of extremes, rad/s.
 
     """
@@ -48,7 +48,7 @@ def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) 
 
 
 def above_error(value: float, error: float) -> float:
-    """A figure, or 0 where rounding leaves nothing of it: ratios to it would be noise."""
+    """A figure, or 0 if rounding leaves nothing of it: ratios to it would be noise."""
     return 0.0 if abs(value) <= error else value
 
 
@@ -106,7 +106,7 @@ class MotorShaft:
         return here, slope
 
     def states(self, mesh: Cells) -> tuple[Array, ...]:
-        """The motor's own states at the nodes of a mesh; none where it follows the speed at once."""
+        """The motor's own states at the nodes of a mesh; none if it follows the speed at once."""
         return states_on(self.run, mesh)
 
     def mean_square(self, law: Law) -> tuple[float, float, Cells]:

@@ -1,7 +1,7 @@
 """Power flow of a steady cycle: from the motor's input through every mesh to the loads, with every loss and every store.
 
-At each angle phi the crank turns at omega with the acceleration alpha. What hangs on shaft s, reduced to the crank, has the
-inertia I_s and the moment M_s, so that the moment which enters it is
+At each angle phi the crank turns at omega with the acceleration alpha. the parts connected to shaft s, reduced to the crank,
+has the inertia I_s and the moment M_s, so that the moment which enters it is
 
     tau_s = I_s alpha + ½ dI_s/dphi omega² - M_s + sum over the shafts c that mesh with s of k_c tau_c,
 
@@ -102,7 +102,7 @@ def power_flow(sizing: Sizing) -> PowerFlow | None:
 
 
 class _Train:
-    """The shafts of a machine with what hangs on each, and its steady motion."""
+    """The shafts of a machine with the parts connected to each, and its steady motion."""
 
     def __init__(self, sizing: Sizing, machine: Machine) -> None:
         scene = machine.scene
@@ -306,7 +306,7 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
 
 
 def _extremes(series: Array, error: float, scale: float) -> tuple[float, float]:
-    """The greatest and the least power, 0 where that is no more than its error."""
+    """The greatest and the least power, 0 if that is no more than its error."""
     least, greatest = cells.extents(series)
     high, low = float(greatest.max()), float(least.min())
     tiny = error * max(high, -low, scale)

@@ -61,7 +61,7 @@ class Balance(NamedTuple):
 class Proof(NamedTuple):
     """Proven intervals of figures, (low, high) in SI by their keys in JSON, for a scene's numbers as written in decimals.
 
-    `reason` says why nothing is proven; it is empty where something is. `statement` says what is proven and what is not,
+    `reason` says why nothing is proven; it is empty if something is. `statement` says what is proven and what is not,
     and `seconds` is the processor's time that it took.
     """
 
@@ -88,7 +88,7 @@ class Confirmation(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """A limit of `[flywheel.limits]`, and its result; shares of the motor's rated figures, but for irregularity.
+    """A limit of `[flywheel.limits]`, and its result; shares of the motor's rated figures, except for irregularity.
 
     `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) that it alone would need. `simulated` is
     what the confirmation in time finds instead of `reached`, None without one. The errors are those of `reached`, relative
@@ -165,7 +165,7 @@ class Regime(NamedTuple):
     """The steady regime of a machine with its given, its exact or no flywheel: the basis of confirmation and wheel.
 
     `figures` are those of the areas, at a constant speed where torques depend on it; `motion` is the one that they give, or
-    that was solved for; `run` is the same, but None where nothing stores energy, and even where nothing varies the speed.
+    that was solved for; `run` is the same, but None if nothing stores energy, and even where nothing varies the speed.
     `cycle` is the one along the motion, `speed` its mean of extremes (rad/s), `exact` the inertia on the crank (kg m²) that
     its irregularity asks for, or its limits, with its relative error, where torques depend on speed; `broken` are heavier
     flywheels, at their own shaft, that break what is asked. `limits` are those of
@@ -214,9 +214,9 @@ class SelectedWheel(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Estimated errors: relative ones as the figures' scale asks; None where there is no figure.
+    """Estimated errors, relative to the figures' scales; None for a missing figure.
 
-    In rad those of angles: `angles` of the ends of areas, `extremes` of the angles of greatest and least speed.
+    Those of angles are in rad: `angles` of the ends of areas, `extremes` of the angles of greatest and least speed.
     """
 
     exact: float | None = None
@@ -234,9 +234,9 @@ class EngineCycle(NamedTuple):
     """Figures of an engine in a steady cycle; powers are works over its angle, times the mean of extremes.
 
     `indicated_work` (J) and `indicated_power` (W) of the gas on its pistons; `swept_volume` (m³) of all cylinders, as often
-    as their gas works in the cycle, and `mean_effective_pressure` (Pa) over it, None where a bore is not known;
-    `brake_work` and `brake_power` that the loads take, and `mechanical_efficiency`, their share in what is indicated, None
-    where they take nothing. `error` (J) is that of the works.
+    as their gas works in the cycle, and `mean_effective_pressure` (Pa) over it, None if a bore is not known;
+    `brake_work` and `brake_power` of the loads, and `mechanical_efficiency`, their share of the indicated work, None
+    if they take nothing. `error` (J) is that of the works.
     """
 
     indicated_work: float
@@ -257,9 +257,9 @@ class Stream(NamedTuple):
     """Power from one place to another over a steady cycle, positive from `source` to `target`.
 
     kind: "input" (of the mains), "drive" (of the motor's shaft), "shaft" (what arrives through a mesh), "load", "stored" (by
-    inertias, springs, weights: 0 on the mean), or one of `LOSSES`, whose target is "heat". Places are "mains", "drive",
-    "shafts.NAME", "heat", and else where the scene has them ("load[0]", "spring", "flywheel", "gravity"); `name` is what it
-    is the power of, as such a path, and `on` the place in the machine where it is taken or given. `mean` (W) is over time,
+    inertias, springs, weights: mean 0), or one of `LOSSES`, whose target is "heat". Places are "mains", "drive",
+    "shafts.NAME", "heat", and paths of the scene ("load[0]", "spring", "flywheel", "gravity"); `name` is the path of the
+    part whose power it is, and `on` the place in the machine where it acts. `mean` (W) is over time,
     `work` (J) of a cycle, `greatest` and `least` (W) the extremes within it.
     """
 
@@ -280,10 +280,10 @@ class Stream(NamedTuple):
 
 
 class ShaftFlow(NamedTuple):
-    """A shaft in the steady cycle, and what its mesh with the shaft `on` carries; None for the crank, which has none.
+    """A shaft in the steady cycle, and the load of its mesh with the shaft `on`; None for the crank, which has no mesh.
 
     `speed` is the mean of extremes, `speed_time_mean` that over time (rad/s). Torque (N m, on this shaft's side of the mesh)
-    and power (W) are positive towards `to`, the one of the two shafts that takes power on the mean.
+    and power (W) are positive towards `to`, the one of the two shafts that receives power on average.
     """
 
     shaft: str
@@ -303,11 +303,11 @@ class ShaftFlow(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class PowerFlow:
-    """The power flow of a steady cycle: its streams, its shafts, and the balance of all that (W on the mean over time).
+    """The power flow of a steady cycle: its streams, its shafts, and their balance (W, mean over time).
 
-    `input` is what comes from outside, of the mains where the motor's kind tells it, else of its shaft, and of loads that
-    drive; `output` what loads take, and a drive that brakes; `left` is input - output - losses. `error` is relative: of a
-    stream to the larger of its greatest power in size and `scale`, the work exchanged over the period.
+    `input` is the power from outside: from the mains if the motor's type gives it, else at its shaft, and from loads that
+    drive; `output` the power to loads, and to a drive that brakes; `left` is input - output - losses. `error` is relative:
+    of a stream to the larger of its greatest power in size and `scale`, the work exchanged over the period.
     """
 
     scene: Scene
@@ -330,13 +330,13 @@ class PowerFlow:
 
     @property
     def efficiency(self) -> float | None:
-        """Share of the input that is put out; None without an input."""
+        """Output over input; None without an input."""
         return self.output / self.input if self.input > self.error * self.scale else None
 
     def at(self, phi: float) -> tuple[float, ...]:
         """The power (W) of every stream, in their order, at a crank angle (rad); a cycle repeats.
 
-        Just after the angle, where powers jump there.
+        If powers jump at the angle, those just after it.
         """
         end = float(self.mesh.edges[-1])
         cell, t = cells.located(self.mesh, np.array([phi - end * np.floor(phi / end)]))
@@ -376,7 +376,7 @@ class PowerFlow:
     def plot(self, path: str | Path | None = None, *, at: float | None = None) -> Figure | None:
         """The Sankey diagram, over the mean or at a crank angle (rad): into a file (PNG, SVG or PDF), or as a figure.
 
-        Raises ValueError for another ending, OSError where the file cannot be written.
+        Raises ValueError for another ending, OSError if the file cannot be written.
         """
         import flywheel
 
@@ -390,14 +390,14 @@ NEAR = 0.2
 """A harmonic whose frequency is less than this share off the natural frequency is near resonance."""
 
 COUNTS = 0.05
-"""Share of the greatest swing from which on a harmonic counts."""
+"""Share of the greatest swing from which a harmonic counts."""
 
 
 class Harmonic(NamedTuple):
     """A harmonic of the moment at a constant speed: its order by the cycle, frequency (Hz), moment on the crank (N m).
 
-    `swing` is the speed's amplitude (rad/s, crank) that it makes of a rotor held by nothing, `magnification` what the
-    synchronizing torque and the damper winding make of that, by the linear swing about the mean load angle.
+    `swing` is the amplitude of speed (rad/s, crank) of a free rotor, `magnification` the factor on it by the
+    synchronizing torque and the damper winding, for the linear swing about the mean load angle.
     """
 
     order: int
@@ -433,7 +433,7 @@ class Synchronism(NamedTuple):
 
     @property
     def near_resonance(self) -> Harmonic | None:
-        """The harmonic that counts, nearest to the natural frequency, where it is near; None where none is."""
+        """The counting harmonic nearest to the natural frequency, if it is near; else None."""
         near = min(self.counting, key=lambda one: abs(one.frequency / self.natural_frequency - 1.0), default=None)
         return near if near is not None and abs(near.frequency / self.natural_frequency - 1.0) < NEAR else None
 
@@ -445,10 +445,10 @@ class Synchronism(NamedTuple):
 
 
 class Trip(NamedTuple):
-    """What trips an inverter: "overcurrent" (over the rated current), "overvoltage" or "chopper_power" (W returned).
+    """Cause of a trip of an inverter: "overcurrent" (over the rated current), "overvoltage" or "chopper_power" (W returned).
 
-    `value` is the greatest along the motion, `limit` what it bears, `angle` that of the crank where it is greatest (rad). Of
-    a motion in time `time` is the first at which it trips (s), and `angle` the one there; None of a cycle.
+    `value` is the greatest along the motion, `limit` the permitted value, `angle` that of the crank where it is greatest
+    (rad). Of a motion in time `time` is the first at which it trips (s), and `angle` the one there; None of a cycle.
     """
 
     kind: str
@@ -459,9 +459,9 @@ class Trip(NamedTuple):
 
 
 class InverterLoad(NamedTuple):
-    """Power (W) that a motor takes from its inverter: the mean over time, the greatest, the least, below 0 where it returns.
+    """Power (W) that a motor takes from its inverter: the mean over time, the greatest, the least (below 0: returned).
 
-    `current` is the greatest over the motor's rated one, None where its type does not tell; `errors` are relative but for
+    `current` is the greatest over the motor's rated one, None if its type does not give it; `errors` are relative except for
     that of the current.
     """
 
@@ -504,7 +504,7 @@ class ServoLoad(NamedTuple):
 
 
 class Temperature(NamedTuple):
-    """Rise of the windings' temperature (K) in a cycle or a duty that repeats for ever; `limit` is that of their class.
+    """Rise of the windings' temperature (K) in a cycle or a duty repeated indefinitely; `limit` is that of their class.
 
     `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`,
     of each phase that has starts, the most in an hour with its load between them. `error` is relative.
@@ -519,17 +519,17 @@ class Temperature(NamedTuple):
 
     @property
     def within(self) -> bool:
-        """Tells whether the windings stay within the limit."""
+        """True if the windings stay within the limit."""
         return self.greatest <= self.limit * (1.0 + self.error)
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns all of it for JSON, SI throughout."""
+        """The record for JSON, SI throughout."""
         phases = [{"name": name, "rise": rise} for name, rise in self.phases]
         return {**self._asdict(), "phases": phases, "starts": dict(self.starts), "within": self.within}
 
 
 MATTERS = 0.01
-"""Share by which a figure must differ from that of the static curve for the summary to say that the fluxes matter."""
+"""Relative difference from the static curve above which the summary says that the fluxes matter."""
 
 
 class Beside(NamedTuple):
@@ -540,12 +540,12 @@ class Beside(NamedTuple):
 
     @property
     def difference(self) -> float:
-        """Difference of the first from the second, as a share."""
+        """Relative difference of the first from the second."""
         return self.two_axis / self.static - 1.0 if self.static else 0.0
 
 
 class ElectricalTransients(NamedTuple):
-    """Figures with the fluxes as states beside those of the static curve, with the same flywheel.
+    """Figures with the fluxes as states and those of the static curve, with the same flywheel.
 
     `greatest_torque` is the motor's (N m, on its shaft), `rotor_heat` the mean over time (W).
     """
@@ -565,15 +565,15 @@ class ElectricalTransients(NamedTuple):
 
 
 class PhaseLoad(NamedTuple):
-    """A phase of a duty as it runs with the flywheel; all but `duration` is None at rest, or where it does not apply.
+    """A phase of a duty with the flywheel; all fields except `duration` are None at rest, or if they do not apply.
 
     `duration` (s) with its starts and `cycles` without;
     `speed` (rad/s, mean of extremes, of the crank), `irregularity`; `mean_power` and `peak_power` (W) of the drive,
-    `rms_torque` (N m, on its shaft), `heat` (W) of what heats the motor, `current_rms` (A), those of starts included but
+    `rms_torque` (N m, on its shaft), `heat` (W) of the motor, `current_rms` (A), those of starts included except
     for the peak; shares are over the rated point. `start_time` (s) and `start_heat` (J) are those of one start,
-    `change_time` and `change_heat` those of the change of speed from the phase before, where it is followed, up to
-    `change_speed` (rad/s). `settling` (s) is the time in which a change of speed fades to 5 %. `errors` are estimated errors
-    of figures, in their units.
+    `change_time` and `change_heat` those of the change of speed from the phase before, if it is followed, up to
+    `change_speed` (rad/s). `settling` (s) is the time in which a change of speed decays to 5 %. `errors` are estimated
+    errors of figures, in their units.
     """
 
     name: str
@@ -604,10 +604,10 @@ class PhaseLoad(NamedTuple):
 class Duty(NamedTuple):
     """A duty with one flywheel, and its motor's load. `governing` is the phase that decides the flywheel.
 
-    `type` is that of IEC 60034-1 where it is S1, S3, S4 or S6; `period`, `running` and `cooled` (s): all of it, the part in
-    which the motor is on, and what counts for cooling. `cyclic_duration_factor` is the share of the period in which the
-    machine is loaded. `mean_power` (W) and `work` (J) are over the period; `rms_torque` (N m, at the drive's shaft), `heat`
-    (W) and `current_rms` (A) over the time that cools, shares over the rated point. `errors` are estimated relative errors.
+    `type` is that of IEC 60034-1 if it is S1, S3, S4 or S6; `period`, `running` and `cooled` (s): the whole, the part in
+    which the motor is on, and the time that counts for cooling. `cyclic_duration_factor` is the share of the period in which
+    the machine is loaded. `mean_power` (W) and `work` (J) are over the period; `rms_torque` (N m, at the drive's shaft),
+    `heat` (W) and `current_rms` (A) over the time that cools, shares over the rated point. `errors` are relative.
     """
 
     type: str | None
@@ -634,7 +634,7 @@ class Duty(NamedTuple):
 
 
 class Derivations(NamedTuple):
-    """Functions of figures derived from a sizing when asked for, so that the record computes nothing."""
+    """Functions of figures derived from a sizing on request, so that the record computes nothing."""
 
     as_dict: Callable[[Sizing], dict[str, Any]]
     errors: Callable[[Sizing], dict[str, Estimate]]
@@ -647,18 +647,18 @@ class Derivations(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Sizing:
-    """Everything that sizing or analysing one scene gives. Field names are those of the JSON contract where it has them.
+    """Result of sizing or analysing one scene. Field names are those of the JSON contract, if it has them.
 
-    `messages` are sentences that a user must not miss (rtol not reached, no motion with the approximate flywheel...).
-    `machine`, `cycle` and `run` are what the figures came from: None for a scene of areas. Where torques depend on speed
-    `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
-    from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
+    `messages` are important sentences for the user (rtol not reached, no motion with the approximate flywheel...).
+    `machine`, `cycle` and `run` are the sources of the figures: None for a scene of areas. If torques depend on speed,
+    `cycle` is the one along the motion, `constant` the one at a constant speed for areas and approximate figures,
+    and `cyclic` has the stability of the motion; both are None otherwise. `built` is the wheel, if the scene has a shape.
 
-    `duty` is what the machine does in turn, where the scene has a duty: the other figures are those of its hardest phase.
+    `duty` has the phases of a duty, if the scene has one: the other figures are those of its hardest phase.
     `limits` are those that the flywheel was sized for, by their names in `[flywheel.limits]`, and `binding` is the one that
-    decides it, None where none does; both are empty where an irregularity is asked for, or a flywheel given.
-    `friction` tells of friction in joints, where there is any: it is that of the motion's own speeds and accelerations.
-    `accuracy` is the level of accuracy, `left_out` what the sizing did not do there, `cost` what all this took.
+    decides it, None if none does; both are empty if the scene has an irregularity, or a given flywheel.
+    `friction` has the result for friction in joints, if there is any: friction at the motion's own speeds and accelerations.
+    `accuracy` is the level of accuracy, `left_out` the omissions at that level, `cost` the cost of the calculation.
     """
 
     scene: Scene
@@ -713,7 +713,7 @@ class Sizing:
         """Every figure by its name in the JSON contract, SI, parts after a dot: `flywheel.exact`, `error.flywheel.exact`.
 
         Made for tables of many sizings: `pandas.DataFrame([sizing.figures for sizing in sweep])`. Lists are left out, and
-        what a computation cost.
+        costs of computation.
 
         >>> import flywheel
         >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": 10},
@@ -729,7 +729,7 @@ class Sizing:
     def report(
         self, path: str | Path | None = None, *, language: str | None = None, units: str = "si", cover_sheet: bool = False
     ) -> HtmlReport | None:
-        """The worked report: written into a file, HTML or PDF as its ending says, or returned as HTML that a notebook shows.
+        """The worked report: written into a file, HTML or PDF by its ending, or returned as HTML that a notebook shows.
 
         Args:
             path: ends in .html or .pdf; None to have the HTML itself.
@@ -750,9 +750,9 @@ class Sizing:
         return None
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
-        """The picture of `flywheel size --plot`: written into a file (PNG, SVG or PDF), or else as a figure of matplotlib.
+        """The picture of `flywheel size --plot`: written into a file (PNG, SVG or PDF), or returned as a matplotlib figure.
 
-        Raises ValueError for another ending, OSError where the file cannot be written.
+        Raises ValueError for another ending, OSError if the file cannot be written.
         """
         import flywheel
 
@@ -763,7 +763,7 @@ class Sizing:
 
     @cached_property
     def errors(self) -> dict[str, Estimate]:
-        """Estimated errors by the key of the figure, or of the block of figures, that they hold for."""
+        """Estimated errors by the key of the figure or of the block of figures."""
         return self.derived.errors(self)
 
     @cached_property
@@ -778,12 +778,12 @@ class Sizing:
 
     @cached_property
     def power_flow(self) -> PowerFlow | None:
-        """Every power from the drive's input to the loads, with all that is lost and stored; None for a scene of areas."""
+        """Every power from the drive's input to the loads, with all losses and stores; None for a scene of areas."""
         return self.derived.power_flow(self)
 
     @cached_property
     def electrical_transients(self) -> ElectricalTransients | None:
-        """Effect of the fluxes of a two-axis induction motor beside its static curve; None for other drives."""
+        """Effect of the fluxes of a two-axis induction motor compared with its static curve; None for other drives."""
         return self.derived.electrical_transients(self)
 
     @cached_property
@@ -793,11 +793,11 @@ class Sizing:
 
     @cached_property
     def shafts(self) -> tuple[OnShaft, ...]:
-        """The flywheel given or sized, and those that do the same on every other shaft, at the means of extremes.
+        """The flywheel given or sized, and the equivalent ones on every other shaft, at the means of extremes.
 
-        Where a wheel is built, it counts as built, rounded up or not. The others are that wheel made as wide as they need to
-        be: at its radii mass and inertia grow with the width alike. Their rims run at the speed that the built wheel was
-        chosen for, as the shafts are geared.
+        A wheel counts as built, rounded up or not. The others are that wheel with the necessary width:
+        at its radii mass and inertia are proportional to the width. Their rims run at the speed for which the built wheel
+        was chosen for, as the shafts are geared.
         """
         if self.inertia is None:
             return ()
@@ -817,7 +817,7 @@ class Sizing:
 
     @property
     def balance_unit(self) -> str | None:
-        """The unit (SI) of the balance; None without one, or where the expressions that it stands in leave it open."""
+        """The unit (SI) of the balance; None without one, or if its expressions leave it undetermined."""
         return None if self.machine is None else balance_unit(self.machine.efforts, self.scene)
 
     @property
@@ -832,7 +832,7 @@ class Sizing:
 
     @property
     def constant_speed(self) -> float | None:
-        """The speed (rad/s) that areas and approximate figures take torques at that depend on it; None where none does."""
+        """The speed (rad/s) at which areas and approximate figures take torques; None if no torque depends on speed."""
         return None if self.cyclic is None else self.cyclic.constant_speed
 
     @property
@@ -859,7 +859,7 @@ def _flat(prefix: str, data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class HtmlReport(str):
-    """A report as HTML, which a notebook shows in a frame of its own."""
+    """A report as HTML, which a notebook shows in a separate frame."""
 
     __slots__ = ()
 
@@ -867,7 +867,7 @@ class HtmlReport(str):
         return f"HtmlReport({len(self)} characters)"
 
     def _repr_html_(self) -> str:
-        """The report in a frame, so that its styles stay its own."""
+        """The report in a frame, so that its styles affect nothing else."""
         from html import escape  # notebooks alone show it so
 
         return (
@@ -900,7 +900,7 @@ class Sizings(tuple[Sizing, ...]):
 
     @property
     def columns(self) -> list[str]:
-        """The names of the figures that differ and that are no errors, those that matter most first."""
+        """The names of the figures that differ and are no errors, the most important first."""
         rows = self.figures
         names = dict.fromkeys(name for row in rows for name in row)
         differ = [n for n in names if not n.startswith("error.") and len({repr(row.get(n)) for row in rows}) > 1]

@@ -92,8 +92,8 @@ def size(
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
-        rtol: relative accuracy asked of every figure; the scene's own if None.
-        simulate: whether to confirm by time stepping (accuracy "audit", or else "normal").
+        rtol: required relative accuracy of every figure; the scene's own if None.
+        simulate: true to confirm by time stepping (accuracy "audit", else "normal").
         accuracy: "normal", or "fast": the exact figures; "confirm": these and the motion by periodic collocation on other
             cells; "proof": the exact figures with proven intervals (extra `proof`); "audit", which is taken if None: the
             exact figures and the motion stepped in time. An analysis at "normal" has its motion by quadrature.
@@ -242,7 +242,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
 
 
 def _at_start(regime: Regime) -> Motion | None:
-    """The motion as it is at the beginning of the cycle; None of a machine without one."""
+    """The motion at the beginning of the cycle; None for a machine without one."""
     run = regime.run
     if run is None:
         return None
@@ -254,7 +254,7 @@ def _at_start(regime: Regime) -> Motion | None:
 
 
 def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
-    """The steady regime, by the cheapest formulation that the machine allows, and what its motion costs."""
+    """The steady regime, by the cheapest formulation that the machine allows, and the cost of its motion."""
     if of_motor := [name for name in machine.scene.limits if name != "irregularity"]:
         motor = machine.scene.motor
         if motor is None or motor.rated is None or not machine.sets_its_speed:  # no scene that was read
@@ -270,10 +270,10 @@ def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
 def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost], JointFriction]:
     """The steady regime of a machine with friction in its joints, taken at its own speeds and accelerations.
 
-    Friction follows the motion, flywheel and balance, and these follow friction: from that of a constant speed on, one is
-    found from the other until what the rounds to come may change is next to nothing beside the error asked for. Each
-    changes a share of what the one before did, from which that follows; it is part of the friction's error. Rounds alone
-    settle slowly, or swing ever wider, where the irregularity is large: friction is taken along a mixture of the last few
+    Friction follows from the motion, flywheel and balance, and these follow from friction. From friction at a constant speed
+    on, each is computed from the other until the change by further rounds is negligible compared with the required error.
+    Each round changes a fraction of the change before, from which that bound follows; it is part of the friction's error.
+    Rounds alone converge slowly, or diverge, if the irregularity is large: friction is taken along a mixture of the last few
     motions (see `_mixture`).
     """
     regime, costs = _regime(machine_of(machine), rtol)
@@ -315,7 +315,7 @@ def _mixture(last: Sequence[_Round]) -> list[float]:
     """Weights of the last rounds' motions in the one along which friction is taken next (Anderson's mixing).
 
     Equation: with the change r_i of the squares of speeds in round i, the sum of w_i r_i is least where w_i sum to 1.
-    A mixture that stops, or nearly so, is none of motions: then it is the middle of the last two.
+    A mixture that stops, or nearly so, is no motion: the mean of the last two then replaces it.
     Source: D. G. Anderson, Iterative Procedures for Nonlinear Integral Equations, J. ACM 12 (1965).
     """
     if len(last) == 1:
@@ -389,7 +389,7 @@ def _even(regime: Regime) -> bool:
 
 
 def _even_run(regime: Regime) -> Run | None:
-    """The motion where nothing varies the speed: as given, or without the flywheel that is not needed."""
+    """The motion if nothing varies the speed: as given, or without the flywheel that is not needed."""
     run, speed = regime.run, regime.speed
     if run is None:
         return None
@@ -401,7 +401,7 @@ def _even_run(regime: Regime) -> Run | None:
 
 
 def _flywheel(regime: Regime, even: bool) -> Flywheel:
-    """The flywheels of the regime: by its figures, the exact one by its motion where torques depend on speed."""
+    """The flywheels of the regime: by its figures, the exact one by its motion if torques depend on speed."""
     scene = regime.machine.scene
     if even and scene.irregularity is not None:
         return Flywheel(scene.flywheel_on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
@@ -415,7 +415,7 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
 
 
 def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirmed:
-    """The motion as the level of accuracy asks; by quadrature where it cannot be confirmed."""
+    """The motion by the method of the level of accuracy; by quadrature if it cannot be confirmed."""
     analysis = regime.machine.scene.inertia is not None
     if regime.confirmed is not None:
         return regime.confirmed if analysis or level not in _ALONE else Confirmed()
@@ -481,19 +481,19 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
 
 
 def _limits(scene: Scene, exact: float | None, error: float | None, reached: float | None) -> dict[str, Limit]:
-    """The irregularity where it is the only limit that is asked for: the exact flywheel is the one for it."""
+    """The irregularity if it is the only limit: the exact flywheel is the one for it."""
     if not scene.limits or exact is None or reached is None:
         return {}
     return {name: Limit(asked, reached, exact, None, error or 0.0, error or 0.0) for name, asked in scene.limits.items()}
 
 
 def _binding(limits: Mapping[str, Limit]) -> str | None:
-    """The limit that decides a flywheel, where there is one limit and a flywheel is needed."""
+    """The limit that decides a flywheel, if there is one limit and a flywheel is needed."""
     return next((name for name, limit in limits.items() if limit.alone > 0.0), None)
 
 
 def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Cyclic | None = None) -> Iterator[str]:
-    """A message for every figure whose estimated error is above rtol; a single one where the cause is net work."""
+    """A message for every figure whose estimated error is above rtol; a single one if the cause is net work."""
     found = [
         f"the {title} is good to {error:.2g}"
         for name, title in _TITLES.items()
@@ -530,16 +530,16 @@ def _wheel(
     fluctuation: float = 0.0,
     error: float = 0.0,
 ) -> tuple[SelectedWheel | None, tuple[str, ...]]:
-    """The wheel that the scene asks for, the irregularity with it as built, and remarks.
+    """The wheel of the scene's shape, the irregularity with it as built, and remarks.
 
-    The wheel carries the exact inertia (or the given one), at the greatest speed of its shaft unless the scene says the
-    mean. Where no torque is given for its arms, they pass on what accelerates it: J times the greatest acceleration.
+    The wheel has the exact inertia (or the given one), at the greatest speed of its shaft unless the scene chooses the
+    mean. Without a given torque its arms transmit the accelerating torque: J times the greatest acceleration.
 
     Args:
         scene: with the wheel's shape and material.
         inertia: kg m² at its own shaft.
         speed: mean of extremes of the crank, rad/s.
-        irregularity: where the regime has no motion of its own.
+        irregularity: if the regime has no motion of its own.
         regime: of the machine; None for a diagram of areas.
         fluctuation: of a diagram of areas, J.
         error: of that, relative.
@@ -657,7 +657,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
 
 
 def electrical_transients(sizing: Sizing) -> ElectricalTransients | None:
-    """The same machine and flywheel with the static curve, side by side; None for other motors, and without a motion."""
+    """The same machine and flywheel with the fluxes and with the static curve; None for other motors, and without one."""
     scene, run, motor = sizing.scene, sizing.run, sizing.scene.motor
     static = None if motor is None else motor.static
     if static is None or run is None or scene.drive is None:

@@ -1,7 +1,7 @@
 """Sizing and analysis of machines whose torques depend on speed, or whose meshes have losses.
 
-The exact figures are those of the periodic motion itself, with the flywheel, the energy level and the balance solved for at
-once. The areas and the approximate flywheels take the torques at a constant crank speed.
+The exact figures are those of the periodic motion itself, solved together with the flywheel, the energy level and the
+balance. The areas and the approximate flywheels take the torques at a constant crank speed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration 
 
 
 def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
-    """The steady regime of such a machine, its figures at estimated errors within rtol, and what the motion costs.
+    """The steady regime of such a machine, its figures with estimated errors within rtol, and the cost of the motion.
 
     Raises:
         SceneError: if it has no steady motion, with the reason: no torque fixes the speed, the drive cannot carry the
@@ -109,7 +109,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
 
 
 def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
-    """The figures at a constant speed (rad/s), and the relative error of that speed where the machine takes it by itself."""
+    """The figures at a constant speed (rad/s), and the relative error of that speed if the torques set it."""
 
     def figures_at(speed: float) -> Figures:
         return wittenbauer.refined(machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol)[0]
@@ -127,7 +127,7 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
 def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
     """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
 
-    None where that is not what is wanted (a flywheel is given, or needed), and where there is no such speed: torques that do
+    None if a flywheel is given or needed, and if there is no such speed: torques that do
     not fall with speed, that jump at one, or a motor's current with a state of its own.
     """
     scene, most = machine.scene, machine.scene.irregularity or 2.0
@@ -193,7 +193,7 @@ def _equilibrium(moments: Moments, speed: float, unknown: float) -> Array | None
 
 
 def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
-    """The same, with the unknown that makes the mean of the greatest and the least speed the one wanted."""
+    """The same, with the unknown that makes the mean of the greatest and the least speed the required one."""
     balanced = None
     for _ in range(_WIDENINGS):
         omega = _equilibrium(moments, speed, unknown)
@@ -268,7 +268,7 @@ def _inertialess_regime(
 
 
 def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
-    """The motion with the given flywheel, with the one that is needed, or with none where none is."""
+    """The motion with the given flywheel, with the needed one, or with none if none is needed."""
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
 
@@ -278,7 +278,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
             return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol, directly=directly)
 
     def without(*, directly: bool) -> OwnMotion | None:
-        """The motion without a flywheel, where it is as even as asked."""
+        """The motion without a flywheel, if it keeps the irregularity."""
         try:
             motion = solved(0.0, 0.0, directly=directly)
         except (NoRegimeError, BudgetError):
@@ -325,7 +325,7 @@ def _unstable(motion: OwnMotion) -> bool:
 
 
 def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> limits.Smallest:
-    """The motion with the smallest flywheel that keeps what is asked of a scene, where heavier ones need not keep it."""
+    """The motion with the smallest flywheel that keeps a scene's limits, if heavier ones may break them."""
     sized, refused = None, None
     try:
         sized = None if machine.scene.irregularity is None else _motion(machine, figures, unknown, rtol)
@@ -342,8 +342,8 @@ def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -
 def _fault(machine: Machine, speed: float, given: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
     """Fault of a machine for which no motion was found, or none with meaningful figures.
 
-    Simulated in time the machine may stall or run away; else the iteration did not settle. `given` is the flywheel on the
-    crank (kg m²), None where one is sought from a guess.
+    Simulated in time the machine may stall or run away; otherwise the iteration did not converge. `given` is the flywheel on
+    the crank (kg m²), None if one is searched for from a guess.
     """
     scene, error = machine.scene, finding.error
     path = "flywheel.irregularity" if given is None else "flywheel.inertia"
@@ -384,9 +384,9 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
-    """The fault of a search that was given up, with the reason where the machine shows one.
+    """The fault of a search without a result, with the reason if the machine shows one.
 
-    With the given flywheel; where one is sought, light ones are tried as well, and so with none.
+    It tries the given flywheel; in a search also light ones, and none.
     """
     moments = moments_on(machine, machine.mesh, local=True)
     total = inertia + moments.inertia
@@ -408,7 +408,7 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
 
 @np.errstate(all="ignore")  # a report asks for it after the sizing is over
 def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float, *, stored: bool) -> Run:
-    """The run of a machine with another flywheel (kg m² on the crank), or with none where nothing stores energy at all.
+    """The run of a machine with another flywheel (kg m² on the crank), or with none if nothing stores energy.
 
     Args:
         machine: the machine.
@@ -416,10 +416,10 @@ def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rt
         speed: mean of extremes, rad/s.
         inertia: of the flywheel.
         rtol: of the sizing.
-        stored: whether anything but the flywheel stores energy.
+        stored: true if anything but the flywheel stores energy.
 
     Raises:
-        NoRegimeError: where there is none.
+        NoRegimeError: if there is none.
 
     """
     if inertia > 0.0 or stored:
@@ -434,7 +434,7 @@ def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: floa
     """The motion of a machine with another flywheel (kg m² on the crank); arguments as in `run_with`.
 
     Raises:
-        NoRegimeError: where there is none.
+        NoRegimeError: if there is none.
 
     """
     held = machine.scene.speed if machine.scene.unknown is not None else None

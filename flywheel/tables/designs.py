@@ -34,12 +34,12 @@ _APPROXIMATE_TIE = 1e-9  # share by which the approximate flywheel may be below 
 
 
 def sweep_text(found: Sweep, rows: int = 20) -> str:
-    """All of it: `rows` of the designs, evenly chosen where there are more."""
+    """The text of a sweep, with at most `rows` of the designs, evenly chosen."""
     return paragraphs((_question(found), _best(found), _table(found, rows), _sentences("", notes(found))))
 
 
 def notes(found: Sweep) -> list[str]:
-    """Notes on a sweep in sentences, mainly for a user who relies on it."""
+    """Notes on a sweep in sentences: refusals, dangers, accuracy."""
     said = list(found.messages)
     kinds = {
         re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in found.reasons.values()
@@ -73,7 +73,7 @@ def notes(found: Sweep) -> list[str]:
 
 
 def _without_effect(found: Sweep) -> list[str]:
-    """The numbers that vary, in a grid, while every figure stays as it is."""
+    """The numbers of a grid whose variation changes no figure."""
     if len(found.shape) != len(found.columns) or not np.isfinite(found.worst).any():
         return []
     idle = []
@@ -166,7 +166,7 @@ def _table(found: Sweep, rows: int) -> list[str]:
 
 
 def _fitting(order: Iterable[str], cells: dict[str, list[str]], heads: dict[str, tuple[str, str]]) -> list[str]:
-    """The columns that a line has room for, those that matter most first, in the order of the table."""
+    """The columns that fit a line, the most important ones, in the order of the table."""
     room, chosen = WIDTH, {""}
     room -= max(len(cell) for cell in cells[""])
     for key in order:
@@ -260,7 +260,7 @@ def _slope(derivative: Derivative) -> str:
 
 
 def _told(value: float, unit: str, most: int = _DIGITS) -> str:
-    """A number with as many digits; an angle in degrees, see `_unit`."""
+    """A number with so many digits; an angle in degrees, see `_unit`."""
     return figure(degrees(value) if unit == "rad" else value, most=most)
 
 
@@ -334,7 +334,7 @@ def _statistics(found: Tolerance, kept: Iterable[str]) -> list[str]:
 
 
 def _plain(value: float, error: float) -> str:
-    """A number to the digits that its error leaves, without a power of ten where it would have one above 0."""
+    """A number to the digits that its error leaves, without a positive power of ten."""
     written = figure(value, error, 5)
     return f"{float(written):.0f}" if "e+" in written and abs(value) < _LONG else written
 
@@ -358,7 +358,7 @@ def _percent(share: Sobol) -> tuple[str, str, str, str]:
 
 
 def optimum_text(found: Optimum) -> str:
-    """The best design, what holds it, and what confirms it."""
+    """The best design, its active constraints, and its confirmation."""
     which, unit = "greatest" if found.greatest else "least", found.unit and f" {found.unit}"
     value = f"{figure(found.value, found.error, 8)}{unit}"
     before = ""
@@ -438,7 +438,7 @@ def _indented(sentence: str) -> list[str]:
 
 
 def _cut(lines: Iterable[str]) -> list[str]:
-    """Lines as wide as the terminal at most: what is beyond is for --json."""
+    """Lines at most as wide as the terminal; --json has the rest."""
     return [line if len(line) <= WIDTH else f"{line[: WIDTH - 1].rstrip()}…" for line in lines]
 
 
@@ -474,7 +474,7 @@ def motors_text(found: SuitableMotors, rows: int = 20) -> str:
 
 
 def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
-    """Motors with the reason why they do not do, under a title."""
+    """Unsuitable motors with their reasons, under a title."""
     told = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in choices]
     lines = [line for each in told for line in wrap(each, WIDTH, initial_indent="  ", subsequent_indent="    ")]
     return [title, *lines] if lines else []
@@ -495,7 +495,7 @@ def _short(name: str) -> str:
 
 
 def _currency(found: SuitableMotors) -> list[str]:
-    """The headings of the prices, if there are any: of the motor, and with its flywheel where that has one."""
+    """The headings of the prices, if there are any: of the motor, and with its flywheel if that has a price."""
     priced = [choice for choice in found.suitable if choice.motor.price is not None]
     if not priced:
         return []
@@ -566,7 +566,7 @@ _RATIO = 4  # the column left out where no method keeps rtol
 
 
 def tradeoff_text(found: Tradeoff) -> str:
-    """All of it, at most 100 columns wide.
+    """The text of a comparison, at most 100 columns wide.
 
     >>> from flywheel.study.answers import Reference
     >>> reference = Reference(2.0, 1e-15, "Gauss' rule", "the closed form is 1e-16 apart")
@@ -643,18 +643,18 @@ def _methods(found: Tradeoff) -> list[str]:
 
 
 def error(found: Tradeoff, row: MethodRow) -> str:
-    """A row's true error; where it is below the reference's own error bound, that much is known only."""
+    """A row's true error; below the reference's own error bound, that bound with "<"."""
     bound, value = found.reference.doubt, row.error or 0.0
     return f"< {bound:.1e}" if value < bound else f"{value:.1e}"
 
 
 def _setting(row: MethodRow) -> str:
-    """Setting of a row beside its family; empty where the family says all."""
+    """Setting of a row within its family; empty if the family has one row."""
     return row.name.removeprefix(row.family).removeprefix(", ")
 
 
 def _names(rows: list[MethodRow], found: Tradeoff) -> str:
-    """Rows by family, with what tells them apart where they are not the whole of it; families of one kind together."""
+    """Rows by family, with their differences if they are not the whole family; families of one kind together."""
     named = []
     for family, group in groupby(rows, lambda row: row.family):
         kind, _, which = family.partition(", ")
@@ -677,7 +677,7 @@ def _names(rows: list[MethodRow], found: Tradeoff) -> str:
 
 
 def unfinished(found: Tradeoff) -> list[str]:
-    """Reason why a table is not whole, in a sentence; nothing where it is.
+    """Reason why a table is not whole, in a sentence; empty if it is.
 
     >>> from flywheel.study.answers import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)

@@ -1,4 +1,4 @@
-"""What a sizing did, and why so: its formulation, what its torques depend on, what it cost."""
+"""The method of a sizing and its reasons: its formulation, the variables of its torques, its cost."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _ELSEWHERE = "flywheel tradeoff measures what other methods and tolerances cost 
 class Explanation:
     """Explanation of a sizing's method.
 
-    `formulation` is what was solved, and `because` which entries of the scene made it so; `motion` says how the motion
-    over the cycle was found. `not_modelled` is what the scene does not need, `forced` what it has that takes more. What
-    its level left out, and what it cost, the sizing itself tells.
+    `formulation` is the problem solved, `because` the entries of the scene that require it; `motion` is the method for the
+    motion over the cycle. `not_modelled` lists effects that the scene does not need, `forced` features that need more work.
+    The sizing itself has the omissions of its level and the cost.
     """
 
     sizing: Sizing
@@ -73,8 +73,8 @@ def explain(
 
     Args:
         machine: a `Machine`, or a `Scene`.
-        rtol: relative accuracy asked of every figure; the scene's own if None.
-        simulate: whether to confirm by time stepping.
+        rtol: required relative accuracy of every figure; the scene's own if None.
+        simulate: true to confirm by time stepping.
         accuracy: the level of accuracy; "audit" if None.
 
     Raises:
@@ -93,7 +93,7 @@ def explain(
 
 
 def explanation(sizing: Sizing) -> Explanation:
-    """The explanation of a sizing that was made already."""
+    """The explanation of an existing sizing."""
     return Explanation(
         sizing=sizing,
         formulation=_formulation(sizing),
@@ -155,7 +155,7 @@ def _because(sizing: Sizing) -> Iterator[str]:
 
 
 def _motion(sizing: Sizing) -> str:
-    """Method for the motion over the cycle, the second one for each of the flywheels, and its cost."""
+    """Method for the motion over the cycle, the second method for each of the flywheels, and its cost."""
     machine, confirmed = sizing.machine, sizing.simulation
     if machine is None:
         return "not found"
@@ -192,7 +192,7 @@ def _circuit(machine: Machine) -> bool:
 
 
 def _not_modelled(sizing: Sizing) -> Iterator[str]:
-    """Effects that the scene does not need, and that were not modelled."""
+    """Effects that were not modelled because the scene does not need them."""
     machine = sizing.machine
     if machine is None:
         yield "the machine: areas do not give its inertia, its speeds over time or its drive"
@@ -233,7 +233,7 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
 
 
 def _bodies(mechanism: Mechanism) -> list[str]:
-    """The names of what may have mass in a mechanism."""
+    """The names of the bodies of a mechanism that may have mass."""
     if mechanism.linkage is not None:
         return [link.name for link in mechanism.linkage.links]
     if mechanism.outputs:

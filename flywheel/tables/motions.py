@@ -40,9 +40,9 @@ def units(found: Kinematics, curve: Curve) -> tuple[str, str, str]:
 
 
 def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True, full: bool = True) -> str:
-    """The motion for reading: a block for every curve, with its extremes and dead centres over the whole motion.
+    """The motion as text: a block for every curve, with its extremes and dead centres over the whole motion.
 
-    listed: the positions were asked for: all are shown, and few of them in one table for all curves.
+    listed: true for chosen positions: all are shown, and few of them in one table for all curves.
     tables: False leaves the tables of positions out.
     full: False gives one table with the extremes of the ports instead.
     """
@@ -81,7 +81,7 @@ def _with_degrees(unit: str, value: float, error: float, digits: int = _DIGITS) 
 
 
 def _overview(found: Kinematics, names: list[str]) -> list[str]:
-    """Extremes of some curves in one table, and how to have the others."""
+    """Extremes of some curves in one table, and the options for the others."""
     shown = names[:_MOST_PORTS]
     rows = [
         (_label(found, name) if not k else "", *row)
@@ -104,7 +104,7 @@ def _label(found: Kinematics, name: str) -> str:
 
 
 def _columns(found: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Array]]:
-    """Heads, values and errors of a curve's figures for reading: of a point both components and the amounts."""
+    """Heads, values and errors of a curve's figures as text: of a point both components and the amounts."""
     names = zip(
         _QUANTITIES, units(found, curve), (curve.position, curve.velocity, curve.acceleration), curve.errors, strict=True
     )
@@ -142,7 +142,7 @@ def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str
 
 
 def _axis(found: Kinematics) -> Iterator[tuple[str, Array, Array]]:
-    """The columns of the axis: time where there is one and it leads, and the driver's coordinate."""
+    """The columns of the axis: time if it is the axis, and the driver's coordinate."""
     q = (
         ("x [m]", found.q, found.errors["q"])
         if found.sliding
@@ -166,7 +166,7 @@ def _place(found: Kinematics, at: float, error: float = 0.0, digits: int = _DIGI
 
 
 def _least_and_greatest(found: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
-    """Quantity, least and greatest figure of a curve, with where they are; one figure where they are the same."""
+    """Quantity, least and greatest figure of a curve with their positions; one figure if they are equal."""
     unit_of = dict(zip(_QUANTITIES, units(found, found.curves[name]), strict=True))
     pairs: dict[str, list[Extreme]] = {}
     for extreme in found.extremes[name]:
@@ -378,7 +378,7 @@ def _unit(found: InstantCentres) -> str:
 
 
 def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:
-    """A line for every point that moves: x and y by the centre, by coefficients, and how far they are apart."""
+    """A line for every point that moves: x and y by the centre, by coefficients, and their difference."""
     rows = []
     for point in centres.velocities:
         error = float(point.error[k])
@@ -448,9 +448,9 @@ def _centre_dict(centre: InstantCentre, rate: Array) -> dict[str, Any]:
 
 
 def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
-    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate.
+    """The motion at evenly spaced times from its start to its end; on a stroke in the driver's own coordinate.
 
-    With `breaks` also where laws switch, at the same time once for each side.
+    With `breaks` also at the switches of laws, once for each side.
     """
     trail = transient.motion.trail
     assert trail is not None
@@ -465,7 +465,7 @@ def transient_text(transient: Transient) -> str:
     at = f"{figure(phi, most=7)} m" if transient.scene.sliding else f"{figure(phi * DEGREES, most=7)} deg"
     title = wrapped(transient.scene.title, "") if transient.scene.title else []
     headline = [*title, *wrapped(f"From {at}, {speed}: {transient.ended}.", "")]
-    # Work of everything, and what it has become.
+    # Work of every load, and the balance of energy.
     energy = transient.energy
     given = [("drive", energy.drive)] if transient.scene.drive is not None else []
     rows = [*given, *energy.works.items()]
@@ -528,7 +528,7 @@ def _when(top: Peak) -> str:
 
 
 def _motor_start(transient: Transient) -> list[str]:
-    """Effect of the start on its motor, with the allowable values; empty where no current is known."""
+    """Effect of the start on its motor, with the allowable values; empty if no current is known."""
     found = transient.start_heat
     if found is None or (found.current_squared is None and not found.times):
         return []
@@ -583,9 +583,9 @@ def transient_table(transient: Transient, points: int, breaks: bool = False) -> 
 
 
 def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
-    """Energy of bodies, springs and weights along a motion; None where shafts twist, so that one angle is not enough.
+    """Energy of bodies, springs and weights along a motion; None if shafts twist, so that one angle is not enough.
 
-    off: by how many of its errors position and speed are taken aside.
+    off: shift of position and speed, in multiples of their errors.
     """
     scene, motion, stroke = transient.scene, transient.motion, transient.scene.stroke
     if scene.compliances:

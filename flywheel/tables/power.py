@@ -1,4 +1,4 @@
-"""Torque, power and energy of a sizing: what the drive gives beside its motor's rating, and where the power goes."""
+"""Torque, power and energy of a sizing: the drive's output compared with its motor's rating, and the power flow."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _engine(engine: EngineCycle) -> Iterator[Row]:
 
 
 def with_and_without(sizing: Sizing) -> list[str]:
-    """The drive's power over time, with the flywheel and without one, and what that asks of its motor."""
+    """The drive's power over time, with the flywheel and without one, and the load of its motor."""
     energy, motor = sizing.energy, sizing.scene.motor
     if energy is None:
         return []
@@ -132,7 +132,7 @@ def _number(value: float) -> str:
 
 
 def _signed(value: float) -> str:
-    """A power or torque, the one that is largest in size, with a word where it brakes."""
+    """A power or torque of greatest size, with a word if it brakes."""
     return _number(value) + (" (it brakes)" if value < 0.0 else "")
 
 
@@ -150,7 +150,7 @@ def _ratio(sizing: Sizing) -> float:
 
 
 def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
-    """Power and torque that the machine asks of its motor, beside what the motor is rated for."""
+    """Power and torque that the machine needs from its motor, compared with the motor's rating."""
     rated, run, ratio = motor.rated, sizing.run, _ratio(sizing)
     if run is None or run.drive is None:
         torque = float(motor.torque(ratio * sizing.speed))
@@ -180,7 +180,7 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
 class Heat(NamedTuple):
     """Mean heat of a motor over time (W): the heat, that at its rated point, that at a constant speed.
 
-    `share` is the heat over that at the rated point, `error` its relative error; None where no rated point is known.
+    `share` is the heat over that at the rated point, `error` its relative error; None if no rated point is known.
     """
 
     heat: float
@@ -196,7 +196,7 @@ class Heat(NamedTuple):
 
 
 def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
-    """The heat of a rotor (induction) or an armature (DC); None where a motor's kind does not tell it."""
+    """The heat of a rotor (induction) or an armature (DC); None if the motor's type does not give it."""
     even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
     heat = None if motor.heated is None else getattr(energy, motor.heated)
     if heat is None:
@@ -209,7 +209,7 @@ def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
 
 
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
-    """Heat of the motor, where its type gives it; otherwise a note that it is not known."""
+    """Heat of the motor if its type gives it; otherwise a note that it is not known."""
     found = heat_of(sizing, motor, energy)
     if energy.rotor_heat is not None and found is not None:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
@@ -297,7 +297,7 @@ def is_long(energy: Energy) -> bool:
 
 
 def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> Iterator[str]:
-    """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
+    """Warnings if the motor comes near the end of its running branch, passes it, or runs outside its data."""
     run, ratio = sizing.run, _ratio(sizing)
     slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
     least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown
@@ -347,7 +347,7 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
 
 
 def _fluxes(found: ElectricalTransients) -> str:
-    """Effect of the fluxes of a two-axis motor, beside its static curve, as measured."""
+    """Effect of the fluxes of a two-axis motor compared with its static curve."""
     shares = {name: f"{100 * one.difference:+.2g} %" for name, one in found._asdict().items()}
     if found.matters:
         return _(
@@ -467,7 +467,7 @@ def _rpm(speed: float) -> str:
 
 
 def _torque(torque: float, units: TradeUnits | None) -> str:
-    """A torque in units of the trade to five digits, or to all of this table's in N m."""
+    """A torque to five digits in customary units, or to all digits of this table in N m."""
     return f"{number(_number(torque))} N m" if units is None else str(units.shown(torque, "torque"))
 
 
@@ -479,7 +479,7 @@ _TINY = 5e-5  # of the input: a loss that no sentence names
 
 
 class Entry(NamedTuple):
-    """A stream with its name and its power (W): on the mean, or at the angle that was asked for."""
+    """A stream with its name and its power (W): the mean, or that at an angle."""
 
     stream: Stream
     label: str
@@ -487,7 +487,7 @@ class Entry(NamedTuple):
 
 
 def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
-    """Every stream with its name in the language in use, and its power (W) on the mean or at a crank angle (rad)."""
+    """Every stream with its name in the language in use, and its mean power (W) or that at a crank angle (rad)."""
     found = []
     for stream, power in zip(flow.streams, [s.mean for s in flow.streams] if at is None else flow.at(at), strict=True):
         tiny = flow.error * max(abs(stream.greatest), abs(stream.least), flow.scale)
@@ -512,7 +512,7 @@ def places(flow: PowerFlow) -> dict[str, str]:
 
 
 def shaft_name(name: str) -> str:
-    """A shaft by its name; the crank is the crank."""
+    """A shaft's name in the language in use."""
     return place(name) if name == "crank" else _("shaft {name}", name=name)
 
 
@@ -524,7 +524,7 @@ def stream_name(stream: Stream, flow: PowerFlow) -> str:
 
 
 def _name(stream: Stream, flow: PowerFlow) -> str:
-    """The same without a number."""
+    """The same name without a number."""
     scene, on = flow.scene, place(stream.on)
     if len(scene.mechanisms) == 1 and stream.on not in scene.shafts:
         on = stream.on.removeprefix(f"{scene.mechanisms[0].name}.")
@@ -594,7 +594,7 @@ def json(flow: PowerFlow, at: float | None = None) -> str:
 
 
 def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
-    """The balance of the mean, stream by stream: what comes in, what is lost, what arrives; then what is only stored."""
+    """The balance of mean powers, stream by stream: input, losses, output; then stored power."""
     now = None if at is None else {entry.stream.name + entry.stream.kind: entry.power for entry in entries(flow, at)}
     mean = entries(flow)
     whole = given(flow, mean)
@@ -634,7 +634,7 @@ def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
 
 
 def shafts(flow: PowerFlow) -> list[str]:
-    """Every shaft: its speed, and what its mesh carries on its own side."""
+    """Every shaft: its speed, and torque and power of its mesh on its own side."""
     header = [_("shaft"), "rpm", _("power to"), _("mean, W"), _("greatest, W"), _("rms, W")]
     header += [_("mean, N m"), _("greatest, N m"), _("rms, N m")]
     rows = []

@@ -63,15 +63,15 @@ def reduced(
     speed: float | None = None,
     as_json: bool = False,
 ) -> tuple[str, str]:
-    """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad); and what it holds for, in a sentence.
+    """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad), and a sentence on its conditions.
 
-    That sentence is empty where everything depends on position alone.
+    That sentence is empty if all loads depend on position alone.
 
-    Without angles, so many points are spread evenly over the cycle, from 0 and without its end. On a stroke they are the
-    driver's coordinates (rad, or m where it slides), spread from one end of it to the other. `speed` (rad/s or m/s) is
-    what loads that depend on it are taken at, and on a stroke the driving action, in place of the scene's; a stroke that has
+    Without angles, points are evenly spaced over the cycle, from 0 and without its end. On a stroke they are the
+    driver's coordinates (rad, or m if it slides), spaced from one end to the other. `speed` (rad/s or m/s) is the speed
+    for loads that depend on it, and on a stroke for the driving action, in place of the scene's; a stroke that has
     none has no driving action, velocities and accelerations either. Raises SceneError for a scene of areas, which has no
-    machine, and where loads depend on a speed that nothing tells.
+    machine, and if loads depend on an unknown speed.
     """
     machine = at_speed(scene, speed)
     stroke = machine.scene.stroke
@@ -112,7 +112,7 @@ def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
 
 
 def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> dict[str, Array]:
-    """A figure of every curve; of points one along x and one along y, `NAME.x` and `NAME.y`."""
+    """A figure of every curve; of points one along x and one along y: `NAME.x` and `NAME.y`."""
     found: dict[str, Array] = {}
     for name, curve in bodies.items():
         values = figure(curve)
@@ -121,7 +121,7 @@ def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> d
 
 
 def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
-    """Positions, and what springs and weights hold there."""
+    """Positions, and the energies of springs and weights there."""
     units = _by_axis(bodies, lambda curve: curve.position)
     for name, values in units.items():
         yield f"position {name} [{bodies[name].unit if name in bodies else 'm'}]", values
@@ -175,7 +175,7 @@ def _columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[tupl
 
 
 def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage: Passage | None) -> dict[str, Any]:
-    """JSON that `flywheel reduce --json` prints for a stroke, SI throughout; without a speed there is no passage."""
+    """JSON that `flywheel reduce --json` prints for a stroke, SI; without a speed it has no velocities and accelerations."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
     figures = {**state._asdict(), "driving": passage and passage.driving}
     bodies, held = _bodies(machine, state.phi), stored_energy(machine, state.phi)
@@ -257,7 +257,7 @@ def _stroke_columns(
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene's file with its flywheel; what it leaves out and what simplifying did."""
+    """The graph of the machine in a scene's file with its flywheel; its omissions, and the log of the simplification."""
     loaded = load(scene)
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
@@ -283,7 +283,7 @@ def draw_graph(graph: BondGraph, path: Path, scene: Path) -> None:
 
 @contextmanager
 def _explained() -> Iterator[None]:
-    """A graph that cannot be told or drawn, as faults of the scene: of a machine without any inertia, say."""
+    """Faults of the scene whose graph cannot be printed or drawn, such as a machine without inertia."""
     try:
         yield
     except GraphError as error:
@@ -298,7 +298,7 @@ _UNBALANCED = 1e-9  # relative residual of the equations above which it is print
 
 
 def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = None) -> str:
-    """Tables for reading: every joint's components over the crank angle in deg, or the slide's position in m.
+    """Tables as text: every joint's components over the crank angle in deg, or the slide's position in m.
 
     dense: the same at more positions, over which the largest forces are then taken.
     """
@@ -314,14 +314,14 @@ def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = N
 
 
 def _by_position(scene: Scene, forces: JointForces, found: Reactions) -> Reactions:
-    """The same figures against the position that a reader knows: the machine's, not the mechanism's own."""
+    """The same figures over the machine's position, not the mechanism's own."""
     sliding = scene.reduction_element == "slide"
     at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
     return found._replace(poses=found.poses._replace(q=at), coordinate=("x", "m") if sliding else ("phi", "deg"))
 
 
 def forces_messages(scene: Scene, forces: JointForces) -> tuple[str, ...]:
-    """Messages on forces: on their motion, then on positions at which a cam lifts off or friction locks."""
+    """Messages on forces: on their motion, then on positions with a lifted cam or locking friction."""
     every = forces.mechanisms.values()
     return (*forces.messages, *(line for found in every for line in _by_position(scene, forces, found).findings()))
 
@@ -358,7 +358,7 @@ def curves_text(
 
 
 def _extent(curve: ForceCurve, where: Axis) -> list[str]:
-    """A curve's least and greatest value, and where."""
+    """A curve's least and greatest value, and their positions."""
     if np.isnan(curve.values).all():
         return []
     name, unit, at, _ = where
@@ -370,7 +370,7 @@ def _extent(curve: ForceCurve, where: Axis) -> list[str]:
 
 
 def cleared(forces: JointForces, dense: JointForces | None = None) -> JointForces:
-    """Forces for reading: with 0 for what is rounding beside the machine's largest force, be it among those of `dense`."""
+    """Forces for text, with 0 for rounding compared with the machine's largest force, also among those of `dense`."""
     scales = [found.scales() for found in (dense or forces).mechanisms.values()]
     largest = max(force for force, _ in scales), max(moment for _, moment in scales)
     return forces._replace(mechanisms={name: found.cleared(largest) for name, found in forces.mechanisms.items()})
@@ -396,7 +396,7 @@ def forces_csv(
 ) -> str:
     """One row for every position: the machine's motion, then every component of every joint; SI.
 
-    over: "driver" or "time", for a motion with its time. of, components: those alone, as in `force_curves`.
+    over: "driver" or "time", for a motion with its time. of, components: the selected ones, as in `force_curves`.
     """
     sliding, motion = scene.reduction_element == "slide", forces.motion
     heads = ("x [m]", "v [m/s]", "a [m/s^2]") if sliding else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]")
@@ -421,9 +421,9 @@ def forces_csv(
 def forces_json(
     scene: Scene, forces: JointForces, errors: Mapping[str, Any], of: Sequence[str] = (), components: Sequence[str] = ()
 ) -> str:
-    """All figures as JSON, SI; null where redundant constraints leave one open, or friction locks.
+    """All figures as JSON, SI; null if redundant constraints leave one undetermined, or friction locks.
 
-    errors: those of the forces, by mechanism (`joint_errors`). of, components: those alone, as in `force_curves`.
+    errors: those of the forces, by mechanism (`joint_errors`). of, components: the selected ones, as in `force_curves`.
     """
     motion, off = forces.motion, forces.errors
     shape = motion.phi.shape
@@ -447,7 +447,7 @@ def forces_json(
 
 
 def _only(mechanism: str, figures: dict[str, Any], wanted: set[tuple[str, str, str]] | None) -> dict[str, Any]:
-    """Figures of the joints and components that are wanted: mechanism, joint, component; all if None."""
+    """Figures of the selected joints and components: mechanism, joint, component; all if None."""
     if wanted is None:
         return figures
     mine = {(joint, part) for name, joint, part in wanted if name == mechanism}

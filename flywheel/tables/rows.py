@@ -1,4 +1,4 @@
-"""Layout of results: quantities in units of the trade, rows and sentences, columns as CSV, data as JSON.
+"""Layout of results: quantities in customary units, rows and sentences, columns as CSV, data as JSON.
 
 Units are metric ones or those of the United States, with their numbers as people write them. Inertias are in kg m², in the
 United States as WR² in lb ft², the same quantity: mass times the square of the radius of gyration. GD², its metric fourfold,
@@ -32,7 +32,7 @@ _POUND_FORCE = _POUND * _GRAVITY
 
 
 class Scale(NamedTuple):
-    """A unit: its SI value, its name, and the SI value from which on it is used."""
+    """A unit: its SI value, its name, and the SI value from which it is used."""
 
     size: float
     name: str
@@ -40,7 +40,7 @@ class Scale(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """A quantity for people: the number and its unit, each as text in the language in use."""
+    """A quantity as text: the number and its unit, each in the language in use."""
 
     value: str
     unit: str
@@ -50,7 +50,7 @@ class Shown(NamedTuple):
 
 
 class TradeUnits(NamedTuple):
-    """A system of units: of every kind of quantity the units that are used for it, the ones for larger values last."""
+    """A system of units: for every kind of quantity its units, those for larger values last."""
 
     name: str
     digits: int  # of a quantity of a scene, which is mostly typed in metric units
@@ -66,7 +66,7 @@ class TradeUnits(NamedTuple):
         return Shown(five_digits(value / scale.size, error / scale.size), scale.name)
 
     def read(self, value: float, kind: str, most: int = 6) -> Shown:
-        """A quantity (SI) of a scene, without the zeros that nobody typed.
+        """A quantity (SI) of a scene, without padding zeros.
 
         >>> str(SI.read(0.08, "length")), str(US.read(0.08, "length"))
         ('80 mm', '3.15 in')
@@ -77,11 +77,11 @@ class TradeUnits(NamedTuple):
         return Shown(number(f"{found:.0f}" if 10.0**most <= abs(found) < _LONGEST else figure(found, most=most)), scale.name)
 
     def unit(self, kind: str) -> str:
-        """The unit that stands above a column of figures of one kind: the one for small values."""
+        """The unit at the head of a column of figures of one kind: the one for small values."""
         return self.scales[kind][0].name
 
     def of(self, value: float, kind: str, error: float = 0.0) -> str:
-        """The number alone, in the unit that stands above its column."""
+        """The number alone, in the unit of its column's head."""
         size = self.scales[kind][0].size
         return five_digits(value / size, error / size)
 
@@ -90,7 +90,7 @@ class TradeUnits(NamedTuple):
 
 
 def five_digits(value: float, error: float = 0.0, most: int = _FIVE) -> str:
-    """A figure to five digits, zeros included; to fewer with its error beside it where that leaves fewer than three.
+    """A figure to five digits, zeros included; if its error leaves fewer than three, to fewer digits with the error.
 
     >>> five_digits(0.15), five_digits(114367.2), five_digits(12.5, 1e-9), five_digits(0.1234, 0.002), five_digits(3e-9)
     ('0.15000', '114370', '12.500', '0.123 ± 0.002', '3.0000e-09')
@@ -124,7 +124,7 @@ def few_digits(value: float, most: int, error: float = 0.0) -> str:
 
 
 def _digits(value: float, digits: int) -> str:
-    """A number to so many digits, without an exponent where one can read it without."""
+    """A number to so many digits, without an exponent if it is readable without one."""
     if 10.0**digits <= abs(value) < _LONGEST:
         return f"{float(f'{value:.{digits}g}'):.0f}"
     return f"{value:#.{digits}g}".rstrip(".")
@@ -186,7 +186,7 @@ DEGREES = 57.29577951308232
 
 
 class Row(NamedTuple):
-    """A line of a block: what it is, the figure, its unit and what goes with it."""
+    """A line of a block: its label, the figure, its unit and a note."""
 
     name: str
     value: str
@@ -194,7 +194,7 @@ class Row(NamedTuple):
 
 
 def block(title: str, rows: Iterable[Row]) -> list[str]:
-    """Rows under a title; nothing where there are none."""
+    """Rows under a title; empty if there are none."""
     lines = columns(rows)
     return [title, *lines] if lines else []
 
@@ -217,7 +217,7 @@ def printable(text: str) -> str:
 
 
 def wrapped(sentence: str, indent: str = "  ", first: str | None = None) -> list[str]:
-    """A sentence as lines of a text; `first` is what its first line begins with, the indent if None."""
+    """A sentence as lines of a text; `first` is the beginning of its first line, the indent if None."""
     head = indent if first is None else first
     return wrap(printable(sentence), WIDTH, initial_indent=head, subsequent_indent=indent)
 
@@ -244,12 +244,12 @@ def percent_and_steadiness(eps: float, error: float, most: int) -> tuple[str, st
 
 
 def irregularity(eps: float, error: float) -> str:
-    """An irregularity as a figure: 0 where rounding alone makes it."""
+    """An irregularity as a figure: 0 if rounding alone makes it."""
     return figure(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
 
 
 def irregularity_in_words(eps: float, error: float = 0.0) -> str:
-    """An irregularity as its reader may know it.
+    """An irregularity in words: the number, its deviation in per cent, and its reciprocal.
 
     >>> irregularity_in_words(0.04)
     '0.04 (±2 %, steadiness 25)'
@@ -259,12 +259,12 @@ def irregularity_in_words(eps: float, error: float = 0.0) -> str:
 
 
 def or_unknown(value: float, error: float, most: int = MOST) -> str:
-    """A figure, or a question mark where its error leaves nothing of it."""
+    """A figure, or a question mark if it has no certain digit."""
     return "?" if 0.0 < value <= error else figure(value, error, most)
 
 
 def plain(value: float, decimals: int) -> str:
-    """A positive number to three digits without an exponent, to two where it takes more decimals.
+    """A positive number to three digits without an exponent, to two if it needs more decimals.
 
     >>> plain(0.08581, 3), plain(7104.2, 3), plain(0.63, 2)
     ('0.086', '7100', '0.63')
@@ -278,7 +278,7 @@ def plain(value: float, decimals: int) -> str:
 
 
 def csv(columns: Iterable[tuple[str, NDArray[np.float64]]]) -> str:
-    """Columns under the names that head them, floats at full precision; empty where a value is not known (NaN)."""
+    """Columns under the names that head them, floats at full precision; empty if a value is not known (NaN)."""
     names, arrays = zip(*columns, strict=True)
     rows = zip(*((array + 0.0).tolist() for array in arrays), strict=True)  # + 0.0: no "-0.0"
     lines = [",".join(names), *(",".join("" if math.isnan(v) else repr(v) for v in row) for row in rows)]
@@ -307,7 +307,7 @@ def _plain(value: Any) -> Any:
 
 
 def short_names(paths: Iterable[str]) -> dict[str, str]:
-    """Paths by their last parts, as many as tell them apart.
+    """Paths by their last parts, as many as distinguish them.
 
     >>> short_names(["mechanism.crank.length", "mechanism.rod.length"])
     {'mechanism.crank.length': 'crank.length', 'mechanism.rod.length': 'rod.length'}

@@ -1,4 +1,4 @@
-"""Input summary, part by part in the units of the trade; and what in it decides how a sizing was solved."""
+"""Input summary, part by part in customary units; and the entries that decide the method of a sizing."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _DIGITS = 6
 
 
 class SceneLine(NamedTuple):
-    """A part of the machine: its kind, the label of its row, where it acts or what it is, its figures; its phase or "".
+    """A part of the machine: its kind, the label of its row, its place or type, its figures; its phase or "".
 
-    `phase` (an angle as text) is that of a mechanism, so that cylinders of one engine can be told together.
+    `phase` (an angle as text) is that of a mechanism, so that cylinders of one engine share a row.
     """
 
     kind: str
@@ -45,7 +45,7 @@ class SceneLine(NamedTuple):
 
     @property
     def row(self) -> str:
-        """Text beside the label."""
+        """Text after the label."""
         at = ", " + _("phase {angle}", angle=self.phase) if self.phase else ""
         return f"{self.head}{at}: {self.told}" if self.head else self.told
 
@@ -70,7 +70,7 @@ def scene_rows(scene: Scene) -> list[str]:
 
 
 def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
-    """The parts of the machine in the order of the scene's kinds, and how it runs."""
+    """The parts of the machine in the order of the scene's kinds, and its operation."""
     if scene.areas is not None:
         values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST_ROWS])
         more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST_ROWS else ""
@@ -132,7 +132,7 @@ def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLi
 
 
 def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
-    """Times of a clutch or brake, and what heat it bears."""
+    """Times of a clutch or brake, and its limits of heat."""
     for seconds, words in ((part.rise, _("builds up in {time} ms")), (part.fall, _("is released in {time} ms"))):
         if seconds:
             yield words.format(time=number(figure(1e3 * seconds, most=_DIGITS)))
@@ -208,7 +208,7 @@ def _parts(geometry: Mapping[str, float], bodies: Mapping[str, Body], units: Tra
 
 
 def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
-    """The bodies of a linkage: how far their points lie apart at most, and what they weigh."""
+    """The bodies of a linkage: the greatest distance of their points, and their masses."""
     for link in linkage.links:
         spans = [((a.x - b.x) ** 2 + (a.y - b.y) ** 2) ** 0.5 for a in link.points for b in link.points]
         sizes = [str(units.read(max(spans), "length"))] if spans and max(spans) > 0.0 else []
@@ -217,7 +217,7 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
 
 
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
-    """A load's law, and when it acts."""
+    """A load's law, and its window."""
     words = message(load.model) or _law(load.law, _turns(load.on, scene), units)
     if load.model and load.factor != 1.0:
         words += ", " + _("{n} times", n=number(figure(load.factor, most=_DIGITS)))
@@ -293,7 +293,7 @@ def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:
 
 
 def _masses(body: Body, units: TradeUnits) -> list[str]:
-    """Mass and inertia of a body, as far as it has them."""
+    """Mass and inertia of a body, if it has them."""
     return [_mass(value, turns, units) for value, turns in ((body.mass, False), (body.inertia, True)) if value != 0.0]
 
 

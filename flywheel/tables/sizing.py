@@ -61,10 +61,10 @@ def inertia_error(sizing: Sizing, name: str = "exact") -> float:
 
 
 class Candidate(NamedTuple):
-    """One flywheel (kg m² at its own shaft): how far it is off the exact one (a share), and the irregularity it gives.
+    """One flywheel (kg m² at its own shaft): its relative difference from the exact one, and the resulting irregularity.
 
-    `gives` is (irregularity, its absolute error), (0, 0) where nothing acts, or None where the machine would stop in
-    the cycle; `motion` is the run behind it, None for a diagram of areas.
+    `gives` is (irregularity, its absolute error), (0, 0) if nothing acts, or None if the machine would stop in
+    the cycle; `motion` is the run that gave it, None for a diagram of areas.
     """
 
     key: str
@@ -86,9 +86,9 @@ _CANDIDATES = {
 
 
 def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
-    """The exact flywheel and the approximate ones; for a diagram of areas, where they are one, that one alone.
+    """The exact flywheel and the approximate ones; for a diagram of areas, where they are equal, only one.
 
-    Without `motions` it is not looked for what irregularity the approximate ones give, which is then NaN.
+    Without `motions` the irregularity with the approximate ones is not computed and is NaN.
     """
     wheel = sizing.flywheel
     exact, exact_error = wheel.exact or 0.0, inertia_error(sizing)
@@ -118,7 +118,7 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
 
 
 def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
-    """Steady motion with a flywheel (kg m² at its own shaft); None where the machine would stop within the cycle."""
+    """Steady motion with a flywheel (kg m² at its own shaft); None if the machine would stop within the cycle."""
     if sizing.cycle is None:
         return None
     on_crank = inertia * sizing.scene.flywheel_ratio**2
@@ -171,7 +171,7 @@ def flywheel(sizing: Sizing) -> list[str]:
 
 
 def limits(sizing: Sizing) -> list[str]:
-    """The limits that the flywheel was sized for: how much of each is used, and which one decides."""
+    """The limits of the flywheel: the used share of each, and the one that decides."""
     if not sizing.limits:
         return []
     header, names = ("", "asked", "with it", "of the limit", "alone it needs, kg m²", ""), limit_names()
@@ -275,7 +275,7 @@ _COMPARED = {
 
 
 def wheel(sizing: Sizing) -> list[str]:
-    """The wheel to be built, and what the machine does with it."""
+    """The wheel to be built, and the machine's irregularity with it."""
     built, scene = sizing.built, sizing.scene
     if built is None:
         return []
@@ -355,7 +355,7 @@ def _size(name: str, length: float) -> Row:
 
 
 def every_shaft(sizing: Sizing) -> list[str]:
-    """The same flywheel on every shaft, where there are several."""
+    """The same flywheel on every shaft, if there are several."""
     if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
         return []
     lines = ["The same flywheel on every shaft", *shafts_table(sizing.shafts, _DIGITS)]
@@ -367,7 +367,7 @@ def every_shaft(sizing: Sizing) -> list[str]:
 
 
 def shafts_table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
-    """One line a shaft under a header; radius, mass and rim speed where they are known.
+    """One line per shaft under a header; radius, mass and rim speed if known.
 
     >>> from flywheel.components.gear_trains import on_every_shaft
     >>> shafts = on_every_shaft(8.0, {"crank": 1.0, "motor": 2.0}, pi, radius=0.5)
@@ -427,7 +427,7 @@ def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
 
 
 def headline(sizing: Sizing) -> str:
-    """The result in a line, below the scene's title (cut where it is too long for a picture's heading)."""
+    """The result in a line, below the scene's title (cut if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
     speed = f"crank at {figure(sizing.speed * RPM, 0.0, 6)} rpm"
     asked = f"irregularity {figure(scene.irregularity or 0.0)}"
@@ -447,7 +447,7 @@ def headline(sizing: Sizing) -> str:
 
 
 def remarks(sizing: Sizing) -> tuple[Remark, ...]:
-    """The remarks on a scene, and on what its sizing shows: what is out of proportion."""
+    """The remarks on a scene and on its sizing: numbers out of proportion."""
     found = list(sizing.scene.remarks)
     if sizing.built is not None:
         found += of_rim(sizing.built.wheel.rim_speed)
@@ -457,7 +457,7 @@ def remarks(sizing: Sizing) -> tuple[Remark, ...]:
 
 
 def _power_flow(sizing: Sizing) -> list[str]:
-    """Power flow of a machine that can lose power: a table that sums to the input."""
+    """Power flow of a machine with possible losses: a table that sums to the input."""
     flow = sizing.power_flow if can_lose(sizing.scene) else None
     return [] if flow is None else power.balance(flow)
 
@@ -474,7 +474,7 @@ def _title(sizing: Sizing) -> list[str]:
 
 
 def _scene(sizing: Sizing) -> list[str]:
-    """Input summary, and what is out of proportion in it."""
+    """Input summary, and remarks on its numbers."""
     return [*scene_rows(sizing.scene), *sentences((f"Remark: {remark}" for remark in remarks(sizing)), "")]
 
 
@@ -482,7 +482,7 @@ def _scene(sizing: Sizing) -> list[str]:
 
 
 def speed_band(sizing: Sizing) -> tuple[float, float, float] | None:
-    """The greatest and the least speed of the crank (rad/s), and their error; None where there is no motion.
+    """The greatest and the least speed of the crank (rad/s), and their error; None without a motion.
 
     They are the simulated ones, or else those of the periodic motion.
     """
@@ -530,7 +530,7 @@ _ALIKE = 1e-9  # a multiplier, and 1 less the damping, of a motor with a current
 
 
 def _holding(sizing: Sizing) -> list[str]:
-    """The cycle multiplier in words, and the constant speed that the approximate figures hold for."""
+    """The cycle multiplier in words, and the constant speed of the approximate figures."""
     cyclic = sizing.cyclic
     if cyclic is None:
         return []
@@ -563,7 +563,7 @@ def settles(cyclic: Cyclic) -> bool:
 
 
 def settling_cycles(cyclic: Cyclic) -> float:
-    """Cycles after which a hundredth of a small change is left: ln 0.01/ln multiplier, below 1 where it goes faster.
+    """Cycles after which a hundredth of a small change is left: ln 0.01/ln multiplier, below 1 if it decays faster.
 
     >>> round(settling_cycles(Cyclic(0.5, 0.5, 3, 0.0, 1.0)), 6)
     6.643856
@@ -657,7 +657,7 @@ def _errors(sizing: Sizing) -> list[str]:
 
 
 def _notes(sizing: Sizing) -> list[str]:
-    """Messages, and the places of the machine that were left out of its graph."""
+    """Messages, and the parts of the machine that were left out of its graph."""
     notes, machine = list(sizing.messages), sizing.machine
     if machine is not None:
         loose = {*machine.omitted} - {sizing.scene.flywheel_on}
@@ -668,7 +668,7 @@ def _notes(sizing: Sizing) -> list[str]:
 
 
 def _proof(sizing: Sizing) -> list[str]:
-    """Proven intervals of the figures, and what was proven; nothing at other levels than proof."""
+    """Proven intervals of the figures, and a statement of the proof; empty at other levels than proof."""
     proof = sizing.proof
     if proof is None:
         return []

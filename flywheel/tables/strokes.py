@@ -1,4 +1,4 @@
-"""What a machine that works stroke by stroke does, as blocks of rows: the summary, the live page, and every figure."""
+"""Results of a machine that works stroke by stroke, as blocks of rows: the summary, the live page, and every figure."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _PERCENT = 100.0
 
 
 def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown:
-    """A figure to five digits in the units of the trade: angles in degrees, rates a minute."""
+    """A figure to five digits in the customary units: angles in degrees, rates a minute."""
     kind = {**KINDS, "rad": "angle", "m": "length"}.get(one.unit)
     if kind is not None:
         return system.shown(value, kind, error)
@@ -93,7 +93,7 @@ def _decides(found: SingleStroke) -> Iterator[str]:
 
 
 def _shares(found: SingleStroke) -> Block:
-    """Loads over their limits, and what is beyond."""
+    """Loads over their limits, and the limits exceeded."""
     rows = [
         Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * found.error["shares"][name]), "%")
         for name, share in found.shares.items()
@@ -104,7 +104,7 @@ def _shares(found: SingleStroke) -> Block:
 
 
 def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
-    """The formulas of presses beside what the motion gives."""
+    """The formulas of presses compared with the motion."""
     table = []
     for key, value in found.formulas.items():
         one, exact = BY_KEY[key], float(found.figures[key] or 0.0)

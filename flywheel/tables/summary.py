@@ -1,7 +1,7 @@
 """Summary of a sizing: plain data that the live page and the report also take, and its text of 80 columns.
 
-Every block is a function of the sizing. What it says is marked for translation, and its figures are in the units of the
-trade, to five digits or as many as their errors leave. `flywheel size` prints this; `--full` prints every figure there is.
+Every block is a function of the sizing. Its words are marked for translation, and its figures are in customary
+units, to five digits or as many as their errors leave. `flywheel size` prints this; `--full` prints every figure.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _PROVEN_FIRST = ("flywheel.exact", "simulation.irregularity", "energy_fluctuatio
 
 
 class Row(NamedTuple):
-    """A line: what it is, the figure (several where they belong together), its unit, and what goes with it."""
+    """A line: its label, the figure (several if they belong together), its unit, and a note."""
 
     label: str
     value: str
@@ -91,7 +91,7 @@ def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple
     Args:
         sizing: what `flywheel.size` gives.
         units: "si", or "us" for WR² in lb ft², hp, psi...
-        motions: False for a hand that moves: what irregularity the approximate flywheels give is left open.
+        motions: False during a drag: the irregularity with the approximate flywheels is left out.
 
     >>> import flywheel
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
@@ -117,7 +117,7 @@ def _machine(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def machine_block(scene: Scene, units: TradeUnits) -> Block:
-    """Input summary: parts that are alike in one row."""
+    """Input summary: equal parts in one row."""
     rows = []
     for alike in _alike(part for part in parts(scene, units) if part.kind != "runs"):
         first = alike[0]
@@ -142,7 +142,7 @@ def _at_phases(alike: list[SceneLine]) -> str:
 
 
 def _alike(found: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
-    """Parts of a kind that say the same of themselves, such as the cylinders of an engine."""
+    """Parts of a kind with equal data, such as the cylinders of an engine."""
     groups: dict[tuple[str, ...], list[SceneLine]] = {}
     for k, part in enumerate(found):
         own = (str(k),) if part.kind in ("shaft", "areas", "inertia") else ()
@@ -167,7 +167,7 @@ def _deviation(eps: float, error: float = 0.0) -> str:
 
 
 def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
-    """The exact flywheel beside the approximate ones, and how far these are off; or the irregularity of a given one."""
+    """The exact flywheel and the approximate ones with their errors; or the irregularity with a given one."""
     scene, us = sizing.scene, units.name == "us"
     if scene.inertia is not None:
         return _given(sizing, units)
@@ -293,7 +293,7 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
 
 
 def _shortcut(one: Candidate, sizing: Sizing) -> str:
-    """Error of an approximate flywheel beside the exact one; too small a flywheel is the dangerous side."""
+    """Error of an approximate flywheel relative to the exact one; a flywheel too small is dangerous."""
     exact, off = sizing.flywheel.exact or 0.0, one.off or 0.0
     if one.gives is None:
         return _("too small: the machine would stop (DANGER)")
@@ -347,7 +347,7 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def material_name(name: str) -> str:
-    """One of the usual metals, or a material by its own name."""
+    """The name of one of the usual metals, or of the user's own material."""
     names = {
         "grey cast iron": _("grey cast iron"),
         "ductile iron": _("ductile iron"),
@@ -407,7 +407,7 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
 
 
 def _row(one: Finding, sizing: Sizing, units: TradeUnits, note: str = "") -> Row:
-    """A figure as a line of the summary, in the units of the trade."""
+    """A figure as a line of the summary, in customary units."""
     value, error = float(one.of(sizing)), one.error(sizing)
     written = units.shown(value, KINDS[one.unit], error) if one.unit in KINDS else Shown(five_digits(value, error), one.unit)
     return Row(one.name, *written, note)
@@ -442,7 +442,7 @@ def _power(label: str, value: float, note: str, units: TradeUnits) -> Row:
 
 
 def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> Iterator[Row]:
-    """A motor's load beside its rated point, and its heat."""
+    """A motor's load compared with its rated point, and its heat."""
     title, rated = message(motor.title), motor.rated
     if rated is None:
         yield Row(_("motor"), title, "", _("without a rated point"))
@@ -549,7 +549,7 @@ def _watts(heat: float) -> Shown:
 
 
 def _heat_beside(heat: power.Heat, energy: Energy) -> str:
-    """A heat beside that at the rated point, and whether the motor stands it."""
+    """A heat compared with that at the rated point, and a verdict."""
     if heat.share is None or heat.rated is None or heat.even is None:
         return _("its limit is unknown without a rated point")
     beside = _("{share} % of that at its rating", share=few_digits(100 * heat.share, 3))
@@ -564,7 +564,7 @@ def _heat_beside(heat: power.Heat, energy: Energy) -> str:
 
 
 def _run(sizing: Sizing, units: TradeUnits) -> Block:
-    """The band of speed, and whether a second route confirmed it."""
+    """The range of speed, and the result of its confirmation."""
     band, scene = speed_band(sizing), sizing.scene
     rows = []
     if band is not None:
@@ -591,7 +591,7 @@ def _where(sizing: Sizing) -> str:
 
 
 def _confirmed(sizing: Sizing) -> Iterator[str]:
-    """Sentences on the confirmation of the irregularity, its accuracy, and whether the accuracy asked for was reached."""
+    """Sentences on the confirmation of the irregularity, its accuracy, and a required accuracy that was not reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
     if sizing.scene.areas is not None:
         yield _("A diagram has no motion to confirm it.")
@@ -644,7 +644,7 @@ def _parts_of(error: float) -> str:
 
 
 def _notes(sizing: Sizing, units: TradeUnits) -> Block:
-    """Remarks on what was read, and messages that must not be missed."""
+    """Remarks on the scene, and important messages."""
     found = [_("Remark: {remark}", remark=remark) for remark in remarks(sizing)]
     found += [_("Note: {note}", note=message(told)) for told in sizing.messages]
     return Block("notes", sentences=tuple(found))
@@ -668,7 +668,7 @@ BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
 
 
 def text(sizing: Sizing, units: str = "si") -> str:
-    """The summary in 80 columns, in about 24 lines: of a long machine the parts that find no place are counted.
+    """The summary in 80 columns, in about 24 lines; of a long machine the parts left out are counted.
 
     Args:
         sizing: what `flywheel.size` gives.
@@ -694,7 +694,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
 
 def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
-    """Parts that a full summary leaves to `--full`, least needed first: a sentence with its short form, or a row's label."""
+    """Parts that a long summary leaves to `--full`, least needed first: a sentence with its short form, or a row's label."""
     flow = sizing.power_flow
     if flow is not None:
         yield tuple(power.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]
@@ -708,7 +708,7 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
 
 
 def lines_of(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
-    """The lines of all blocks, the machine's in what the others leave of the summary, so many lines at least."""
+    """The lines of all blocks; the machine has the lines that the others leave, and a least number of them."""
     labels = [len(row.label) for block in blocks for row in block.rows if block.name != "machine"]
     width = max([_LABELS, *labels])
     others = [_lines(block, width) for block in blocks if block.name != "machine"]
@@ -749,18 +749,18 @@ _QUANTITY = re.compile(rf"(?<=\d) ({'|'.join(map(re.escape, sorted(_UNITS, key=l
 
 
 def _wrapped(told: str, first: str, rest: str) -> list[str]:
-    """Lines of a text, where a number stays with its unit."""
+    """Lines of a text in which a number stays with its unit."""
     held = _QUANTITY.sub(lambda unit: unit[0].replace(" ", "\xa0"), printable(told))
     lines = wrap(held, WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
     return [line.replace("\xa0", " ") for line in lines]
 
 
 def _machine_lines(block: Block, most: int) -> list[str]:
-    """The parts of the machine in at most so many lines; what finds no place there is counted."""
+    """The parts of the machine in at most so many lines; those left out are counted."""
     width = min(max(len(row.label) for row in block.rows), _LABELS)
 
     def in_lines(row: Row, most: int = 1000) -> list[str]:
-        """A row in at most so many lines, the pieces that find no place counted."""
+        """A row in at most so many lines; the pieces left out are counted."""
         pieces = row.value.split("; ")
         for shown in range(len(pieces), 0, -1):
             rest = [_("and {n} more", n=len(pieces) - shown)] if shown < len(pieces) else []
