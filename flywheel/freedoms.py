@@ -431,7 +431,7 @@ def accelerations(
         linkage: bodies, joints, couplings and drivers; friction in joints is left out.
         q: as in `equations`.
         qdot: as in `equations`.
-        drives: driving actions by driver, N m or N: numbers, or functions of (t, q, qdot); 0 where none is given.
+        drives: driving actions by driver, N m or N: numbers, or functions of (t, q, qdot); 0 if none is given.
         gravity: as in `equations`.
         loads: as in `equations`.
         springs: as in `equations`.
@@ -608,7 +608,7 @@ def simulate(
         q: the drivers' coordinates at t = 0, rad or m, (g,).
         qdot: their rates, rad/s or m/s, (g,).
         until: time to simulate, s.
-        drives: driving actions by driver, N m or N: numbers, or smooth functions of (t, q, qdot); 0 where none is given.
+        drives: driving actions by driver, N m or N: numbers, or smooth functions of (t, q, qdot); 0 if none is given.
         gravity: as in `equations`.
         loads: as in `equations`; functions should be smooth: end the run where they jump.
         springs: as in `equations`.

@@ -133,7 +133,7 @@ def conjugate(mass: float, inertia: float, r_a: float) -> float:
 def three_masses(mass: float, inertia: float, r_a: float, r_b: float) -> Equivalent:
     """Three masses on a line, at -r_a, r_b and in the centre: always complete.
 
-    m_A = I/(r_a l), m_B = I/(r_b l), m_G = m - I/(r_a r_b), with l = r_a + r_b. m_G is 0 where r_a r_b = I/m, negative where
+    m_A = I/(r_a l), m_B = I/(r_b l), m_G = m - I/(r_a r_b), with l = r_a + r_b. m_G is 0 if r_a r_b = I/m, negative where
     it is less.
 
     Args:

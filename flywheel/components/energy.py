@@ -30,7 +30,7 @@ class Energy(NamedTuple):
     What heats a motor, on the mean over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
     square and by the value that is greatest in size, and the copper heat R i² (W); of an induction motor the heat of its
     rotor (W), torque times slip speed, and by its name plate the line current (A) and the copper heat of its stator (W);
-    each as a share of that at the rated point, too. None where they do not apply.
+    each as a share of that at the rated point, too. None if they do not apply.
     `errors` are estimated relative errors of these.
     """
 
@@ -53,12 +53,12 @@ class Energy(NamedTuple):
 
     @property
     def peak_to_mean(self) -> float | None:
-        """Peak over mean power with the flywheel; None where the mean is 0."""
+        """Peak over mean power with the flywheel; None if the mean is 0."""
         return None if self.mean_power == 0.0 else self.peak_power / self.mean_power
 
     @property
     def peak_to_mean_alone(self) -> float | None:
-        """Peak over mean power of a motor that follows the loads; None where the mean is 0."""
+        """Peak over mean power of a motor that follows the loads; None if the mean is 0."""
         return None if self.mean_power_alone == 0.0 else self.peak_power_alone / self.mean_power_alone
 
     @property
@@ -92,7 +92,7 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     Args:
         omega: speed of the reduction element with the flywheel, rad/s, shape (n,).
         drive: moment of the motor reduced to it, N m; a number or shape (n,).
-        load: moment of all else but inertia, reduced to it, N m, below 0 where it resists; a number or shape (n,).
+        load: moment of all else but inertia, reduced to it, N m, below 0 if it resists; a number or shape (n,).
         weights: of the points in an integral over the cycle's angle, rad, shape (n,): Gauss or Clenshaw-Curtis weights, or
             steps. A weight of 0 marks a point that counts for peaks alone, such as an end of a piece.
         speed: the constant speed without a flywheel, rad/s; the mean of the greatest and the least omega if None.

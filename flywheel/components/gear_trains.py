@@ -35,7 +35,7 @@ class Stage(NamedTuple):
 class Mesh(NamedTuple):
     """Torques of a stage: taken from its driving shaft and given to its driven one (N m).
 
-    `forward` tells whether power goes from driving to driven; `lost` times the driving shaft's speed is the power lost.
+    `forward` is true if power goes from driving to driven; `lost` times the driving shaft's speed is the power lost.
     """
 
     driving: str
@@ -47,11 +47,11 @@ class Mesh(NamedTuple):
 
 
 class Running(NamedTuple):
-    """A train in motion, or about to move: `direction` is 1 or -1, or 0 where it stays at rest.
+    """A train in motion, or about to move: `direction` is 1 or -1, or 0 if it stays at rest.
 
     `accelerations` of every shaft (rad/s²); `inertia` and `moment` reduced to the shaft `on`, with the losses as the power
     flows now (kg m², N m); `torque` that must act on it besides (N m): inertia * acceleration = moment + torque.
-    `meshes` are empty where the train stays at rest, as its losses then are not determined.
+    `meshes` are empty if the train stays at rest, as its losses then are not determined.
     """
 
     on: str
@@ -93,7 +93,7 @@ def geared_acceleration(
 
     The moment that the shaft `on` would still need, R(alpha) = I alpha - T + sum of what its stages feel, is linear between
     the accelerations at which a mesh is without load, convex (concave when turning backwards) and rising: Newton's
-    method ends after finitely many steps at its one root, which is exact but for rounding.
+    method ends after finitely many steps at its one root, which is exact except for rounding.
 
     Args:
         shafts: by name.
@@ -267,7 +267,7 @@ def gd2(inertia: float) -> float:
 class OnShaft(NamedTuple):
     """The same flywheel on one shaft: speed `ratio` to the crank's and `speed` (rad/s), `inertia` and `gd2` (kg m²).
 
-    As a thin rim or as a wheel: `radius` (m), `mass` (kg), `rim_speed` (m/s) there; None where none is known.
+    As a thin rim or as a wheel: `radius` (m), `mass` (kg), `rim_speed` (m/s) there; None if none is known.
     """
 
     shaft: str

@@ -52,7 +52,7 @@ def model_of(text: str) -> Model | None:
 
 
 def is_loss(text: str) -> bool:
-    """Tells whether nothing is gained by a load of this text."""
+    """Tests whether nothing is gained by a load of this text."""
     model = model_of(text)
     return model is not None and model.loss
 
@@ -312,7 +312,7 @@ class Space(NamedTuple):
 
     @property
     def sense(self) -> int:
-        """1 where the cover lies at the greatest displacement, -1 where at the least: gas pushes the other way."""
+        """1 if the cover lies at the greatest displacement, -1 if at the least: gas pushes the other way."""
         return 1 if self.near > self.far else -1
 
 

@@ -409,7 +409,7 @@ class Engagement(NamedTuple):
     """A slipping clutch that has brought two sides to one speed (rad/s).
 
     `heat` is lost in it, `given` is what the faster side lost, `taken` what the slower one gained (J); `time` that it
-    slipped (s), None where its torque is not known.
+    slipped (s), None if its torque is not known.
     """
 
     speed: float
@@ -432,7 +432,7 @@ def engage(
         speed: w1 of the driving side, rad/s.
         driven_inertia: J2 of the driven side, at the clutch's shaft, kg m².
         driven_speed: w2, rad/s, not above w1.
-        torque: M of the clutch while it slips, constant, N m; None where the time is not asked.
+        torque: M of the clutch while it slips, constant, N m; None if the time is not asked.
 
     Raises:
         SceneError: if a number is out of range.

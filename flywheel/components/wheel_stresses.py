@@ -36,9 +36,9 @@ POISSON = 0.3
 class Material(NamedTuple):
     """Material of a wheel.
 
-    `density` in kg/m³; `allowable` stress in Pa, None where it is not to be judged; `strength` in Pa (tensile strength of a
+    `density` in kg/m³; `allowable` stress in Pa, None if it is not to be judged; `strength` in Pa (tensile strength of a
     brittle material, yield strength of a ductile one), which the safety factor refers to where it is known; `poisson` of
-    the lateral strain; `rim_speed` in m/s up to which rims of it usually run, None where there is no such custom.
+    the lateral strain; `rim_speed` in m/s up to which rims of it usually run, None if there is no such custom.
     """
 
     name: str
@@ -118,7 +118,7 @@ def material(
     elif safety is not None and own is None:
         faults.append(Fault("safety", "a safety factor without a strength", "a strength with it"))
     refuse(faults)
-    if allowable is None and own is not None:  # by the factor asked for, or the one that is usual for that material
+    if allowable is None and own is not None:  # by the required factor, or the one that is usual for that material
         usual = None if base.allowable is None or base.strength is None else base.allowable / base.strength
         allowable = own / safety if safety is not None else None if usual is None else own * usual
     return base._replace(
@@ -421,7 +421,7 @@ class WheelAsked(NamedTuple):
 
     @property
     def thin(self) -> bool:
-        """Tells whether the rim is taken to run at its mean radius."""
+        """Tests whether the rim is taken to run at its mean radius."""
         return self.method == THIN
 
     @property

@@ -144,7 +144,7 @@ class Hub(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part of a wheel: mass (kg; None where only its inertia is known) and inertia about the axis (kg m²)."""
+    """A part of a wheel: mass (kg; None if only its inertia is known) and inertia about the axis (kg m²)."""
 
     name: str
     mass: float | None
@@ -294,11 +294,11 @@ class Need(NamedTuple):
         return self._replace(asked=asked)
 
     def enough(self, body: Body) -> bool:
-        """Tells whether a body has the inertia."""
+        """Tests whether a body has the inertia."""
         return inertia(body, self.asked.material.density) >= self.inertia
 
     def allowed(self, body: Body) -> bool:
-        """Tells whether a body bears the speed."""
+        """Tests whether a body bears the speed."""
         allowable = self.asked.material.allowable
         found = stress(body, self.asked.material, self.speed, self.asked.torque)
         return allowable is None or max(found.values()) <= allowable
@@ -360,7 +360,7 @@ def solved(need: Need) -> Body:
 
 
 def _by_section(need: Need, radius: Radius) -> Body | None:
-    """The body of a known radius; its section is found. None where even the stoutest has too little inertia."""
+    """The body of a known radius; its section is found. None if even the stoutest has too little inertia."""
     asked = need.asked
     room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
 
@@ -385,7 +385,7 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
 
 
 def _largest(need: Need) -> Body | None:
-    """The body of the greatest radius within the limit that the stress allows; None where no radius will do."""
+    """The body of the greatest radius within the limit that the stress allows; None if no radius will do."""
     limit = inf if need.asked.max_radius is None else need.asked.max_radius
 
     def too_large(outer: float) -> bool:
@@ -542,7 +542,7 @@ _EXACT = 1e-9  # of a step: tolerance of a multiple of it
 
 
 def rounded(need: Need, body: Body) -> Body:
-    """The body on multiples of the step asked for, if any, with at least the inertia needed.
+    """The body on multiples of the required step, if any, with at least the inertia needed.
 
     What is given stays. A radius that speed or stress limits goes down, until the stress is allowed again; thickness, arms
     and at last width go up.
@@ -566,7 +566,7 @@ def rounded_up(value: float, step: float) -> float:
     >>> rounded_up(2321.2, 10.0), rounded_up(0.35, 0.05), rounded_up(0.3500001, 0.05)
     (2330.0, 0.35, 0.4)
     """
-    return float(f"{ceil(value / step - _EXACT) * step:.15g}")  # 7 times 0.05 is 0.35, but for its last binary digits
+    return float(f"{ceil(value / step - _EXACT) * step:.15g}")  # 7 times 0.05 is 0.35, except for its last binary digits
 
 
 def rounded_down(value: float, step: float) -> float:

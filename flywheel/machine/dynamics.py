@@ -43,7 +43,7 @@ class Instant(NamedTuple):
     machine changes by moment * omega. `passed` is what the mesh of every stage passes outwards (N m), and `factors` what the
     crank gives for what a stage takes for itself: of each mesh on the way 1/efficiency where power goes outwards, efficiency
     where it comes back. `friction` is that of rough joints: it is part of
-    the moment; NaN where it leaves no motion.
+    the moment; NaN if it leaves no motion.
     """
 
     acceleration: Any
@@ -109,7 +109,7 @@ def _one(value: Any) -> float:
 class Dynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
-    `joint_friction` is the friction in its joints at the actual motion, None where nothing rubs or its moment is given;
+    `joint_friction` is the friction in its joints at the actual motion, None if nothing rubs or its moment is given;
     `circuit` is that of its motor where this has states of its own, such as a current, else None.
     """
 
@@ -128,7 +128,7 @@ class Dynamics:
 
     @property
     def holds(self) -> bool:
-        """Tells whether laws that change with the direction of motion may hold the machine at rest."""
+        """Tests whether laws that change with the direction of motion may hold the machine at rest."""
         return self.machine.is_dry
 
     def _by_direction(self, anchor: Anchor, omega: Any) -> list[tuple[Machine, Any]]:
@@ -157,9 +157,9 @@ class Dynamics:
     ) -> Instant:
         """The instant at a position within the smooth piece around `middle`; `ends` are that piece's.
 
-        Branches that depend on speed or time are decided at `anchor` where there is one, else here. Where a law stops being
+        Branches that depend on speed or time are decided at `anchor` if there is one, else here. Where a law stops being
         defined at a piece's end, it is read just inside. Past the end of a stroke, where a step that finds the end may try,
-        there is no mechanism: I* goes on along its tangent.
+        there is no mechanism: I* continues along its tangent.
         """
         place = anchor or Anchor(middle, None, None)
         phi, beyond = self._inside(phi)
@@ -188,7 +188,7 @@ class Dynamics:
         """The result of `at` in the piece of an anchor as a function of plain numbers.
 
         From phi, omega, t and a motor's states to acceleration, moment, inertia and their rates (see `Instant`). Where a law
-        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None where joints rub, on a
+        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None if joints rub, on a
         stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
         """
         machine, circuit, ratio = self.machine, self.circuit, self.ratio
@@ -328,7 +328,7 @@ class Dynamics:
 
     @property
     def branching(self) -> bool:
-        """Tells whether branches depend on speed, time, the driving side of a mesh, or friction of joints or shafts."""
+        """Tests whether branches depend on speed, time, the driving side of a mesh, or friction of joints or shafts."""
         return self.holds or len(self.machine.stages) > 1 or self.machine.switches_at_speeds
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
@@ -381,7 +381,7 @@ class Dynamics:
         return parts
 
     def _recorded_parts(self, machine: Machine, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[_Row] | None:
-        """All parts by the recorded walk, in a piece that is asked for often enough; None where the walk itself serves."""
+        """All parts by the recorded walk, in a piece that is asked for often enough; None if the walk itself serves."""
         if not (isinstance(anchor.phi, float) and isinstance(anchor.omega, float | None)):
             return None
         asked = self._asked[anchor.phi] = self._asked.get(anchor.phi, 0) + 1
@@ -424,7 +424,7 @@ class Dynamics:
                     yield element.part or element.name, effort + self.balance * factor
 
     def _of_circuit(self, name: str) -> bool:
-        """Tells whether a source is the quasi-static law of a motor whose own states are followed instead."""
+        """Tests whether a source is the quasi-static law of a motor whose own states are followed instead."""
         return self.circuit is not None and name.startswith(DRIVE)
 
     def _resisted(
@@ -439,7 +439,7 @@ class Dynamics:
     ) -> Instant:
         """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
 
-        Which way the meshes pass power, and how friction acts, is found in turn where the anchor does not tell.
+        Which way the meshes pass power, and how friction acts, is found in turn where the anchor does not give it.
         """
         friction = self.joint_friction
         assert friction is not None
@@ -583,7 +583,7 @@ class Stretch(NamedTuple):
 NODES, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(10))
 
 NODES = 0.5 + NODES
-"""Shares of a step at which a speed is looked for, and works are summed."""
+"""Shares of a step at which a speed is searched for, and works are summed."""
 
 _TOGETHER = 20_000  # times that are looked at in one go
 
@@ -622,10 +622,10 @@ class Along(NamedTuple):
 class Trail(NamedTuple):
     """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
 
-    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
-    it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by which
-    the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from. `left` is the
-    share of the typical speed that a motion that swings ever less about a place still had where it counted as at rest.
+    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for ever; `cycles` is how
+    often it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by
+    which the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from. `left` is
+    the share of the typical speed that a motion that swings ever less about a place still had where it counted as at rest.
     """
 
     dynamics: Dynamics
@@ -671,7 +671,7 @@ class Trail(NamedTuple):
         anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
         senses = np.array(
             [stretch.anchor.direction for stretch in stretches], dtype=float
-        )  # not a number where none is known
+        )  # not a number if none is known
         direction = None if np.isnan(senses).all() else senses[where]
         factors: tuple[Any, ...] | None = None
         if stretches[0].anchor.factors is not None:

@@ -3,7 +3,7 @@
 A machine is its crank and parts in a tree, each on the crank or on another part through a mesh of an efficiency. With I of
 a part and M on it, both reduced to the crank (angle phi, speed omega), what its mesh passes to it is
 
-    tau = I alpha + ½ dI/dphi omega² - M + sum of k tau over the parts that hang on it,
+    tau = I alpha + ½ dI/dphi omega² - M + sum of k tau over the parts connected to it,
 
 alpha = domega/dt = d(omega²/2)/dphi, where the nearer side gives k = 1/efficiency for each N m that passes outwards, and
 gets k = efficiency for each that comes back. Nothing passes to the crank itself. With K of a part, the product of k over
@@ -124,7 +124,7 @@ def solved(
 
 
 def alike(ones: Sequence[Any], others: Sequence[Any]) -> bool:
-    """Tells whether numbers or arrays are equal."""
+    """Tests whether numbers or arrays are equal."""
     pairs = zip(ones, others, strict=True)
     return all(a is b or (a == b if isinstance(a, float) else np.array_equal(a, b)) for a, b in pairs)
 
@@ -157,7 +157,7 @@ class Moments:
 
     `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
     makes up the latter. What a law or a mesh does at a speed is decided in the middle of every cell, or, where cells do not
-    end at switches yet, at every node (`local`). `swings` tells whether a motor's own states may swing with the speed.
+    end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
     """
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
@@ -289,7 +289,7 @@ class Moments:
 
     @cached_property
     def carrying(self) -> tuple[float, ...] | None:
-        """The states of a synchronous motor that carries the mean load in step; None where that is beyond its pull-out."""
+        """The states of a synchronous motor that carries the mean load in step; None if that is beyond its pull-out."""
         circuit = self.circuit
         assert circuit is not None
         assert circuit.only_speed is not None
@@ -391,7 +391,7 @@ def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[
     """The moment of all parts on the crank through their meshes, its slope by the unknown, and the sum of sizes.
 
     M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, an efficiency of
-    next to nothing, keeps its digits.
+    negligible, keeps its digits.
     """
     rows = list(zip(factors, acting, moved, strict=True))
     return (
@@ -441,4 +441,4 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
 
 
 class NoMotionError(ValueError):
-    """No periodic motion has the mean of extremes asked for: the machine would stop within the cycle."""
+    """No periodic motion has the required mean of extremes: the machine would stop within the cycle."""

@@ -119,20 +119,20 @@ class Effort:
 
     @cached_property
     def senses(self) -> Senses | None:
-        """Ranges in which its place moves forwards and backwards; None where the load does not depend on that."""
+        """Ranges in which its place moves forwards and backwards; None if the load does not depend on that."""
         if not self.load.sense and "v" not in getattr(self._law, "names", ()):
             return None
         return self._given_senses() if callable(self._given_senses) else self._given_senses
 
     @cached_property
     def reverses(self) -> bool:
-        """Tells whether position and the crank's direction alone decide a branch of it: `while`, sign(v), drag."""
+        """Tests whether position and the crank's direction alone decide a branch of it: `while`, sign(v), drag."""
         law = self.load.law
         return self.load.drag or bool(self.load.sense) or (isinstance(law, Expression) and law.switches_on_velocity)
 
     @cached_property
     def is_dry(self) -> bool:
-        """Tells whether it may jump where the machine comes to rest, as dry friction does: a branch changes at speed 0."""
+        """Tests whether it may jump where the machine comes to rest, as dry friction does: a branch changes at speed 0."""
         law = self.load.law
         if self.reverses or not isinstance(law, Expression):
             return self.reverses
@@ -199,8 +199,8 @@ class Effort:
     def speed_switches(self, here: Here, anchor: Here) -> list[Any]:
         """Values whose signs decide the branches of the law, as far as they depend on speed or time; `here` is moving.
 
-        Where v or omega alone change their sign is known beforehand, but for a machine that comes to rest, which is watched
-        apart; where time alone decides is known beforehand too: stepping starts afresh there.
+        Where v or omega alone change their sign is known beforehand, except for a machine that comes to rest, which is
+        watched apart; where time alone decides is known beforehand too: stepping starts afresh there.
         """
         law = self._law
         if not isinstance(law, Expression):
@@ -215,7 +215,7 @@ class Effort:
         return found
 
     def is_timed(self, part: Expression) -> bool:
-        """Tells whether a part of the law depends on time and on nothing else."""
+        """Tests whether a part of the law depends on time and on nothing else."""
         return "t" in part.names and part.names <= {"t", *self.constants}
 
     def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
@@ -238,11 +238,11 @@ class Effort:
 
     @property
     def acts(self) -> Callable[[Here], Any] | None:
-        """A function that tells whether the load acts in the piece of an anchor; None where it always acts."""
+        """A function that tests whether the load acts in the piece of an anchor; None if it always acts."""
         return None if self._always else self.active
 
     def active(self, anchor: Here) -> Any:
-        """Tells whether the load acts in the pieces of these anchors."""
+        """Tests whether the load acts in the pieces of these anchors."""
         load, active = self.load, True
         if load.start is not None and load.end is not None:
             middle = self._angles(anchor, anchor)[1]

@@ -61,7 +61,7 @@ WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes 
 _END = 1e-12  # of a cycle: tolerance of an angle at its ends
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
-_MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
+_MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are searched for; a stroke without a dwell takes 32
 
 
 class Stage(NamedTuple):
@@ -82,9 +82,9 @@ class Anchor(NamedTuple):
     """Point at which branches are decided: a position (rad), a crank speed (rad/s) and a time (s) in a smooth stretch.
 
     Without a speed and a time those that depend on them are decided at every instant itself.
-    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
+    `factors` are those of the meshes there (see `Instant`); None if they are to be found at every instant. `sides` are
     signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
-    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None where they are to be found
+    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None if they are to be found
     at every instant. `direction` is that of the motion: 1, -1, or 0 of a machine that rests, which dry laws then hold; None
     where it is the sign of the speed at every instant.
     """
@@ -164,7 +164,7 @@ class Machine:
 
     @cached_property
     def is_dry(self) -> bool:
-        """Tells whether something may hold it at rest: laws that jump with the direction, meshes that lose, rough joints."""
+        """Tests whether something may hold it at rest: laws that jump with the direction, meshes that lose, rough joints."""
         return self.has_joint_friction or len(self.stages) > 1 or any(effort.is_dry for effort in self.efforts)
 
     @cached_property
@@ -182,7 +182,7 @@ class Machine:
 
     @cached_property
     def switches_at_speeds(self) -> bool:
-        """Tells whether some branch of a load depends on speed or time."""
+        """Tests whether some branch of a load depends on speed or time."""
         laws = [effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time]
         return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
@@ -209,7 +209,7 @@ class Machine:
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
-        """The crank with all that hangs on it without loss, then every shaft whose mesh has losses, nearer ones first."""
+        """The crank and the shafts connected to it without loss, then every shaft whose mesh has losses, nearer first."""
         scene, graph = self.scene, self.graph
         lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
         mine: dict[str, set[str]] = {shaft: set() for shaft in ("crank", *lossy)}
@@ -264,23 +264,23 @@ class Machine:
 
     @property
     def keeps_step(self) -> bool:
-        """Tells whether a synchronous motor holds the mean speed, whatever the load."""
+        """Tests whether a synchronous motor holds the mean speed, whatever the load."""
         motor = self.scene.motor
         return motor is not None and motor.circuit is not None and motor.circuit.only_speed is not None
 
     @cached_property
     def depends_on_speed(self) -> bool:
-        """Tells whether a load, the drive or a damper depends on speed."""
+        """Tests whether a load, the drive or a damper depends on speed."""
         return self.scene.depends_on_speed
 
     @cached_property
     def depends_on_time(self) -> bool:
-        """Tells whether a load or the drive depends on time."""
+        """Tests whether a load or the drive depends on time."""
         return any(effort.uses_time for effort in self.efforts)
 
     @property
     def typical_speed(self) -> float:
-        """A speed (rad/s, m/s) about which the machine runs: the one asked for, that of its idle motor, or by its loads."""
+        """A speed (rad/s, m/s) about which the machine runs: the required one, that of its idle motor, or by its loads."""
         scene = self.scene
         if scene.stroke is not None:
             return abs(scene.stroke.speed or 0.0) or self._speed_by_loads
@@ -301,7 +301,7 @@ class Machine:
     def _speed_by_loads(self) -> float:
         """The speed that the greatest moment gives the greatest inertia over a cycle or stroke, sqrt(2 M* phi/I*).
 
-        1 where loads depend on speed, for which a speed is looked for about that, or where there is no such moment.
+        1 if loads depend on speed, for which a speed is searched for about that, or if there is no such moment.
         """
         if self.scene.depends_on_speed or self.scene.unknown is not None:
             return 1.0
@@ -313,7 +313,7 @@ class Machine:
 
     @cached_property
     def sets_its_speed(self) -> bool:
-        """Tells whether the moment depends on more than position, so that the motion must be solved for: speeds, losses."""
+        """Tests whether the moment depends on more than position, so that the motion must be solved for: speeds, losses."""
         return self.depends_on_speed or len(self.stages) > 1
 
     def family(self, mechanism: Mechanism) -> families.Family:
@@ -412,7 +412,7 @@ class Machine:
         return pickle.dumps(parts)
 
     def _infinite(self, effort: Effort) -> bool:
-        """Tells whether a law that reads no position is infinite at the machine's typical speed."""
+        """Tests whether a law that reads no position is infinite at the machine's typical speed."""
         names = self._names(effort)(0.0, 0.0, np)
         with np.errstate(all="ignore"):
             return bool(np.isinf(effort.load.law.evaluate(names, np, names)).any())  # type: ignore[union-attr]
@@ -451,7 +451,7 @@ class Machine:
 
     @cached_property
     def _unswitched(self) -> Array:
-        """The breakpoints but for the angles at which expressions switch."""
+        """The breakpoints except for the angles at which expressions switch."""
         return merged([0.0, self.scene.cycle, *(angle for _, angle in self._own_breakpoints())], self.scene.cycle)
 
     def corners_of(self, mechanism: Mechanism) -> tuple[float, ...]:
@@ -460,7 +460,7 @@ class Machine:
 
     @property
     def has_joint_friction(self) -> bool:
-        """Tells whether joints rub whose friction follows the actual motion: it is not given as a moment of position."""
+        """Tests whether joints rub whose friction follows the actual motion: it is not given as a moment of position."""
         return self.scene.rubs and self.friction is None
 
     def _own_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
@@ -553,7 +553,7 @@ class Machine:
 
         They are jets by the crank's angle, but plain values in numpy's. Which turn of the load's angle they lie in is the
         anchor's to say, as at the end of a turn rounding could not. The crank's `speed` (rad/s) is the machine's typical one
-        where none is given.
+        if none is given.
         """
         place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
         reduction, motion = self.rigid, self.motion_of(effort.load.on)
@@ -782,7 +782,7 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
 
 
 def merged(angles: Iterable[float], cycle: float) -> Array:
-    """Ascending angles without those that only rounding tells apart; 0 and the cycle stay exact."""
+    """Ascending angles without those that differ only by rounding; 0 and the cycle stay exact."""
     ascending = np.sort(np.array(list(angles)))  # np.unique would import numpy.ma
     near = 8 * np.finfo(float).eps * cycle
     inner = ascending[(ascending > near) & (ascending < cycle - near)]

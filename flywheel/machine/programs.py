@@ -10,7 +10,7 @@ compared with the walk as soon as it is recorded, at positions all over its piec
 
 `RecordedMachine` is a machine whose numbers are recorded too. Where a plain machine proves by bounds at which angles a law
 switches or a place turns back, the recorded one starts from those angles of its plain twin, the machine at the values that
-its numbers have now, and follows each by a fixed number of Newton's steps. That the last step is next to nothing is a guard;
+its numbers have now, and follows each by a fixed number of Newton's steps. That the last step is negligible is a guard;
 so are the order of all angles, and every decision there.
 
 `Structure` serves designs of one scene: its pieces, and the walk in each as a program of the numbers that vary, recorded
@@ -77,7 +77,7 @@ class Piece(NamedTuple):
 class Programs:
     """Programs of a machine, recorded when they are first asked for.
 
-    `why` says what could not be recorded, empty where everything could so far.
+    `why` says what could not be recorded, empty if everything could so far.
 
     >>> import flywheel
     >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 10}, "flywheel": {"inertia": 1}}
@@ -96,7 +96,7 @@ class Programs:
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
         """The recorded `machine.reduce` at angles and anchors of any pieces: only the anchors distinguish pieces.
 
-        None where more than a choice of values does.
+        None if more than a choice of values does.
         """
         if any(mechanism.linkage is not None for mechanism in self.machine.scene.mechanisms):
             return None  # of these every piece follows a branch of its own
@@ -128,7 +128,7 @@ class Programs:
         (`function("math")`) it raises ValueError or ArithmeticError where a law is not defined.
 
         Raises:
-            SceneError: where the program is not the walk, which is an error of ours.
+            SceneError: if the program is not the walk, which is an error of ours.
 
         """
         key = float(anchor.phi), anchor.omega is None
@@ -319,8 +319,8 @@ _MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose pla
 class DesignValues(NamedTuple):
     """Requirements of every design: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
 
-    `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
-    torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
+    `unknown` is true if there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
+    torque (N m), None if that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
     its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
     """
 
@@ -382,7 +382,7 @@ class Structure:
     conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
-    crank's; NaN where there is none; then the typical speed and those of the crank that a motor is known by. zeros: an angle
+    crank's; NaN if there is none; then the typical speed and those of the crank that a motor is known by. zeros: an angle
     (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
     that it was recorded from.
     """
@@ -417,7 +417,7 @@ class Structure:
 
     @cached_property
     def rates(self) -> list[tuple[slice, Program]]:
-        """The same with the programs of what depends on speed; none where nothing does."""
+        """The same with the programs of what depends on speed; none if nothing does."""
         programs = [walk.rate for walk in self.walks if walk.rate is not None]
         return self._shared(programs) if programs else []
 
@@ -545,8 +545,8 @@ def recorded(
 
     Raises:
         SceneError: for a scene with these values that is at fault.
-        LostError: where the numbers at these paths cannot be recorded.
-        UnrecordedError: where the machine cannot be followed with recorded numbers, whichever they are.
+        LostError: if the numbers at these paths cannot be recorded.
+        UnrecordedError: if the machine cannot be followed with recorded numbers, whichever they are.
 
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
@@ -601,7 +601,7 @@ def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[s
 
 
 def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
-    """Conditions shared by designs refused as that with these values is; None where they cannot be recorded."""
+    """Conditions shared by designs refused as that with these values is; None if they cannot be recorded."""
     recorder = Recorder()
     recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
@@ -716,7 +716,7 @@ def _varies(recorder: Recorder, value: Any) -> bool:
 
 
 def differs(structure: Structure, scene: Scene, values: Array) -> str:
-    """The difference between a structure and the plain machine of a design, in words; empty where they agree."""
+    """The difference between a structure and the plain machine of a design, in words; empty if they agree."""
     machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
     column = values[:, None]
     edges = structure.edges(column)[:, 0]

@@ -99,7 +99,7 @@ class MachineMotion(NamedTuple):
 
     @property
     def sense(self) -> Array:
-        """The direction of motion, 1 or -1, at an instant of rest the one before or after it; 0 where it rests."""
+        """The direction of motion, 1 or -1, at an instant of rest the one before or after it; 0 if it rests."""
         if self.creeps:
             return np.ones_like(self.phi)
         coming = 0.0 if self.anchor is None else self.anchor.omega
@@ -250,7 +250,7 @@ class Pressed:
     (n, forces); known: of each mechanism its coefficients (n, forces, 2, inputs), its inputs (n, inputs), and which of its
     forces are resultants, (forces,). sense: direction of the motion, (n,); sliding: sign of each joint's, (n, forces);
     factors: passive action for a unit of the force that it follows. signs, directions: of the forces with a sign, and of
-    those in pins that keep to a line (rad, else NaN), (n, forces), as continued from an anchor; None where they are open.
+    those in pins that keep to a line (rad, else NaN), (n, forces), as continued from an anchor; None if they are open.
     """
 
     free: Array
@@ -297,7 +297,7 @@ class Rubbing(NamedTuple):
     """Friction in joints at instants: what each passive action gives (N m, on the crank), by the order of their labels.
 
     moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
-    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none where it is not watched.
+    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none if it is not watched.
     Of a single instant without sides to begin with, `solutions` is how many motions there are, and `joint` what makes it so
     that there is not one.
     """
@@ -373,7 +373,7 @@ class JointFriction:
 
     @cached_property
     def complete(self) -> bool:
-        """Tells whether the tables hold all mechanisms, so that they give the machine's inertia and moment as well."""
+        """Tests whether the tables hold all mechanisms, so that they give the machine's inertia and moment as well."""
         scene = self.machine.scene
         loaded = [item for item in scene.springs if item.on in scene.shafts]
         return len(self.tables) == len(scene.mechanisms) and not loaded
@@ -388,7 +388,7 @@ class JointFriction:
         unknown: float,
         loads: Iterable[Effort],
     ) -> list[tuple[Any, Any, Any, dict[str, Any] | None]]:
-        """The equation of motion but for friction, where the tables are complete, under loads and drive.
+        """The equation of motion except for friction, where the tables are complete, under loads and drive.
 
         Inertia, its slope and the moment on the crank for each stage (n,), and the efforts of all loads by their paths.
         """
@@ -492,7 +492,7 @@ class JointFriction:
     def _sliding(self, phi: Array, ways: Array, sense: Any) -> Array:
         """Sign (n, forces) of each joint's motion where the crank, at angles (n,), moves in a sense (1, -1).
 
-        Of a joint that turns back there it is that to come; 0 where the crank is at rest, and of joints that never move.
+        Of a joint that turns back there it is that to come; 0 if the crank is at rest, and of joints that never move.
         """
         moving = np.abs(ways) > _SIZE_ROUNDING * self.rates
         if (turning := (~moving & (self.strengths > 0.0)).any(axis=1)).any():
@@ -633,7 +633,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
     inputs = first.powers.shape[1]
 
     def values(psi: Array) -> tuple[Array, Array]:
-        """All entries (entries, n), and the size of each one's column, (entries,): 0 where that is rounding alone."""
+        """All entries (entries, n), and the size of each one's column, (entries,): 0 if that is rounding alone."""
         found, _, reactions, shares = _coefficients(machine, mechanism, psi)
         largest = _beyond_rounding(np.abs(found.rows).max(axis=(0, 1, 2)), reactions)
         scale = np.broadcast_to(largest, found.rows.shape[1:]).ravel()
@@ -676,7 +676,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
 
 
 def _beyond_rounding(largest: Array, whole: Array) -> Array:
-    """The largest entries of columns (entries,), 0 where they are nothing beside what the column adds up from."""
+    """The largest entries of columns (entries,), 0 if they are nothing beside what the column adds up from."""
     return np.where(largest > _SIZE_ROUNDING * whole, largest, 0.0)
 
 

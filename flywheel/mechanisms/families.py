@@ -75,7 +75,7 @@ class Weight(NamedTuple):
 class Port(NamedTuple):
     """A place for loads, springs and added inertia: a velocity, and the displacement that is its integral.
 
-    `returns` is False where the displacement gains a constant each turn, so that no spring can hang on it. At `kinks`
+    `returns` is False if the displacement gains a constant each turn, so that no spring can hang on it. At `kinks`
     (rad of psi in [0, period)) the velocity jumps, so that no inertia can sit on it. `dead_centres` are all the angles
     (rad of psi in [0, 2 pi), ascending) at which the velocity changes its sign, where a closed form gives them.
     """
@@ -174,7 +174,7 @@ class Skeleton(NamedTuple):
     """Members and joints of a mechanism: what reactions, friction, bodies in motion and pictures are found from.
 
     The first member is the frame, the first joint drives. A joint bears the name of its place in both members. Each side
-    is a point (member, place), then two more on a line, and +1 where the first lies left of it, -1 where it lies right.
+    is a point (member, place), then two more on a line, and +1 if the first lies left of it, -1 if it lies right.
     """
 
     members: Mapping[str, Member]
@@ -338,7 +338,7 @@ def _moves(family: Family, locks: Sequence[float]) -> str:
 
 
 def stroke_ranges(mechanism: Mechanism, parameters: Mapping[str, float] = MappingProxyType({})) -> str:
-    """Ranges in which a crank that cannot turn fully may have a stroke, in words; empty where there is none."""
+    """Ranges in which a crank that cannot turn fully may have a stroke, in words; empty if there is none."""
     kind = KINDS[mechanism.type]
     if kind.lock_angles is None:
         return ""
@@ -518,7 +518,7 @@ def graded(centre: float, distance: float, reach: float = 1.0) -> list[float]:
     """Breakpoints about a complex singularity that hovers `distance` (rad) above the real angle `centre` (rad).
 
     They stand at the centre and at distance, 2.5 distance, 6.25 distance... to both sides within `reach` (rad), so that
-    a polynomial of order 16 follows 1/z on every cell to about 1e-10. None where the singularity is beyond reach/2.
+    a polynomial of order 16 follows 1/z on every cell to about 1e-10. None if the singularity is beyond reach/2.
 
     >>> graded(3.0, 0.25)
     [2.375, 2.75, 3.0, 3.25, 3.625]
@@ -596,7 +596,7 @@ class Ends(NamedTuple):
     def before(self, high: bool, angle: float) -> float | None:
         """Distance (m or rad) that the port covers on the last `angle` (rad of psi) before its high or its low end.
 
-        None where it does not move towards that end all along. An end that is reached several times counts where it is
+        None if it does not move towards that end all along. An end that is reached several times counts where it is
         reached first.
 
         >>> yoke = Mechanism("scotch-yoke", "yoke", geometry={"crank.length": 0.1})

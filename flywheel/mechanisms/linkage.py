@@ -378,7 +378,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a linkage: each unknown straight from the crank, centres of mass and ports by arms from these.
 
     Raises:
-        SceneError: where the linkage cannot be assembled, locks or branches, or does not return after the cycle.
+        SceneError: if the linkage cannot be assembled, locks or branches, or does not return after the cycle.
 
     """
     cycle = followed(mechanism)
@@ -441,7 +441,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         ]
 
     def move(name: str, seen: list[Arm]) -> bool:
-        """Velocity of a place along the line that its arms' angles count from; False where it has none."""
+        """Velocity of a place along the line that its arms' angles count from; False if it has none."""
         ratios: dict[str, list[float | Ratio]] = {}
         for arm in seen:
             for k, weight in arm.angle.terms:  # -L sin(a) times its turning, and cos(a) times the displacement's rate

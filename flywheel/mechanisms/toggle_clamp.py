@@ -29,8 +29,8 @@ from flywheel.scene.scene import Mechanism
 class Bars(NamedTuple):
     """Lengths (m), angle (rad) and assembly of a toggle clamp.
 
-    `side` is +1 where the coupler's pin on the bell crank lies left of the line from pivot to block, -1 right. `ahead`
-    is +1 where the platen lies ahead of the rod's pin on the bell crank, -1 behind.
+    `side` is +1 if the coupler's pin on the bell crank lies left of the line from pivot to block, -1 right. `ahead`
+    is +1 if the platen lies ahead of the rod's pin on the bell crank, -1 behind.
     """
 
     height: float

@@ -203,12 +203,12 @@ class Curve(NamedTuple):
 
     @property
     def tangential(self) -> Array:
-        """A point's acceleration along its velocity, (n,); NaN where it stands still, and has no direction."""
+        """A point's acceleration along its velocity, (n,); NaN if it stands still, and has no direction."""
         return self._along(self.velocity)
 
     @property
     def normal(self) -> Array:
-        """A point's acceleration to the left of its velocity, v²/radius of its path, (n,); NaN where it stands still."""
+        """A point's acceleration to the left of its velocity, v²/radius of its path, (n,); NaN if it stands still."""
         return self._along(np.stack((-self.velocity[1], self.velocity[0])))
 
     @property

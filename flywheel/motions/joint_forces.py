@@ -42,7 +42,7 @@ EVENLY = 500  # times of a motion that was followed, where none are named
 _BESIDE = 1e-7  # of a stretch of motion: distance from its ends at which forces are evaluated
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
-_TOPS = 4  # samples of a curve about which its greatest value is looked for
+_TOPS = 4  # samples of a curve about which its greatest value is searched for
 _FINER, _ROUNDS = 13, 9  # places about an extreme, and how often they are laid closer
 
 
@@ -113,7 +113,7 @@ def joint_forces(
         t: times (s) of that motion, shape (n,); 500 from its start to its end if None.
 
     Raises:
-        SceneError: for a scene without mechanisms, or with a law, which has no joints; where there is no speed; for times
+        SceneError: for a scene without mechanisms, or with a law, which has no joints; if there is no speed; for times
             outside the motion.
 
     At a constant speed time counts from crank angle 0 (from where a stroke begins), at a negative one from the other end.
@@ -202,7 +202,7 @@ def _found(
 def _constant(machine: Machine, inertia: bool) -> float | None:
     """The constant speed (rad/s, or m/s) of a machine without a flywheel: the scene's, or the machine's own.
 
-    None where neither inertia forces nor loads depend on it.
+    None if neither inertia forces nor loads depend on it.
     """
     scene = machine.scene
     if scene.stroke is None and scene.speed is not None:
@@ -472,7 +472,7 @@ def _extreme_places(
     """Places at which every curve is least and greatest, with those on either side, and the samples nearest.
 
     places: of the forces; before, after: the neighbours of each. along: gives forces at other places, with those samples.
-    Samples as low or as high as the extreme one, but for as much as a curve changes beside them, are looked at as well.
+    Samples as low or as high as the extreme one, except for as much as a curve changes beside them, are looked at as well.
     """
     values = _both_ways(forces)
     sides = np.maximum(values - values[:, before], values - values[:, after])

@@ -144,12 +144,12 @@ class Kinematics:
         return (*self.messages, *filter(None, [self._survey.message]))
 
     def __getitem__(self, name: str) -> Curve:
-        """The curve of a name; a SceneError with the nearest one where there is none."""
+        """The curve of a name; a SceneError with the nearest one if there is none."""
         return self.curves[chosen(name, self.curves, self.other_names)]
 
 
 def chosen(name: str, curves: Mapping[str, object], other: Mapping[str, str]) -> str:
-    """A curve's own name; a SceneError with the nearest name where there is none."""
+    """A curve's own name; a SceneError with the nearest name if there is none."""
     if name in curves:
         return name
     if name in other:

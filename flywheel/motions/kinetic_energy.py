@@ -68,7 +68,7 @@ def shares(machine: Machine | Scene, phi: ArrayLike, *, flywheel: float = 0.0) -
         flywheel: inertia of a flywheel at its own shaft, kg m², counted as one more body ("the flywheel").
 
     Raises:
-        SceneError: where nothing moves, so that there is no energy to share: I* = 0, as at the dead centre of a crank
+        SceneError: if nothing moves, so that there is no energy to share: I* = 0, as at the dead centre of a crank
             without mass. The fault names the angle.
 
     >>> import flywheel

@@ -47,8 +47,8 @@ class Motion(NamedTuple):
     every flow, effort and its power audit.
 
     On a stroke phi is the driver's coordinate (m and omega in m/s where it slides). The motion ends where the stroke does,
-    or where the machine stands still for good, and `ended` says so; it is None for a motion that lasts until the time asked.
-    `at` refuses later times.
+    or where the machine stands still permanently, and `ended` says so; it is None for a motion that lasts until the time
+    asked. `at` refuses later times.
 
     `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
     difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
@@ -78,12 +78,12 @@ class Motion(NamedTuple):
         return self.states.get("current")
 
     def at(self, times: Any) -> tuple[Array, Array]:
-        """Crank angle and speed at times (s), by dense output; at rest for good after its end, on a stroke a SceneError."""
+        """Crank angle and speed at times (s), by dense output; after its end at rest, on a stroke a SceneError."""
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         if self.run is not None:
             return self.run.displacement("phi", wanted), self.run.flow("crank", wanted)
         assert self.trail is not None
-        still = self.trail.stuck is not None  # for good
+        still = self.trail.stuck is not None  # permanently
         phi, omega = self.trail.states(np.minimum(wanted, self.t[-1]) if still else wanted)[:2]
         stroke = self.trail.dynamics.machine.scene.stroke
         if stroke is None:
@@ -144,9 +144,9 @@ class Energy(NamedTuple):
     """Energy balance of a motion (J): works of drive and loads, heat, and kinetic energy gained.
 
     `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
-    leave is the kinetic energy gained, but for `residual`, a share of the largest of them or of the greatest kinetic energy.
-    `copper` is the heat in a DC motor's armature, `rotor_heat` that in an induction motor's rotor, torque times slip speed.
-    Neither is part of that balance: the drive's work is what its shaft gives.
+    leave is the kinetic energy gained, except for `residual`, a share of the largest of them or of the greatest kinetic
+    energy. `copper` is the heat in a DC motor's armature, `rotor_heat` that in an induction motor's rotor, torque times slip
+    speed. Neither is part of that balance: the drive's work is what its shaft gives.
     """
 
     drive: float
@@ -171,7 +171,7 @@ class Samples(NamedTuple):
     """A motion at times t (s): phi (rad, not reduced), omega (rad/s), acceleration (rad/s²), moment M* less losses (N m).
 
     `drive` is the drive's torque at its own shaft (N m), `power` what it gives (W), `loss` what meshes lose (W), `kinetic`
-    the kinetic energy (J), `current` a motor's (A; None where its kind does not tell it), `states` a motor's own by
+    the kinetic energy (J), `current` a motor's (A; None if its kind does not give it), `states` a motor's own by
     name, None without any. On a stroke whose driver slides: m, m/s, N.
     """
 
@@ -189,7 +189,7 @@ class Samples(NamedTuple):
 
 
 def _current(motor: Motor | None, circuit: Circuit | None, ratio: float, here: Along) -> Array | None:
-    """The current (A) of a motor, by its own states where it has any; None where its type does not tell it."""
+    """The current (A) of a motor, by its own states where it has any; None if its type does not give it."""
     if circuit is not None:
         current: Array | None = circuit.current(ratio * here.omega, here.states)
         return current
@@ -341,7 +341,7 @@ class Transient:
     `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in turns. On a
     stroke whose driver slides, m.
 
-    `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
+    `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None if there is
     none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at
     its own shaft (kg m²). `given_errors` are those of inertia, balance and regime speed, in their units.
     """
@@ -381,7 +381,7 @@ class Transient:
 
     @cached_property
     def start_heat(self) -> StartHeat | None:
-        """Heat of the motor's start, against what it bears; None where it is not started, or its kind does not tell."""
+        """Heat of the motor's start, against what it bears; None if it is not started, or its kind does not give it."""
         assert self.motion.trail is not None
         return None if self.from_regime else start_heat(self.motion.trail)
 
@@ -457,7 +457,7 @@ def speed_at(sizing: Sizing, phi: ArrayLike) -> Array:
 
 
 def states_at(sizing: Sizing, phi: float) -> tuple[float, ...]:
-    """A motor's own states in the steady cycle at a crank angle (rad); none where it has none."""
+    """A motor's own states in the steady cycle at a crank angle (rad); none if it has none."""
     cycle, run = sizing.cycle, sizing.run
     if cycle is None or run is None or run.along is None:
         return ()

@@ -85,7 +85,7 @@ def simulate(
             what moves with the driver beside the machine: 0 if None, kg where it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
         rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
-        states: a motor's own at t = 0 by name (SI); 0 where they are not given.
+        states: a motor's own at t = 0 by name (SI); 0 if they are not given.
         current: of a motor with inductance at t = 0, A: that state.
 
     Raises:
@@ -133,7 +133,7 @@ def simulate(
     motion = motion_from(dynamics_of(machine, total, balance or 0.0), start, until, rtol)
     if stroke is None:
         return motion
-    motion = motion._replace(phi=np.clip(motion.phi + stroke.start, stroke.start, stroke.end))  # there but for rounding
+    motion = motion._replace(phi=np.clip(motion.phi + stroke.start, stroke.start, stroke.end))  # there except for rounding
     if motion.ended is None and motion.t[-1] < until:
         return motion._replace(ended=end_of_stroke(scene, float(motion.phi[-1]), float(motion.t[-1])))
     return motion
@@ -143,7 +143,7 @@ def actual(given: Machine | Scene) -> Machine:
     """The machine of a scene, or the one given, whose joints rub as they move: not by a moment at a constant speed.
 
     Raises:
-        SceneError: where shafts twist in a scene with friction in joints.
+        SceneError: if shafts twist in a scene with friction in joints.
 
     """
     machine = given if isinstance(given, Machine) else Machine(given)
@@ -310,7 +310,7 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
 
 
 def _turns_back(run: Run, shaft: str) -> float | None:
-    """The time (s) by which a shaft turns backwards, where dry laws would drive it; None where it does not."""
+    """The time (s) by which a shaft turns backwards, where dry laws would drive it; None if it does not."""
     speeds = run.flow(shaft, run.t)
     back = speeds < -_STANDING * float(np.abs(speeds).max())
     return float(run.t[back.argmax()]) if back.any() else None
@@ -378,7 +378,7 @@ class Regime(NamedTuple):
 def regime_of(machine: Machine, inertia: float) -> Regime:
     """The steady regime of a machine with a flywheel of some inertia (kg m² at its own shaft).
 
-    Raises SceneError where there is none.
+    Raises SceneError if there is none.
     """
     scene = machine.scene
     same = scene.inertia == inertia and machine.friction is None

@@ -48,7 +48,7 @@ _TIME = "time of the stroke"
 _MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
 _SAFETY = 2.0
-_HEAVIEST = 1e5  # times the inertia on either side of the clutch, of a flywheel that is looked for
+_HEAVIEST = 1e5  # times the inertia on either side of the clutch, of a flywheel that is searched for
 
 
 FINDINGS: tuple[Finding, ...] = (
@@ -203,7 +203,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates:
 
     Args:
         machine: a `Scene` with `[single_stroke]`, or its `Machine`.
-        rtol: relative accuracy asked of every figure but the greatest rate; the scene's own if None. Where it is not
+        rtol: required relative accuracy of every figure but the greatest rate; the scene's own if None. Where it is not
             reached, the error says so.
         rates: False to leave out the search of the greatest rate, which then is None.
 
@@ -612,7 +612,7 @@ def _motor_torques(strokes: Strokes, sides: list[_Side], period: float) -> tuple
 
 
 def _motor_heat(strokes: Strokes, sides: list[_Side], period: float) -> float | None:
-    """The mean heat of the motor, W; None where its type does not tell."""
+    """The mean heat of the motor, W; None if its type does not give it."""
     motor = strokes.scene.motor
     if motor is None or motor.heated is None:
         return None
@@ -705,12 +705,12 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
     Every limit is kept the better the heavier the flywheel is: the largest of those that keep one alone keeps all.
     """
     last: list[SceneError] = []
-    begin: list[Phases] = []  # the last stroke that returns, from which the next is looked for
+    begin: list[Phases] = []  # the last stroke that returns, from which the next is searched for
     known: dict[float, Mapping[str, float]] = {}
     asked = asked_of(scene)
 
     def reached(inertia: float) -> Mapping[str, float]:
-        """The values compared with the limits; none where the stroke is not completed."""
+        """The values compared with the limits; none if the stroke is not completed."""
         if inertia not in known:
             tried = Strokes(scene, inertia, tolerance)
             try:

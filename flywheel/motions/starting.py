@@ -156,10 +156,10 @@ def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
 class RunUp(NamedTuple):
     """A run-up: how long it takes (s), its turns of the crank, and the integral of (I/I_n)² dt of the windings (s).
 
-    current_squared: None where the motor's kind or plate does not tell its current.
-    speed: of the crank at the end, rad/s: the one that was to be reached, 0 where the machine stops, or where it stays.
-    reached: whether that speed was reached; None where it would take more turns than are followed.
-    stop: crank angle (rad) at which it stops again; None where it does not.
+    current_squared: None if the motor's kind or plate does not tell its current.
+    speed: of the crank at the end, rad/s: the one that was to be reached, 0 if the machine stops, or where it stays.
+    reached: whether that speed was reached; None if it would take more turns than are followed.
+    stop: crank angle (rad) at which it stops again; None if it does not.
     """
 
     time: float
@@ -337,10 +337,10 @@ class StartHeat(NamedTuple):
         current_squared: integral of (I/I_n)² dt of the windings, s; None without a rated current to relate to.
         winding: heat in the rotor of an induction motor or the armature of a DC motor itself, J.
         added: heat in the resistors beside it, J.
-        stator: copper heat of an induction motor's stator, J; None where the plate does not tell it.
+        stator: copper heat of an induction motor's stator, J; None if the plate does not give it.
         allowed: (I_L/I_n)² times the time for which the warm motor bears the current I_L of its locked rotor, s.
         allowed_cold: the same of the cold motor, s.
-        rise: of the temperature of the windings in it, K; None where the motor's data do not tell.
+        rise: of the temperature of the windings in it, K; None if the motor's data do not give it.
 
     """
 
@@ -396,7 +396,7 @@ def _ratio(part: float | None, whole: float | None) -> float | None:
 
 
 def start_heat(trail: Trail) -> StartHeat | None:
-    """The heat of the start that a motion begins with; None but for an induction or DC motor that has no states of its own.
+    """The heat of the start that a motion begins with; None for other motors than induction and DC, and with own states.
 
     Nothing is taken off for what the motor gives to its surroundings meanwhile, so that the figures hold for starts of some
     seconds. The start ends at the rated speed after the last switch, where the current comes down to the rated one.

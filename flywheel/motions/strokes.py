@@ -50,7 +50,7 @@ class Phases(NamedTuple):
 
     `driving` is the driving side while the clutch slips (its position is not that of the crank) and `recovery` from the
     release of the clutch on; `slipping` is the driven side until the clutch locks, `locked` the whole machine until its
-    release, `coasting` the driven side until the brake acts (None where it acts at once), `braking` until it stands
+    release, `coasting` the driven side until the brake acts (None if it acts at once), `braking` until it stands
     still. `resting` is M* where the crank then
     stands (N m). `slopes` are the derivatives of speed and angle after a stroke by those before it.
     """
@@ -524,7 +524,7 @@ def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
 
 
 def beyond(scene: Scene, shaft: str) -> list[str]:
-    """A shaft, and all that hang on it: nearer ones first."""
+    """A shaft and those connected to it beyond it, nearer ones first."""
     return [name for name in scene.shafts if shaft in scene.inwards(name)]
 
 

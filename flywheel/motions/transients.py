@@ -70,7 +70,7 @@ _EXPECTED = '"regime", "stop", or a time, a way, a speed or a share of the regim
 class Until(NamedTuple):
     """The end of a motion: time (s), way (rad), speed (rad/s), share of the regime's speed; m and m/s where a driver slides.
 
-    `sliding` tells a way or a speed of a driver that slides from one of a crank; None where a number says neither.
+    `sliding` tells a way or a speed of a driver that slides from one of a crank; None if a number says neither.
     """
 
     kind: Kind
@@ -155,15 +155,15 @@ def transient(
             settles before it comes to a speed ends with that: `reason` is "limit". If None the regime; without a drive, or
             on a stroke, a stop.
         drive: whether the drive drives; without it the machine runs down.
-        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to; 0 where the
+        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to; 0 if the
             scene has no flywheel.
         balance: value (SI) of the scene's unknown; if None the one that balances the regime.
         rtol: error allowed of position and speed.
-        watching: is told time (s) and position (rad) as the motion goes on; a motion is followed twice at least, so that
+        watching: is told time (s) and position (rad) as the motion continues; a motion is followed twice at least, so that
             both begin again.
 
     Raises:
-        SceneError: where the machine does not start, has no regime where one is asked for, or cannot be followed.
+        SceneError: if the machine does not start, has no regime where one is asked for, or cannot be followed.
 
     For a time, the machine is followed wherever it goes, through rests, back and forth; at rest dry laws hold it until
     something drives it away (forwards, where either way were possible). With any other end the motion ends early where the
@@ -377,7 +377,7 @@ class TransientSetting(NamedTuple):
 def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> TransientSetting:
     """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value.
 
-    regimes: whether the regime is looked for.
+    regimes: whether the regime is searched for.
     """
     scene = machine.scene
     inertia_error = balance_error = 0.0

@@ -55,7 +55,7 @@ class Centres(NamedTuple):
 class InstantCentres(NamedTuple):
     """The instant centres of every mechanism with joints, by its name, at the driver's coordinates q (rad or m).
 
-    `speed` are the driver's rates (rad/s or m/s), shape (n,); None where velocities are per unit of the driver.
+    `speed` are the driver's rates (rad/s or m/s), shape (n,); None if velocities are per unit of the driver.
     """
 
     scene: Scene

@@ -22,7 +22,7 @@ _GREATEST = sys.float_info.max
 
 
 def fits(value: Any, expected: str = ANY) -> bool:
-    """Tells whether a value is a finite number; with `NOT_NEGATIVE` or `POSITIVE`, one of that sign.
+    """Tests whether a value is a finite number; with `NOT_NEGATIVE` or `POSITIVE`, one of that sign.
 
     >>> fits(0), fits(float("nan")), fits("1"), fits(True), fits(0.0, POSITIVE), fits(0.0, NOT_NEGATIVE)
     (True, False, False, False, False, True)

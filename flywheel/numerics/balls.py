@@ -30,7 +30,7 @@ _SECANTS = 30  # steps towards a zero: ten are usual
 _MOST_CYCLES, _MOST_PICARD = 12, 60  # Newton's steps to a periodic solution, and Picard's along a cell
 _MOST_WIDER = 4  # tries to enclose a periodic solution
 _CLOSED = 1e-3  # of the error allowed: what these steps may leave
-_ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is looked for at least
+_ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is searched for at least
 
 
 class UnprovenError(ValueError):
@@ -246,7 +246,7 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         errors: for each function the radius that is allowed at a cell's end, a number.
 
     Raises:
-        UnprovenError: where a function stays open however narrow the cells are.
+        UnprovenError: if a function stays open however narrow the cells are.
 
     """
     found: list[Model] = []
@@ -266,7 +266,7 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
 
 
 def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int) -> Model | None:
-    """The model of one cell; None where it is too wide for any."""
+    """The model of one cell; None if it is too wide for any."""
     middle = arb(float(((low + high) / 2).mid()))
     try:
         centre, whole = functions(variable(middle)), functions(variable(low.union(high)))
@@ -318,7 +318,7 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
         error: the width at which an interval is cut no further.
 
     Raises:
-        UnprovenError: where too many intervals stay open.
+        UnprovenError: if too many intervals stay open.
 
     """
     order = count()
@@ -432,7 +432,7 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
         cells: of the cycle, one after another.
         start: E where the cycle begins, nearly.
         order: degree of the polynomials.
-        error: how far from its polynomials the solution is looked for first; farther where that does not suffice.
+        error: how far from its polynomials the solution is searched for first; farther where that does not suffice.
 
     Raises UnprovenError where no stable periodic solution is proven near.
     Source: J. Mawhin, First order ordinary differential equations with several periodic solutions, ZAMP 38 (1987).

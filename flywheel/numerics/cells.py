@@ -114,7 +114,7 @@ def above(by_cell: Array, factor: float = 1.0) -> Coarse:
 
 
 def halved(edges: Array, coarse: NDArray[np.bool_], most: int = MOST_CELLS) -> Array | None:
-    """The edges with coarse cells cut in two; None where none is left to cut, or they would be more than `most`."""
+    """The edges with coarse cells cut in two; None if none is left to cut, or they would be more than `most`."""
     chosen = coarse & (np.diff(edges) > 2 * _NARROW * abs(edges[-1]))
     return bisected(edges, chosen) if chosen.any() and edges.size + chosen.sum() <= most else None
 
@@ -416,7 +416,7 @@ def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
 
 
 def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossings:
-    """Crossings around suspected grid points of rows, `number` to a function, looked for on a grid fifty times finer."""
+    """Crossings around suspected grid points of rows, `number` to a function, searched for on a grid fifty times finer."""
     found = []
     for k, p in zip(row, point, strict=True):
         fine = np.linspace(GRID[p - 1], GRID[p + 1], 101)

@@ -26,8 +26,8 @@ _UP_TO_NODES: Array = np.ascontiguousarray(
 )
 _WHOLE: Array = piecewise.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 
-_MILD = 1.0  # exponent: what changes grow or fade by within a cell whose nodes resolve it
-_STEEP = 5.0  # exponent: changes that grow or fade by more than exp of it are followed from where they only fade
+_MILD = 1.0  # exponent: what changes grow or decay by within a cell whose nodes resolve it
+_STEEP = 5.0  # exponent: changes that grow or decay by more than exp of it are followed from where they only decay
 _MOST_GROWTH = 700.0  # exponent that a float still holds
 
 

@@ -30,7 +30,7 @@ FINE = 2.0**-20  # of a variable's scale: the step of `gradient`
 
 
 class Slopes(NamedTuple):
-    """Derivatives of figures and their absolute errors, each of shape (figures, variables); NaN where there is none.
+    """Derivatives of figures and their absolute errors, each of shape (figures, variables); NaN if there is none.
 
     `both` holds on both sides; `left` and `right` are those of one side each, wanted where there is a `corner` in between, a
     `jump`, or points of one side that have no value.
@@ -54,7 +54,7 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
     D(h) = (f(x + h) - f(x - h))/2h = f' + c2 h² + c4 h⁴ + ...,   corner(h) = (f(x + h) - 2 f(x) + f(x - h))/h
 
     Args:
-        values: the figures, with their errors; NaN where there are none.
+        values: the figures, with their errors; NaN if there are none.
         x: where, shape (variables,).
         scales: by what the variables change much, above 0; the largest step is a 64th of it.
         most: how often three more steps may be tried, each half as long as the one before.
@@ -210,7 +210,7 @@ def _judged(
 
 
 def _jumps(change: Array, noise: Array) -> NDArray[np.bool_]:
-    """Tells whether a change over a step does not shrink with the step: over the smallest steps, and over those before."""
+    """Tests whether a change over a step does not shrink with the step: over the smallest steps, and over those before."""
     known = np.isfinite(change).any(axis=-1)
     result = np.zeros(known.shape, dtype=bool)
     for index in zip(*np.nonzero(known), strict=True):

@@ -74,7 +74,7 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 def depends(node: Node, name: str) -> bool:
-    """Tells whether a name occurs in a tree."""
+    """Tests whether a name occurs in a tree."""
     return node.name == name or any(depends(arg, name) for arg in node.args)
 
 
@@ -131,7 +131,7 @@ def _power(node: Node, at: At) -> Any:
 
 
 def grows(node: Node) -> bool:
-    """Tells whether a node is an exponential: exp, or a positive number to a power that varies."""
+    """Tests whether a node is an exponential: exp, or a positive number to a power that varies."""
     if node.op != "**":
         return node.op == "exp"
     base, exponent = node.args
@@ -264,7 +264,7 @@ def _reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) 
 
 
 def _degree(node: Node, name: str) -> int | None:
-    """Structural degree of a tree in a name: 0 (absent), 1 (linear), or None where linearity is not evident.
+    """Structural degree of a tree in a name: 0 (absent), 1 (linear), or None if linearity is not evident.
 
     Not evident: a product of two factors that hold it, a denominator, an exponent, a function's argument, a test.
     """
@@ -434,21 +434,21 @@ class Expression:
 
     @cached_property
     def uses_speed(self) -> bool:
-        """Tells whether it depends on `omega`, or on `v` other than through its sign."""
+        """Tests whether it depends on `omega`, or on `v` other than through its sign."""
         return _uses_speed(self.tree)
 
     @property
     def uses_time(self) -> bool:
-        """Tells whether it depends on `t`."""
+        """Tests whether it depends on `t`."""
         return "t" in self.names
 
     @cached_property
     def switches_on_velocity(self) -> bool:
-        """Tells whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
+        """Tests whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
         return any(_sign_only(node) for node in walk(self.tree))
 
     def evaluate(self, values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None = None) -> Any:
-        """Value in a namespace (numpy itself, or one of its likes); infinite or NaN where undefined.
+        """Value in a namespace (numpy itself, or one of its likes); infinite or NaN if undefined.
 
         Comparisons, abs, sign, min, max, conditions and the cut of atan2 are decided at `anchor` where one is given:
         the middle of a smooth piece, broadcastable with `values`. A piece then never takes its neighbour's branch.
@@ -483,7 +483,7 @@ class Expression:
         return any(grows(node) for node in walk(self.tree))
 
     def degree(self, name: str) -> int | None:
-        """Degree in a parameter as far as the structure shows it: 0, 1, or None where it is not evidently linear."""
+        """Degree in a parameter as far as the structure shows it: 0, 1, or None if it is not evidently linear."""
         return _degree(self.tree, name)
 
     def coefficients(
@@ -503,7 +503,7 @@ class Expression:
         return pair
 
     def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
-        """The term that is not finite at a place, in words and as it was written; an empty text where there is none.
+        """The term that is not finite at a place, in words and as it was written; an empty text if there is none.
 
         It is the first part whose operands are finite and whose value is not. Values beyond the floating-point range are
         reported only without other faults: exponentials may overflow and cancel.
@@ -723,7 +723,7 @@ class _ExpressionReader:
 
 
 def _is_truth(node: Node) -> bool:
-    """Tells whether a tree is true or false: a comparison, or what is made of comparisons alone."""
+    """Tests whether a tree is true or false: a comparison, or what is made of comparisons alone."""
     return node.op in BOOLEAN or (node.op == "if" and all(map(_is_truth, node.args[1:])))
 
 
@@ -826,7 +826,7 @@ _KEEPING = frozenset({"neg", "abs", "sum", "min", "max", "if"})  # have the unit
 
 
 def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
-    """The unit of an expression; None where names of unknown units, or sums of different ones, leave it open.
+    """The unit of an expression; None if names of unknown units, or sums of different ones, leave it open.
 
     >>> from flywheel.numerics.units import parse_unit
     >>> shown(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
@@ -857,7 +857,7 @@ def _unit_of_product(factors: Iterable[tuple[str, Node]], units: Mapping[str, Un
 
 
 def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) -> Iterator[Unit | None]:
-    """The unit of a name everywhere in an expression that has a unit itself; None where that is left open.
+    """The unit of a name everywhere in an expression that has a unit itself; None if that is left open.
 
     >>> from flywheel.numerics.units import parse_unit
     >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}

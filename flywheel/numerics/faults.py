@@ -41,7 +41,7 @@ class Fault(NamedTuple):
 
     @property
     def place(self) -> str:
-        """Item, line and column in words; empty where none is known."""
+        """Item, line and column in words; empty if none is known."""
         return _place(self.item, self.line, self.column)
 
     @property

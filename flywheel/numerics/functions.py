@@ -16,7 +16,7 @@ import numpy as np
 
 
 def is_recorded(value: object) -> TypeGuard[float]:
-    """Tells whether a value is a number on a tape (`bondgraph.recording`), which stands for those of many designs."""
+    """Tests whether a value is a number on a tape (`bondgraph.recording`), which stands for those of many designs."""
     return getattr(value, "is_recorded", False) is True
 
 

@@ -60,7 +60,7 @@ class Interval:
         return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
 
     def contains(self, number: Any) -> Any:
-        """Tells whether a number, or each of an array, lies in the interval, ends included."""
+        """Tests whether a number, or each of an array, lies in the interval, ends included."""
         return (self.lo <= number) & (number <= self.hi)
 
     def __neg__(self) -> Interval:
@@ -105,7 +105,7 @@ class Interval:
 
 
 def _foreign(other: Any) -> bool:
-    """Tells whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
+    """Tests whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
     return not isinstance(other, Interval) and getattr(type(other), "__array_ufunc__", True) is None
 
 
@@ -159,7 +159,7 @@ def _increasing(function: Callable[[Any], Any], least: float = -np.inf, most: fl
 
 
 def _holds(u: Interval, place: float, period: float) -> Any:
-    """Tells whether the interval may hold place + n period for an integer n."""
+    """Tests whether the interval may hold place + n period for an integer n."""
     first, last = (u.lo - place) / period, (u.hi - place) / period
     slack = 4 * _EPS * (1 + np.maximum(np.abs(first), np.abs(last)))
     return np.floor(last + slack) >= np.ceil(first - slack)
@@ -317,7 +317,7 @@ class Scaled:
 
     @property
     def exponent(self) -> Any:
-        """Sum of c a; 0.0 where nothing is kept apart."""
+        """Sum of c a; 0.0 if nothing is kept apart."""
         return sum((c * a for a, c in self.powers.values()), 0.0)
 
     @property

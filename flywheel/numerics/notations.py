@@ -63,7 +63,7 @@ _HABITS = tuple(
 
 
 def written_here(text: str, names: Collection[str]) -> str:
-    """Advice on the first habit of another notation in a text, where there is one; `names` are those of the expression.
+    """Advice on the first habit of another notation in a text, if there is one; `names` are those of the expression.
 
     >>> written_here("if(v > 0, 1, -2)", ["v"]), written_here("3 sin(phi)", ["sin", "phi"])
     ('write 1 if v > 0 else -2', 'a product is written *: 3*sin')

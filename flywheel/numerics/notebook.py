@@ -8,7 +8,7 @@ from __future__ import annotations
 
 
 def html(thing: object) -> str | None:
-    """The HTML of a scene, machine or result; None, so that its text is shown, where there is none or it cannot be made."""
+    """The HTML of a scene, machine or result; None, so that its text is shown, if there is none or it cannot be made."""
     import flywheel
 
     try:

@@ -11,7 +11,7 @@ piece of the function counts with its Hessian,
 
     min t  with  t >= f_i + grad f_i (x - x_i) + (x - x_i)' H_i (x - x_i)/2,
 
-which is Newton's method where there is one piece alone. The test of a local minimum is the linear program over tangents at
+which is Newton's method if there is one piece alone. The test of a local minimum is the linear program over tangents at
 points around it, by differences of their own: a step of a radius r gains slope r, and nothing where no combination of
 tangents, constraints and bounds leaves a way down (F. Clarke's stationary points).
 
@@ -37,7 +37,7 @@ Rows = Callable[[Array], Array]
 KEPT = 1e-9
 """How far a constraint, of the size of 1, may be above 0 and be kept."""
 _PENALTY = 1e3  # of a violated constraint, relative to the function's own size
-_NO_VALUE = 1e9  # value for SLSQP where there is none
+_NO_VALUE = 1e9  # value for SLSQP if there is none
 _STEPS, _BUNDLE = 60, 60  # of SLSQP; of linear programs
 _SLSQP_CHANGE = 1e-13  # relative change at which SLSQP stops
 _RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.02, 1e-10, 0.25  # of the interval between bounds
@@ -62,7 +62,7 @@ class Point(NamedTuple):
 
 
 def merit(rows: Array, size: float) -> Array:
-    """The function (the first row), more by what constraints are not kept; infinite where there is none."""
+    """The function (the first row), more by what constraints are not kept; infinite if there is none."""
     excess = np.maximum(rows[1:] - 0.5 * KEPT, 0.0).sum(axis=0)
     return np.where(np.isnan(rows).any(axis=0), np.inf, rows[0] + _PENALTY * size * excess)
 
@@ -89,7 +89,7 @@ class _Terrain(NamedTuple):
         return Point(np.clip(share, 0.0, 1.0), values, slopes * width)
 
     def tangent(self, share: Array, *, in_corner: bool = True) -> Point:
-        """A point with slopes by small differences within the bounds; NaN where these mix pieces, unless they may."""
+        """A point with slopes by small differences within the bounds; NaN if these mix pieces, unless they may."""
         moved = np.where(share + _TANGENT_STEP <= 1.0, _TANGENT_STEP, -_TANGENT_STEP)
         # within the bounds, if need be on one side
         back = np.where((share >= _TANGENT_STEP) & (moved > 0.0), -_TANGENT_STEP, 0.5 * moved)
@@ -100,7 +100,7 @@ class _Terrain(NamedTuple):
         return Point(share, found[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
 
     def piece(self, share: Array) -> Piece | None:
-        """A function's piece around a point, to the second order; None where a value is missing."""
+        """A function's piece around a point, to the second order; None if a value is missing."""
         h, count = _STEP, len(share)
         share = np.clip(share, h, 1.0 - h)
         step = h * np.eye(count)
@@ -166,7 +166,7 @@ def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) ->
 
 
 def descent(rows: Rows, x: Array, low: Array, high: Array, seed: int = 0) -> float:
-    """The steepest descent of a function from a point: 0 but for errors of differences at a local minimum.
+    """The steepest descent of a function from a point: 0 except for errors of differences at a local minimum.
 
     Args:
         rows: the function and its constraints.
@@ -268,7 +268,7 @@ def _bundle(
 def _program(point: Point, near: list[Point], radius: float, size: float) -> tuple[Array | None, float, list[Point]]:
     """The best step as tangents have it, by how much the merit falls on it, and the tangents that decide it.
 
-    The step is None where there is none.
+    The step is None if there is none.
     """
     from scipy.optimize import linprog
 

@@ -77,8 +77,8 @@ def roots_in_pieces(
 ) -> Array:
     """The ascending edges, and between them every root of a function that is smooth in each piece, all at once.
 
-    As `roots`, but for a third argument of `enclose` and a second of `value`: the middle of the piece that a cell lies in.
-    Roots that only rounding tells from an edge or from each other are left out.
+    As `roots`, except for a third argument of `enclose` and a second of `value`: the middle of the piece that a cell lies
+    in. Roots that only rounding tells from an edge or from each other are left out.
     """
     with np.errstate(all="ignore"):
         monotone, flat = _isolated(enclose, edges, most)
@@ -259,7 +259,7 @@ class _Cells(NamedTuple):
         return _of_shape(u, self.share.shape)
 
     def factor(self, node: Node) -> Interval:
-        """Bounds of a node but for its exponential factor."""
+        """Bounds of a node except for its exponential factor."""
         return self.bounds_of(self.scaled(node).factor)
 
     def enclosure(self, node: Node) -> Interval:
@@ -396,7 +396,7 @@ def _too_wide(node: Node, cells: _Cells, tolerance: Array, powers: Powers) -> Ma
 
 
 def _share(tolerance: Array, steepness: Any) -> Array:
-    """The error allowed in an argument whose function rises by so much at most; 0 where that is not known."""
+    """The error allowed in an argument whose function rises by so much at most; 0 if that is not known."""
     shared = tolerance / steepness
     return np.asarray(np.where(np.isnan(shared), np.where(tolerance == np.inf, np.inf, 0.0), shared))
 

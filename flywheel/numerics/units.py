@@ -6,7 +6,7 @@ bit, and "0.1 deg" is the same float in a table and in a window.
 
 In a unit a space, `·` or `*` multiplies, everything after `/` divides, `^2`, `²` and `^-1` are powers. `rad` may be
 left out where the dimension says enough (`N m s` for `N m s/rad`), but an angle and a speed must name theirs: `1/s` and
-`Hz` could be turns or radians and are refused, but for a frequency. `1/min` alone is the rev/min of name plates. A torque
+`Hz` could be turns or radians and are refused, except for a frequency. `1/min` alone is the rev/min of name plates. A torque
 is written `N m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be
 either.
 
@@ -205,7 +205,7 @@ _ENERGIES = frozenset(prefix + name for name in ("J", "cal", "Wh") for prefix in
 def parse_quantity(value: object, dimension: str | None) -> float:
     """The SI value of a quantity: a number with a unit in a text, or a bare number, which is SI already.
 
-    dimension: a key of `DIMENSIONS`, or None where any will do (a parameter).
+    dimension: a key of `DIMENSIONS`, or None if any will do (a parameter).
     Raises QuantityError for anything else; a truth value is no number, and a decimal comma is no decimal point.
 
     >>> import math
@@ -248,7 +248,7 @@ _BASES = {
 
 
 def is_quantity(value: object) -> bool:
-    """Tells whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
+    """Tests whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
     return all(hasattr(value, name) for name in ("to_base_units", "magnitude", "units"))
 
 
@@ -454,7 +454,7 @@ def _unknown(name: str, power: int, dimension: str | None) -> str:
 
 
 def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
-    """Reason why a unit does not fit a dimension, as advice; None where it does."""
+    """Reason why a unit does not fit a dimension, as advice; None if it does."""
     if dimension is None:
         return None
     wanted = DIMENSIONS[dimension]

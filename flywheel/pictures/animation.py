@@ -46,7 +46,7 @@ _FLAT = 2e-3  # of the mean speed: a fluctuation below it is drawn about the mea
 class Timing(NamedTuple):
     """Course of a machine's motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
 
-    `closed` tells whether the motion ends where it began. Where no speed is known the driver moves evenly, and in place of
+    `closed` is true if the motion ends where it began. Where no speed is known the driver moves evenly, and in place of
     the time stands its way: `timed` is False.
     """
 
@@ -68,7 +68,7 @@ def timing(scene: Scene, view: View) -> Timing:
     """The timing of the steady cycle with its flywheel; that of an even motion of the driver without flywheel or speed.
 
     Raises:
-        SceneError: where the machine does not run as the scene says, or stands still.
+        SceneError: if the machine does not run as the scene says, or stands still.
 
     """
     if scene.stroke is not None or not (scene.has_flywheel and scene.has_speed):
@@ -155,7 +155,7 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
     """Writes a GIF of the mechanisms of a scene through one cycle or stroke, with a marker that runs along the speed curve.
 
     The speed is that of the steady cycle with the scene's flywheel, given or sized. On a stroke, and without a flywheel, it
-    is the velocity of the first driven slide at a constant speed of the driver; where none is given, per unit of that.
+    is the velocity of the first driven slide at a constant speed of the driver; if none is given, per unit of that.
     Frames follow each other evenly in time.
 
     Args:

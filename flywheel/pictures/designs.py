@@ -358,7 +358,7 @@ class _Ground(NamedTuple):
 
 
 def _ground(result: Sweep, varied: list[str], known: NDArray[np.bool_]) -> _Ground | None:
-    """The ground of a map of two numbers, logarithmic ones by their logarithms; None where the designs lie on a line."""
+    """The ground of a map of two numbers, logarithmic ones by their logarithms; None if the designs lie on a line."""
     from matplotlib.tri import LinearTriInterpolator, Triangulation, UniformTriRefiner
 
     wide = [_wide(result.columns[path][known]) for path in varied]

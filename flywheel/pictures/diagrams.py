@@ -203,7 +203,7 @@ def _balance_note(sizing: Sizing) -> Iterable[str]:
 def _work_row(part: Part, figures: dict[str, Any]) -> Row:
     """W, the sum of the areas, with its greatest and its least value, and between them the fluctuation of energy.
 
-    None of these is marked where W is zero but for rounding.
+    None of these is marked where W is zero except for rounding.
     """
     sizing = part.sizing
     assert sizing is not None

@@ -112,7 +112,7 @@ class Row(NamedTuple):
     span: tuple[float, float, str] | None = None  # a dimension at the right
     notes: tuple[str, ...] = ()  # in the legend, without a line
     along: tuple[float, ...] = ()  # positions of the driver that are marked on a curve in a plane
-    breaks: tuple[int, ...] = ()  # samples before which the curves jump; 0 where a cycle's ends differ
+    breaks: tuple[int, ...] = ()  # samples before which the curves jump; 0 if a cycle's ends differ
 
 
 class Diagram(NamedTuple):
@@ -154,7 +154,7 @@ class Axis(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Data of all diagrams; `samples` are those of the cycle whose areas are shown, where there is one.
+    """Data of all diagrams; `samples` are those of the cycle whose areas are shown, if there is one.
 
     `stroke` and `course` are the single stroke of a machine that works so, and its period over time.
     """

@@ -154,7 +154,7 @@ def marks(shown: Array, values: Array, sliding: bool) -> tuple[float, ...]:
 
 
 def parted(x: Array, values: Array) -> tuple[Array, Array]:
-    """X and a curve (m, n) over it, both with NaN where the curve jumps."""
+    """X and a curve (m, n) over it, both with NaN if the curve jumps."""
     values = np.atleast_2d(values)
     at = [k for k in breaks(x, values) if k]
     return np.insert(x, at, np.nan), np.insert(values, at, np.nan, axis=1)
@@ -166,7 +166,7 @@ def _ended(values: Array, size: int) -> Array:
 
 
 def breaks(x: Array, values: Array, *, cyclic: bool = False) -> tuple[int, ...]:
-    """The samples before which a curve (m, n) over x jumps: 0 where a cycle's ends differ.
+    """The samples before which a curve (m, n) over x jumps: 0 if a cycle's ends differ.
 
     A jump is a step at one place, or one that is far steeper than those beside it and no small part of the whole.
     """

@@ -42,7 +42,7 @@ _RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
 class Line(NamedTuple):
     """One line of a panel: its curve and component, colour and dashes, its places on the axis and its values.
 
-    They are broken by NaN where it jumps.
+    They are broken by NaN if it jumps.
     """
 
     curve: str

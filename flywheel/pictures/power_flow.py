@@ -130,7 +130,7 @@ def _title(flow: PowerFlow, at: float | None) -> str:
 
 
 def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
-    """The trunk through the shafts from the greatest input to the greatest output, of the mean, and what hangs on it."""
+    """The trunk through the shafts from the greatest input to the greatest output, of the mean, and its branches."""
     ends = [entry for entry in every if entry.stream.kind in ("input", "drive", "load")]
     electric = any(entry.stream.kind == "input" for entry in ends)
     ends = [entry for entry in ends if entry.stream.kind != "drive" or not electric]

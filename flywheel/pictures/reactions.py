@@ -120,7 +120,7 @@ def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequenc
 
 
 def _whole_round(poses: Poses) -> float:
-    """Turns (rad) after which positions go on with the first one; 0 where they do not, or end there already.
+    """Turns (rad) after which positions continue with the first one; 0 if they do not, or end there already.
 
     They do where that lies no further from the last than others from one another, in the crank's angle and in the bodies'
     places: some mechanisms need more than one turn to come round.

@@ -162,7 +162,7 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
     """The picture of a linkage that moves through poses, with the paths of all points, or of some by their names.
 
     A name is that of a joint, or `body.point`. Raises KeyError for any other. The size is the larger side of the box that
-    holds all joints through the motion, 1 where all are one point.
+    holds all joints through the motion, 1 if all are one point.
     """
     linkage, known = cycle.linkage, places(cycle.linkage)
     paths = {name: cycle.point(*place).value for name, place in known.items()}
@@ -450,7 +450,7 @@ class View:
 
     @cached_property
     def sketch(self) -> Sketch:
-        """The figures of the mechanism, with the paths of the points asked for."""
+        """The figures of the mechanism, with the paths of the required points."""
         return sketch(self.cycle, self.points)
 
     @cached_property

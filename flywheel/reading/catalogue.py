@@ -55,7 +55,7 @@ class Catalogue(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """A column: its name, its unit, and the key that it is of each motor's type; none where it means nothing here."""
+    """A column: its name, its unit, and the key that it is of each motor's type; none if it means nothing here."""
 
     name: str
     unit: str
@@ -255,7 +255,7 @@ def _row(
 
 
 def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]) -> Any:
-    """The value of a cell as a scene would have it; None where it is empty, or after noting a fault."""
+    """The value of a cell as a scene would have it; None if it is empty, or after noting a fault."""
     text, unit = cell.strip(), column.unit
     if not text:
         return None

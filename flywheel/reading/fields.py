@@ -105,7 +105,7 @@ _TRADE = {
 
 
 def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]:
-    """Advice on an unknown key of a table, and the key that is meant; both empty where nothing is known of it.
+    """Advice on an unknown key of a table, and the key that is meant; both empty if nothing is known of it.
 
     The key is that of the table, or after a point that of the table around it.
 
@@ -205,7 +205,7 @@ class Item(NamedTuple):
         return [name for name in names if name in self.raw]
 
     def one(self, *names: str) -> str:
-        """The one of some keys that is there, which the list of keys asks for; empty where there is none, or more."""
+        """The one of some keys that is there, which the list of keys asks for; empty if there is none, or more."""
         found = self.given(*names)
         return found[0] if len(found) == 1 else ""
 
@@ -222,7 +222,7 @@ class Item(NamedTuple):
         return name in self.raw
 
     def number(self, name: str) -> float:
-        """A number; NaN where it has a fault, or is missing."""
+        """A number; NaN if it has a fault, or is missing."""
         value = self.fields[name]
         return math.nan if value is None else value
 
@@ -230,7 +230,7 @@ class Item(NamedTuple):
 def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Faults, rotating: bool | None = None) -> Item:
     """A table by its section: the values of its keys, and exactly one of those that exclude each other.
 
-    rotating: whether it acts on what rotates, which decides between two dimensions; None where that is not known.
+    rotating: whether it acts on what rotates, which decides between two dimensions; None if that is not known.
     """
     before = len(faults)
     item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section, before)
@@ -246,7 +246,7 @@ def read_fields(
 ) -> Fields:
     """Every key of a table by its list, with its value or its default; unknown, missing and wrong ones are noted.
 
-    The value is None where it is at fault, and as it was written where it needs its place or other tables.
+    The value is None if it is at fault, and as it was written where it needs its place or other tables.
     """
     known = {key.name: key for key in keys}
     for name in raw:
@@ -322,7 +322,7 @@ def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
 
 
 def read_unit(item: Item, name: str, dimension: str | None) -> Unit | None:
-    """The unit of a column; that of SI where none is named, None after noting a fault."""
+    """The unit of a column; that of SI if none is named, None after noting a fault."""
     text = item.fields[name]
     if text is None:
         return Unit()
@@ -441,7 +441,7 @@ class Setting(NamedTuple):
 class Place(NamedTuple):
     """A shaft or a port, by its canonical name; `travel` (rad) of the angle that its loads see, in a cycle.
 
-    `travel` is None while it is not known; `returns` is False where the displacement gains a constant.
+    `travel` is None while it is not known; `returns` is False if the displacement gains a constant.
     """
 
     name: str
@@ -451,7 +451,7 @@ class Place(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Every place of a machine. `complete` is False where a faulty mechanism hides some of its ports."""
+    """Every place of a machine. `complete` is False if a faulty mechanism hides some of its ports."""
 
     shafts: dict[str, Place]
     ports: dict[str, Place]

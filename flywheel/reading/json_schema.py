@@ -1,8 +1,8 @@
 """The scene format as a JSON Schema (draft 7), for editors: completion, explanations and red lines while a scene is typed.
 
 It is made from the lists that the reader reads by, and refuses what they alone can tell: unknown and missing keys, wrong
-types, choices, ranges of bare numbers, keys that exclude each other. What hangs on other tables (places, units, laws,
-lengths that lock) is the reader's.
+types, choices, ranges of bare numbers, keys that exclude each other. Whatever depends on other tables (places, units,
+laws, lengths that lock) is the reader's.
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ _NOWHERE = ("", Point(ORIGIN))
 class Joints(NamedTuple):
     """Joints by name, those with faults among them: a body that is not known is called "", and so is a kind.
 
-    `paths` tells where each stands; `complete` is False where a joint without a name hides.
+    `paths` tells where each stands; `complete` is False if a joint without a name hides.
     """
 
     named: Mapping[str, Joint]
@@ -203,7 +203,7 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
 
 
 def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> Joint | None:
-    """One joint; None where it has no name."""
+    """One joint; None if it has no name."""
     kind = raw.get("type")
     kind = kind if isinstance(kind, str) and kind in JOINT_KEYS else ""
     raw = without_misplaced(raw, kind, JOINT_KEYS, path, faults)
@@ -382,7 +382,7 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
 class Drawn(NamedTuple):
     """A linkage as far as it could be read: which of its ports rotate is known even where it has faults.
 
-    `complete` is False where a joint could not be read, so that there may be more ports than these.
+    `complete` is False if a joint could not be read, so that there may be more ports than these.
     """
 
     ports: dict[str, bool]

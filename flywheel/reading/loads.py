@@ -50,7 +50,7 @@ _MOST_ROWS = 100  # of an indicator diagram against the piston's position
 
 
 class Site(NamedTuple):
-    """Place of a model, its load's window and period (rad); None where it always acts, or where that is unknown."""
+    """Place of a model, its load's window and period (rad); None if it always acts, or where that is unknown."""
 
     place: Place
     places: Places
@@ -147,7 +147,7 @@ def _effort(item: Item, site: Site) -> str:
 
 
 def _resisting(item: Item, site: Site, law: load_models.Resistance, text: str) -> Modelled | None:
-    """A resistance as a law of the speed, where there is no fault."""
+    """A resistance as a law of the speed, if there is no fault."""
     if not item.clean:
         return None
     variable = "omega" if site.on_shaft else "v"
@@ -572,7 +572,7 @@ def read_elements(raw: Mapping[str, Any], places: Places, drags: Mapping[str, fl
 
 
 def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting) -> SingleStroke | None:
-    """Clutch, brake and rate of a machine that works stroke by stroke; None where it does not, or after faults."""
+    """Clutch, brake and rate of a machine that works stroke by stroke; None if it does not, or after faults."""
     faults, clutches = setting.faults, _clutches(raw, setting.faults)
     brakes = list(_listed(raw.get("brake"), SECTIONS["brake"], places, setting))
     if "single_stroke" not in raw:
@@ -647,7 +647,7 @@ def _clutches(raw: Mapping[str, Any], faults: Faults) -> dict[str, Item]:
 
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:
-    """One load; None where it could not be read."""
+    """One load; None if it could not be read."""
     fields, path, faults, stroke = item.fields, item.path, item.faults, setting.stroke
     if stroke is not None:
         item.without(["every"], "together with [stroke]", "nothing repeats along a stroke")

@@ -35,9 +35,9 @@ _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
 
 
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
-    """The stroke of a scene whose driver moves one way; None where it turns in cycles.
+    """The stroke of a scene whose driver moves one way; None if it turns in cycles.
 
-    Its numbers are NaN where they could not be read, so that the rest can be read against it all the same.
+    Its numbers are NaN if they could not be read, so that the rest can be read against it all the same.
     """
     slides = driver_slides(raw)
     unread = Stroke(math.nan, math.nan, None, math.nan, slides is not False)
@@ -69,7 +69,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     table = as_table(raw["stroke"], "stroke", faults)
     if table is None:
         return unread
-    if slides is None:  # the mechanism does not tell, but perhaps the stroke's own unit
+    if slides is None:  # the mechanism does not give it, but perhaps the stroke's own unit
         try:
             parse_quantity(table.get("to"), "angle")
             slides = False
@@ -95,7 +95,7 @@ def _goes_one_way(kind: Kind) -> bool:
 
 
 def driver_slides(raw: Mapping[str, Any]) -> bool | None:
-    """Tests whether the driver of the scene's mechanism slides; None where that cannot be decided.
+    """Tests whether the driver of the scene's mechanism slides; None if that cannot be decided.
 
     >>> driver_slides({"mechanism": {"type": "toggle-clamp"}}), driver_slides({"mechanism": {"type": "four-bar"}})
     (True, False)
@@ -117,9 +117,9 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
 
 
 class Found(NamedTuple):
-    """One mechanism as far as it could be read: `mechanism` is None where it has faults.
+    """One mechanism as far as it could be read: `mechanism` is None if it has faults.
 
-    `complete` is False where it may have more ports than could be read.
+    `complete` is False if it may have more ports than could be read.
     """
 
     name: str
@@ -178,7 +178,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
 
 
 def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> Found | None:
-    """One mechanism; None where not even its ports are known."""
+    """One mechanism; None if not even its ports are known."""
     faults, stroke = setting.faults, setting.stroke
     before = len(faults)
     kind = KINDS.get(raw["type"]) if isinstance(raw.get("type"), str) else None

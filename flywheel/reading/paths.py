@@ -28,7 +28,7 @@ _MOST_NUMBERS = 10_000  # of numbers: longer tables are not searched for a path
 
 
 class Number(NamedTuple):
-    """A number of a scene: its value in SI and the unit of that, empty where it has none; its dimension."""
+    """A number of a scene: its value in SI and the unit of that, empty if it has none; its dimension."""
 
     value: float
     unit: str

@@ -186,9 +186,9 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
     r"""The scene in a TOML file (a path), in a TOML text, or in a mapping such as `tomllib` gives.
 
     A text of several lines is TOML; a single line is a path if it ends in `.toml` or holds no equals sign. What it was
-    taken for stands in the scene's `given_as`, and with the faults of a scene that has some. CSV files are looked for beside
-    the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Quantities of pint, or of whatever
-    knows its base units alike, are taken wherever a quantity is. Raises SceneError.
+    taken for stands in the scene's `given_as`, and with the faults of a scene that has some. CSV files are searched for
+    beside the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Quantities of pint, or of
+    whatever knows its base units alike, are taken wherever a quantity is. Raises SceneError.
 
     >>> scene = load('regime.speed = 10\nflywheel.inertia = "2 kg m^2"')
     >>> scene.inertia, scene.given_as
@@ -460,7 +460,7 @@ def _plain(raw: Any, depth: int = 0) -> Any:
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
-    """All parts of the scene, one after another; None where a fault stops it from being put together."""
+    """All parts of the scene, one after another; None if a fault stops it from being put together."""
     known = {key.name for key in TOP}
     for name in raw:
         if name not in known and name not in SECTIONS:
@@ -477,7 +477,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         turns = None if regime["cycle"] is None else whole(regime["cycle"] / TURN)
         cycle: float | None = turns * TURN if turns else regime["cycle"]
         faults.longest = math.inf if cycle is None else max(TURN, cycle)
-    else:  # its span stands for the cycle, its numbers are NaN where they could not be read
+    else:  # its span stands for the cycle, its numbers are NaN if they could not be read
         good = math.isfinite(stroke.span)
         regime = {"on": stroke.element, "speed": stroke.speed if good else None}
         cycle = stroke.span if good else None

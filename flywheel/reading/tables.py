@@ -448,7 +448,7 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
 
 
 def repeats(output: Output, period: float) -> int | None:
-    """Number of times that a table's span fits into the period; None where that is not whole."""
+    """Number of times that a table's span fits into the period; None if that is not whole."""
     return whole(period / float(output.law.angle[-1] - output.law.angle[0])) if isinstance(output.law, Table) else 1
 
 

@@ -1,6 +1,6 @@
 """Changes of a scene's text at the place of a value, a key or a table: comments and layout stay as they are.
 
-Every change is checked by reading the text again: it says what it said, but for the one place. One that cannot be made so
+Every change is checked by reading the text again: it says what it said, except for the one place. One that cannot be made so
 is refused, and the text stays.
 """
 
@@ -129,7 +129,7 @@ def without(found: Outline, path: Path) -> Outline:
 
 
 def value_at(mapping: Any, path: Path) -> Any:
-    """Value at a path; None where there is none."""
+    """Value at a path; None if there is none."""
     for part in path:
         try:
             mapping = mapping[part]
@@ -146,7 +146,7 @@ def _has(mapping: Any, path: Path) -> bool:
 
 
 def _leaves(value: Any, leave: Path, path: Path = ()) -> dict[Path, Any]:
-    """Every value by its path that is no table or list, but for what stands at one path."""
+    """Every value by its path that is no table or list, except for what stands at one path."""
     if path == leave:
         return {}
     if isinstance(value, dict):

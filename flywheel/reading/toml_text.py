@@ -57,7 +57,7 @@ class _Trouble(Exception):
 
     def __init__(self, at: int, found: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
         self.at, self.found, self.expected, self.advice = at, found, expected, advice
-        self.resume = resume  # where scanning goes on: None behind this line
+        self.resume = resume  # where scanning continues: None behind this line
         super().__init__(found)
 
 
@@ -89,7 +89,7 @@ class Index(NamedTuple):
 
 
 def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
-    r"""The lines of a text that holds a mapping; None where the scanner and `tomllib` do not see the same keys in it.
+    r"""The lines of a text that holds a mapping; None if the scanner and `tomllib` do not see the same keys in it.
 
     >>> text = "[regime]\nspeed = 1\n[[load]]\non = 'crank'\n"
     >>> index(text, tomllib.loads(text)).lines
@@ -428,7 +428,7 @@ class _Scanner:
         raise _Trouble(opening, found, "a list between [ and ]", "put ] after its last item", resume=resume)
 
     def _mended(self, trouble: _Trouble, opening: int) -> _Trouble:
-        """A fault in a table between brackets of any kind with its line written out; scanning goes on behind the table."""
+        """A fault in a table between brackets of any kind with its line written out; scanning continues behind the table."""
         closing = _closing(self.text, opening)
         if closing is None:
             return trouble
@@ -469,7 +469,7 @@ class _Scanner:
 
 
 def _closing(text: str, opening: int) -> int | None:
-    """Place of the bracket that closes the one at a place, of whatever kind; None where a heading comes first."""
+    """Place of the bracket that closes the one at a place, of whatever kind; None if a heading comes first."""
     depth = 0
     for match in _BRACKETS.finditer(text, opening):
         mark = match.group()
@@ -482,7 +482,7 @@ def _closing(text: str, opening: int) -> int | None:
 
 
 def _braced(inner: str) -> str:
-    """A table between braces on one line, from keys and values as a beginner writes them; empty where they are none.
+    """A table between braces on one line, from keys and values as a beginner writes them; empty if they are none.
 
     >>> _braced("length: 480 mm; mass = 2,5")
     '{length = "480 mm", mass = 2.5}'
@@ -546,7 +546,7 @@ def _glimpse(text: str) -> str:
 
 
 def _written(key: str, values: Iterable[str]) -> str:
-    """The advice to write the first of some values that is one; none where none of them is, or the line is long."""
+    """The advice to write the first of some values that is one; none if none of them is, or the line is long."""
     good = next((value for value in values if _is_value(value)), "")
     line = f"{key} = {good}" if key else good
     return f"write {line}" if good and len(line) <= _LONGEST and line.isprintable() else ""

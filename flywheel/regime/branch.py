@@ -1,7 +1,7 @@
 """The branch of steady periodic motions over the inertia of a flywheel: which flywheels have one, and which have none.
 
 For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
-followed in time comes to a stop; or neither within the effort spent. Use one `Branch` for a search over many flywheels: each
+followed in time stops; or neither within the effort spent. Use one `Branch` for a search over many flywheels: each
 motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct ways fail the
 machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
 
@@ -95,7 +95,7 @@ class UnstableError(NoRegimeError):
 class Finding(NamedTuple):
     """Result of a search for the steady periodic motion with a flywheel (kg m² on the crank).
 
-    `motion` is the motion where there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
+    `motion` is the motion if there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
     what became of the search: what the iteration came to, or that the effort was spent.
     """
 
@@ -124,7 +124,7 @@ class Branch:
         machine: the machine.
         speed: of the crank, rad/s, near that of its motions.
         unknown: a first guess of the scene's unknown (SI).
-        mean: mean of extremes (rad/s) that a balance holds; None where the machine sets its own speed.
+        mean: mean of extremes (rad/s) that a balance holds; None if the machine sets its own speed.
 
     """
 
@@ -195,7 +195,7 @@ class Branch:
     def _followed(self, inertia: float, near: OwnMotion | None) -> Stop | tuple[Trail, float] | None:
         """The machine released above all its motions, or in the nearest one: the place of its stop, or its return.
 
-        None where neither is seen within the effort allowed.
+        None if neither is seen within the effort allowed.
         """
         dynamics, machine = dynamics_of(self.machine, inertia, self.unknown), self.machine
         moments = moments_on(machine, machine.mesh, local=True)
@@ -255,7 +255,7 @@ class Branch:
 
         With m(phi) the greatest moment at an angle at that speed or any higher one, the integral of m over a cycle is
         negative: no periodic motion stays above. One that rises from there gains no more than the integral of m where m is
-        positive. None and nothing where there is no such speed.
+        positive. None and nothing if there is no such speed.
         """
         speeds, shape = self.speed * np.geomspace(1.0, _HIGHEST, _STEPS), moments.mesh.phi.shape
         each = np.array([moments.rate(np.full(shape, w), self.unknown, inertia).moment for w in speeds.tolist()])

@@ -22,7 +22,7 @@ from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, cycle_of
 from flywheel.scene.scene import Scene
 
-_DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
+_DECADES = 6  # on either side of a typical speed, in which steady speeds are searched for
 _PER_DECADE = 24
 _NEAR_MARKS = np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])  # of a speed that a motor is known by
 _AT_ONCE = 200_000  # values on the mesh that are computed together
@@ -111,7 +111,7 @@ def speed_error(machine: Machine, speed: float) -> float:
 def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     """Every constant speed at which the net work is zero, ascending.
 
-    They are looked for over twelve decades around a typical speed, and beside every hump and hollow between; where there
+    They are searched for over twelve decades around a typical speed, and beside every hump and hollow between; where there
     are none, over as many more on either side.
     """
     for decades in (_DECADES, 3 * _DECADES):
@@ -196,7 +196,7 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
     cells that end where laws switch at that speed.
 
     Raises:
-        SceneError: where there is none, with the reason.
+        SceneError: if there is none, with the reason.
 
     """
     machine, edges = moments.machine, moments.mesh.edges
@@ -287,10 +287,10 @@ def balance_at(moments: Moments, speed: float) -> float:
 
 
 def operating_point(machine: Machine, speed: float | None = None) -> tuple[float | None, float]:
-    """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
+    """The constant speed (rad/s) that torques are taken at, None if none depends on it, and the unknown's value there.
 
-    That speed is the one given; else the one asked for where there is a balance, or the one at which the net work is zero;
-    along a stroke it is the stroke's. A SceneError says where there is none of them, and what depends on it.
+    That speed is the one given; else the required one where there is a balance, or the one at which the net work is zero;
+    along a stroke it is the stroke's. A SceneError says if there is none of them, and what depends on it.
     """
     scene = machine.scene
     if scene.unknown is None and not machine.depends_on_speed:

@@ -92,7 +92,7 @@ class Sensitivity(NamedTuple):
     """Sensitivity of a sized flywheel to the errors of its motion.
 
     `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
-    Infinite where rounding leaves nothing of what a flywheel changes.
+    Infinite if rounding leaves nothing of what a flywheel changes.
     """
 
     by_square: float
@@ -163,13 +163,13 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
 
     Args:
         moments: the machine on its mesh.
-        reference: speed (rad/s) that the energies are taken relative to: the one asked for, or near the one expected.
+        reference: speed (rad/s) that the energies are taken relative to: the required one, or near the one expected.
         demand: the inertia, or the irregularity; with a balance the mean of extremes.
         start: a first guess.
         apart: what is left out of the rates of the states, (cells, states, nodes): on the way to a motion (`unevenness`).
 
     Raises:
-        NoRegimeError: where the iteration finds none: the machine would stop within the cycle, or nothing closes.
+        NoRegimeError: if the iteration finds none: the machine would stop within the cycle, or nothing closes.
 
     """
     spend(_PER_SEARCH)
@@ -267,7 +267,7 @@ def even_guess(moments: Moments, reference: float, inertia: float, unknown: floa
 
 
 def even_motion(moments: Moments, reference: float, demand: Demand, inertia: float, unknown: float) -> Periodic | None:
-    """The motion at a constant speed where nothing varies it, in closed form; None where anything does.
+    """The motion at a constant speed where nothing varies it, in closed form; None if anything does.
 
     A small change z of the states then obeys z' = A z with a constant A: a cycle of theta rad leaves the share
     exp(theta Re a) of it, a the eigenvalue of A with the greatest real part.
@@ -314,10 +314,10 @@ def about(solved: Periodic, reference: float) -> State:
 
 
 def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any) -> State | None:
-    """Speeds at which the torques do not change the speed, at each angle, F = ½ omega² dI*/dphi; None where there is none.
+    """Speeds at which the torques do not change the speed, at each angle, F = ½ omega² dI*/dphi; None if there is none.
 
-    Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 but for dead centres. Of many machines
-    those without such speeds have numbers that are none.
+    Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 except for dead centres. Of many
+    machines those without such speeds have numbers that are none.
     """
     omega = _over_cells(reference) + np.zeros_like(moments.mesh.phi)
     low, high = omega / _WIDEST, omega * _WIDEST
@@ -400,7 +400,7 @@ def carried(solved: Periodic, moments: Moments) -> State:
 
 
 def speeds(state: State, moments: Moments, reference: float) -> Array | None:
-    """The speeds (rad/s) at the nodes of a state; None where it stops."""
+    """The speeds (rad/s) at the nodes of a state; None if it stops."""
     total = state.inertia + moments.inertia
     s = (2 * state.nodes[:, 0] - reference**2 * _Inertia(moments).nodes) / (reference**2 * total)
     return reference * np.sqrt(1.0 + s) if s.min() > -1.0 and total.min() > 0.0 else None
@@ -438,7 +438,7 @@ class _Equations:
     """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed.
 
     Those of many motions at once have an axis of motions before all others, in moments, states and demand alike. A motion
-    that cannot go on is then marked as `lost`; alone it is refused.
+    that cannot continue is then marked as `lost`; alone it is refused.
     """
 
     def __init__(self, moments: Moments, reference: Any, demand: Demand, apart: Array | None = None) -> None:
@@ -531,7 +531,7 @@ class _Equations:
         return collocation.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
 
     def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
-        """The equations of a step: the work that closes the cycle, and the speeds asked for.
+        """The equations of a step: the work that closes the cycle, and the required speeds.
 
         How the excess e of the extremes, omega = w (1 + e), changes: by the unknowns (2, unknowns), and by itself (2,).
         An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.

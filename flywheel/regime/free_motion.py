@@ -153,7 +153,7 @@ _NET_ROUNDING = 1e-13  # of the work exchanged: error by quadrature of a net wor
 
 
 def returns(machine: Machine, balance: float) -> bool:
-    """Tells whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
+    """Tests whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
 
     True only where no load depends on speed or time, and the net work is no more than its own rounding.
     """
@@ -172,7 +172,7 @@ def copies(
 ) -> Iterator[list[Stretch]]:
     """Repetitions of a cycle, each a period (s) and an angle (rad) later, up to a count and until a goal is near.
 
-    Goals are looked for at a few instants of every step.
+    Goals are searched for at a few instants of every step.
     """
     shares = np.array([0.25, 0.5, 0.75, 1.0])
     rows = [step.start + shares * (step.end - step.start) for step, _, _ in cycle]
@@ -308,7 +308,7 @@ _FARTHER, _FARTHEST = 10.0, 1e-3  # factor on that distance for each change of s
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
-_SMALL_INERTIA, _ZERO_INERTIA = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
+_SMALL_INERTIA, _ZERO_INERTIA = 1e-7, 1e-11  # of the greatest inertia: where a zero is searched for, and what counts as one
 _RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: closure of a cycle that returns to its speed
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: places at which its inertia is evaluated
 _SHORTER = 0.7  # of steps beside
@@ -374,7 +374,7 @@ class _Motion:
         self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
         self.rough = rough_joints(dynamics)
-        # of the motion, 0 at rest; None where no law knows it
+        # of the motion, 0 at rest; None if no law knows it
         self.direction = float(np.sign(start.omega)) if dynamics.holds else None
         edges = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
         places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
@@ -424,7 +424,7 @@ class _Motion:
             crossings = crossings + 1 if crossed is not None else 0
             if stops and self.direction and 0.0 < abs(self.state[1]) <= _REST_SPEED * self.typical:  # it stops with that
                 self.state[1] = self.direction = 0.0
-            # a switch may lie where the piece ends, so near that the motion goes on in the next one
+            # a switch may lie where the piece ends, so near that the motion continues in the next one
             near = ends[1] if self.state[1] > 0.0 else ends[0]
             at_end = crossed is None or (not stopped and abs(float(self.state[0]) - near) <= 2 * _AHEAD * width)
             if crossed is not None and crossed < len(self.goals):
@@ -474,7 +474,7 @@ class _Motion:
     # -- at rest ----------------------------------------------------------------------------------------------------------
 
     def _settles(self) -> bool:
-        """Tells whether it comes to rest where a piece ends: it swings ever less about the place, driven back on both sides.
+        """Tests whether it comes to rest where a piece ends: it swings ever less about the place, driven back on both sides.
 
         Its speed is then next to none, or it has swung so often that what is left of it is stated instead.
         """
@@ -489,9 +489,9 @@ class _Motion:
         return True
 
     def _rests(self) -> bool:
-        """Tells whether the machine moves on from rest (`direction` has the way), or time goes on until a law switches.
+        """Tests whether the machine moves on from rest (`direction` has the way), or time continues until a law switches.
 
-        False where nothing that time changes acts on it: it then stands for good.
+        False if nothing that time changes acts on it: it then stands permanently.
         """
         stop = min(self.times.after(self.t), self.until)
         rest, phi = Rest(self.dynamics, self.t, self.state.copy()), float(self.state[0])
@@ -509,7 +509,7 @@ class _Motion:
         return True
 
     def _stuck(self) -> str:
-        """The reason why the machine stands still for good; a SceneError where it sticks to a switch while running."""
+        """The reason why the machine stands still permanently; a SceneError where it sticks to a switch while running."""
         where = self.machine.where(float(self.state[0]))
         if abs(self.state[1]) <= _REST_SPEED * self.typical:
             stands = f"stands still at {where} after {self.t:.6g} s"
@@ -533,7 +533,7 @@ class _Motion:
     def _again(self) -> str | None:
         """Adds the cycles to come where one has returned to its first speed, as it must; gives the goal reached in them.
 
-        As many are taken like the last one as there is time for, and no goal in sight; goals are looked for at a few
+        As many are taken like the last one as there is time for, and no goal in sight; goals are searched for at a few
         instants of every step.
         """
         if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
@@ -683,7 +683,7 @@ class _Motion:
         def values(t: Array, states: Array) -> Array:
             phi, omega = states[0], states[1]
             rows = [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, states[3:])
-            return np.array(rows, dtype=float).reshape(len(rows), t.size)  # none where no load switches in this piece
+            return np.array(rows, dtype=float).reshape(len(rows), t.size)  # none if no load switches in this piece
 
         def clear(step: runge_kutta.Step) -> bool:
             for line in lines:
@@ -731,7 +731,7 @@ class _Motion:
         return float(self._rates(None, anchor)(self.t, self.state)[1])
 
     def _leaves(self) -> bool:
-        """Tells whether a machine stands at an end of its stroke and is about to leave it."""
+        """Tests whether a machine stands at an end of its stroke and is about to leave it."""
         phi, omega = float(self.state[0]), float(self.state[1])
         outwards = {0.0: -1.0, self.cycle: 1.0}.get(phi)
         if outwards is None:
@@ -741,7 +741,7 @@ class _Motion:
         return omega * outwards > 0.0
 
     def _piece(self) -> int:
-        """The piece that the motion goes on in; the angle within the cycle changes over to it."""
+        """The piece that the motion continues in; the angle within the cycle changes over to it."""
         ends, phi, omega = self.machine.restarts, float(self.state[0]), float(self.state[1])
         turn = 0.0 if self.once else self.cycle  # nothing comes round again on a stroke
         forwards = omega > 0.0

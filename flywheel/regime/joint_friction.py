@@ -3,7 +3,7 @@
 Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
 moment at any position. It is taken along a motion that is known, so that it depends on position alone and is fitted once by
 series on cells, which close in on the angles where it is not smooth: where a joint turns back, or a force passes zero. That
-motion is one at a constant speed, the scene's or where none is given the machine's own (`friction_curve`), or one with its
+motion is one at a constant speed, the scene's or if none is given the machine's own (`friction_curve`), or one with its
 own speeds and accelerations (`friction_along`), as of the steady regime.
 """
 
@@ -65,7 +65,7 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
     port, friction and balance depend on each other and are computed alternately.
 
     Raises:
-        SceneError: where friction locks a mechanism, naming the position; where it cannot be balanced.
+        SceneError: if friction locks a mechanism, naming the position; where it cannot be balanced.
 
     """
     scene = machine.scene
@@ -106,7 +106,7 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
         bends: positions between which the motion is smooth: of the edges of its cells.
 
     Raises:
-        SceneError: where friction locks a mechanism, naming the position.
+        SceneError: if friction locks a mechanism, naming the position.
 
     """
     width = machine.scene.cycle
@@ -189,7 +189,7 @@ def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
 def _corners(machine: Machine, course: Course, balance: float) -> Array:
     """Coordinates where a rough joint turns back or a normal force changes sign.
 
-    They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
+    They are searched for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
     they are closed in on, all at once. What changes sign across an edge of that mesh does so at the edge.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCAN_POINTS))

@@ -1,4 +1,4 @@
-"""Steady periodic motion of a machine whose torques depend on speed: on cells fine enough for the error asked for.
+"""Steady periodic motion of a machine whose torques depend on speed: on cells fine enough for the required error.
 
 Cells are halved until the estimates allow it, and cut where laws switch at a speed or a mesh changes the side that drives:
 the motion itself tells where that is, so that cutting and solving go in turns (`_Search.refinement`). Along the
@@ -64,7 +64,7 @@ _HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
 _UNLIKE = 8.0  # greatest ratio of a slope to a difference
 _MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
-_DIRECT_SHARE = 0.5  # of the irregularity asked for: above it the flywheel is sought directly
+_DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
 _PASSING_ERROR = 1e-4  # error of intermediate motions
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
@@ -108,7 +108,7 @@ class OwnMotion(NamedTuple):
 
     @property
     def hardly_sized(self) -> bool:
-        """Tells whether the irregularity leaves the flywheel open that was sized for it."""
+        """Tests whether the irregularity leaves the flywheel open that was sized for it."""
         return self.inertia_bound > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
 
 
@@ -126,7 +126,7 @@ def own_motion(
 
     Args:
         machine: the machine.
-        reference: speed (rad/s) near that of the motion; the one asked for where there is one.
+        reference: speed (rad/s) near that of the motion; the required one if there is one.
         demand: what is asked of the motion.
         guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
         unknown: a first guess of the scene's unknown.
@@ -134,9 +134,9 @@ def own_motion(
         directly: whether only the ways are tried that need no other motions on their way.
 
     Raises:
-        NoRegimeError: where there is no such motion, or none that can be resolved.
+        NoRegimeError: if there is no such motion, or none that can be resolved.
 
-    A sized flywheel is checked by the motion with it: by half as much again where torques fade a change of speed so fast
+    A sized flywheel is checked by the motion with it: by half as much again where torques damp a change of speed so fast
     that rounding may have made its sensitivity, and by itself where laws switch along the motion.
 
     """
@@ -171,11 +171,11 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
         machine: the machine.
         other: the motion to begin with.
         inertia: of the flywheel.
-        speed: mean of extremes (rad/s) that a balance holds; None where the machine sets its own.
+        speed: mean of extremes (rad/s) that a balance holds; None if the machine sets its own.
         rtol: relative error allowed in the irregularity.
 
     Raises:
-        NoRegimeError: where there is no such motion, or it is too far off.
+        NoRegimeError: if there is no such motion, or it is too far off.
 
     """
     search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
@@ -196,7 +196,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
         rtol: relative error allowed in the irregularity.
 
     Raises:
-        NoRegimeError: where there is no such motion, or it is too far off.
+        NoRegimeError: if there is no such motion, or it is too far off.
 
     """
     reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
@@ -250,12 +250,12 @@ class _Search(NamedTuple):
         return moments_on(self.machine, edges, local=local)
 
     def switches(self) -> bool:
-        """Tells whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
+        """Tests whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, self.machine.typical_speed)))
 
     def weightless(self) -> bool:
-        """Tells whether the machine without a flywheel lacks inertia at some angle: all masses rest at a dead centre."""
+        """Tests whether the machine without a flywheel lacks inertia at some angle: all masses rest at a dead centre."""
         least, greatest = cells.extents(cells.fit(self.moments(self.machine.mesh, np.zeros(0), local=True).inertia))
         return float(least.min()) <= _WEIGHTLESS * float(greatest.max())
 
@@ -305,7 +305,7 @@ class _Search(NamedTuple):
         raise failure
 
     def fading(self, inertia: float, unknown: float) -> float:
-        """The exponent by which torques that fall with the speed fade a change of it in a cycle, at the reference speed."""
+        """The exponent by which torques that fall with the speed damp a change of it in a cycle, at the reference speed."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         slope = moments.rate(
             np.full(moments.mesh.phi.shape, self.reference), unknown, inertia, self.own_states(moments)
@@ -314,7 +314,7 @@ class _Search(NamedTuple):
         return float(cells.integral(np.maximum(-slope, 0.0) / total, moments.mesh.half).sum())
 
     def even(self, inertia: float, unknown: float) -> OwnMotion | None:
-        """The motion at a constant speed, in closed form, where nothing varies it; None where anything does."""
+        """The motion at a constant speed, in closed form, where nothing varies it; None if anything does."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         solved = even_motion(moments, self.reference, self.demand, inertia, unknown)
         return None if solved is None else _described(solved, self.demand)
@@ -479,7 +479,7 @@ class _Search(NamedTuple):
             except BudgetError:
                 if best is None or least > _COARSE_ERROR:
                     raise
-                return best  # what it lacks of the error asked for is in its own
+                return best  # what it lacks of the required error is in its own
             except NoRegimeError:
                 failures += 1
                 base, cuts = cells.bisected(base, np.ones(base.size - 1, dtype=bool)), np.zeros(0)
@@ -509,8 +509,8 @@ class _Search(NamedTuple):
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
         """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
 
-        Each step is as large as can be taken. A sized flywheel lies on the way: it is looked for from motions that vary half
-        as much as asked and more; an irregularity near 2 by steps towards it, each on the cells of the one before.
+        Each step is as large as can be taken. A sized flywheel lies on the way: it is searched for from motions that vary
+        half as much as asked and more; an irregularity near 2 by steps towards it, each on the cells of the one before.
         """
         eps, target = self.demand.irregularity, self.demand.inertia or 0.0
         moments = self.moments(self.machine.mesh, np.zeros(0))
@@ -641,8 +641,8 @@ class MotionErrors(NamedTuple):
 def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: Any) -> MotionErrors:
     """The errors of a steady motion by those of the cycle along it.
 
-    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
-    a flywheel sought has the irregularity asked for, and hardly changes with the level there.
+    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine stops;
+    a flywheel sought has the required irregularity, and hardly changes with the level there.
 
     Args:
         solved: the motion.
@@ -659,7 +659,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     free = moments.machine.sets_its_speed and not balanced
     energy, of_states = square * np.maximum(start, 1e-300), []
     level = closing / (np.maximum(np.abs(solved.damping), 1e-300) * energy) if free else 0.0
-    if solved.reach is not None and solved.closing is not None:  # nothing fades by itself, and errors swing along
+    if solved.reach is not None and solved.closing is not None:  # nothing decays by itself, and errors swing along
         carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
         kept, of_states = carried_on[0], carried_on[1:].tolist()
         level = kept / energy
@@ -715,7 +715,7 @@ def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
 
     """
     moments, half = solved.moments, solved.moments.mesh.half
-    held = moments.machine.scene.unknown is not None  # then the balance's own error does not fade
+    held = moments.machine.scene.unknown is not None  # then the balance's own error does not decay
     if held or moments.circuit is not None:
         return work
     total = np.asarray(solved.state.inertia)[..., None, None] + moments.inertia

@@ -73,7 +73,7 @@ def reduce(
         phi: crank angles, rad, any shape; taken modulo the cycle. On a stroke: the driver's coordinates, rad, or m where
             it slides, from one end of the stroke to the other; none outside.
         balance: value (SI) of the scene's unknown; solved for if None.
-        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the one asked for where there is a
+        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the required one where there is a
             balance, else the constant one at which the net work is zero; on a stroke its own. Losses in meshes, which
             depend on what is accelerated, are no part of M*.
 

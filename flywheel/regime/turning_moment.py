@@ -1,7 +1,7 @@
 """The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and the speed with a given inertia.
 
 Everything here is quadrature of loads that depend on phi alone, with its errors; no time stepping in time. The speed
-follows from the energy, in closed form, at the mean of extremes asked for; with it the period, and the errors of angles:
+follows from the energy, in closed form, at the required mean of extremes; with it the period, and the errors of angles:
 where the moment crosses zero, where the speed is extreme.
 """
 
@@ -146,7 +146,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         mesh: the cells.
         values: M* (balance included, N m), dI*/dphi, I* (kg m²), and the sums of |contributions| to M* and to dI*/dphi,
             shape (5, cells, nodes).
-        balance: the unknown (SI), where there is one.
+        balance: the unknown (SI), if there is one.
         by_unknown: the integral of dM*/du over the cycle, by which the error of the balance follows from that of the net
             work.
         spread: factor by which what closes the cycle spreads errors of the moment over differences of W.
@@ -224,7 +224,7 @@ def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
     """The extremes of I* by its own series: the integral of its slope would lose a small I* beside a large one.
 
     Each is as doubtful as its own cell is, or as another cell may be beyond it. They stand at ends of cells and at roots of
-    dI*/dphi, which are among those given, or else are looked for.
+    dI*/dphi, which are among those given, or else are searched for.
     """
     roots = combined(cycle, np.array([[0.0, 1.0]]))[1] if roots is None else roots
     least, greatest = cells.extents_with(cycle.series[2], roots.crossings.cell, roots.inertia)
@@ -254,7 +254,7 @@ def weightless(machine: Machine, phi: float, total: float) -> Fault:
 def check_weighs(machine: Machine, cycle: Cycle, extent: Extent, inertia: float) -> None:
     """Refuses a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
 
-    All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
+    All its masses stand there, at a dead centre, and no finite torque tells how fast the crank continues.
     """
     if inertia + extent.least <= extent.error:
         fault = weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)
@@ -277,7 +277,7 @@ def coarse(cycle: Cycle, speed: float) -> Coarse:
 
 
 def balance_value(machine: Machine) -> float:
-    """Value (SI) of the scene's unknown, 0 where it has none; see `balanced`."""
+    """Value (SI) of the scene's unknown, 0 if it has none; see `balanced`."""
     return 0.0 if machine.scene.unknown is None else balanced(machine).balance or 0.0
 
 
@@ -610,8 +610,8 @@ def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Arra
 def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
     """Errors (rad) of extremes of speed at ends of cells.
 
-    0 where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
-    both is the same but for rounding; or the function is indistinguishable from zero in whole cells around: it is their
+    0 if M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
+    both is the same except for rounding; or the function is indistinguishable from zero in whole cells around: it is their
     width.
     """
     count, least = cycle.mesh.half.size, cycle.errors.work / cycle.mesh.edges[-1]
@@ -634,7 +634,7 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
 
 
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
-    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
+    """The cycle in which F is as given at the nodes; `unknown` is None if the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
     by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
     return assembled(moments.mesh, values, unknown, by_unknown=by_unknown, spread=2.0)

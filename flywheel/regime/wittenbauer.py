@@ -98,7 +98,7 @@ class FlywheelErrors(NamedTuple):
 class Figures(NamedTuple):
     """A resolved cycle with the extremes of everything that a sizing compares.
 
-    `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the one asked for. `roots` are those
+    `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the required one. `roots` are those
     of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that tells it
     better. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` what errors of
     flywheels are relative to.

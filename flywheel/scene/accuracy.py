@@ -48,7 +48,7 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
 
 
 def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
-    """Parts of a sizing that were left out, by the route of its confirmation; none where nothing `moves` to be confirmed.
+    """Parts of a sizing that were left out, by the route of its confirmation; none if nothing `moves` to be confirmed.
 
     >>> left_out("time", moves=True), len(left_out(None, moves=True))
     ((), 1)

@@ -48,7 +48,7 @@ class Key(NamedTuple):
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type), "changes" (values by paths of the scene).
-    default: SI, or None where there is none. missing: advice where a required key is not there. example: of a value, where
+    default: SI, or None if there is none. missing: advice where a required key is not there. example: of a value, where
     that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
     without a unit.
     """

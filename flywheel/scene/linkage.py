@@ -32,7 +32,7 @@ class Point(NamedTuple):
 class Link(NamedTuple):
     """A body: its points, mass, inertia about its centre of mass, the place of that centre in the body's frame.
 
-    `guess` is about the angle (rad) at which the body stands where the driver starts; None where nothing is known.
+    `guess` is about the angle (rad) at which the body stands where the driver starts; None if nothing is known.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Linkage:
 
 
 def common_body(first: Joint, second: Joint) -> str:
-    """The body that two joints have in common, the frame before any other; empty where there is none."""
+    """The body that two joints have in common, the frame before any other; empty if there is none."""
     common = [body for body in (first.first, first.second) if body in (second.first, second.second)]
     return FRAME if FRAME in common else common[0] if common else ""
 
@@ -200,7 +200,7 @@ CRANK, STROKE = "crank", "slide"
 
 
 def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:
-    """Ports by name, True where one rotates: bodies that can turn, slides and slots, then `points`.
+    """Ports by name, True if one rotates: bodies that can turn, slides and slots, then `points`.
 
     The body that a turning driver turns against the frame is no port: what acts on it acts on its shaft. Nor is a
     driver that is called `slide`, as its coordinate is.

@@ -230,7 +230,7 @@ class Areas(NamedTuple):
 class Stroke(NamedTuple):
     """A one-way motion of the driver from `start` to `end` (m, or rad where it turns), with its speed and acceleration.
 
-    `speed` is None where none is given: what needs one then asks for it. `sliding` tells whether the reduction element
+    `speed` is None if none is given: what needs one then asks for it. `sliding` is true if the reduction element
     slides (`slide`, in m) or turns (`crank`, in rad).
     """
 
@@ -305,7 +305,7 @@ class SingleStroke(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """A phase of a duty: the machine as it runs then, None where its motor is off and it stands still, and for how long.
+    """A phase of a duty: the machine as it runs then, None if its motor is off and it stands still, and for how long.
 
     One of `duration` (s) and `cycles` (of the machine) is set. `starts` are how often the machine starts from rest within
     the phase; `cooling` is the share of its time by which a phase at rest counts for the motor's cooling; `loaded` is False
@@ -338,7 +338,7 @@ class Scene(Frozen):
     """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
 
     `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft); None
-    where none is given: the machine's own steady speed, if it has one, is then to be found.
+    if none is given: the machine's own steady speed, if it has one, is then to be found.
     `unknown` is the name of the balance: "drive", a parameter's name, or None.
     One of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set, or neither
     where the scene has no flywheel: such a machine can be moved and drawn, reduced and followed, but not sized. Where the
@@ -371,7 +371,7 @@ class Scene(Frozen):
     areas: Areas | None = None
     stroke: Stroke | None = None  # in place of cycle, speed and flywheel
     single_stroke: SingleStroke | None = None  # by clutch and brake, in place of steady running
-    duty: tuple[Phase, ...] = ()  # what the machine does in turn, for ever
+    duty: tuple[Phase, ...] = ()  # the phases of the machine, for ever
     wheel: WheelAsked | None = None  # what the flywheel is made of and how large, where that is to be found
     rtol: float = DEFAULT_RTOL
     closure: float = 1e-9

@@ -50,7 +50,7 @@ Force = Callable[[Long, Long, Long, Long, Panel], Long]
 _ORDER = 24  # of Gauss' rule on a panel
 _SAME_VALUE = 1e-15  # relative change by a halving that counts as zero; two in succession, as one may be chance
 _FIRST, _MOST_HALVINGS, _MOST_PANELS = 2, 9, 20_000
-_SAMPLES = 12  # in a panel, between which extremes are looked for
+_SAMPLES = 12  # in a panel, between which extremes are searched for
 _LONG = np.finfo(np.longdouble).eps
 _LEVELS = 80
 _NO_FLUCTUATION = 1e-13  # of the work exchanged: a smaller fluctuation counts as zero
@@ -97,7 +97,7 @@ class Question(NamedTuple):
 
     @property
     def given(self) -> float:
-        """The given flywheel on the crank (kg m²), 0 where one is to be found."""
+        """The given flywheel on the crank (kg m²), 0 if one is to be found."""
         return (self.machine.scene.inertia or 0.0) * self.crank
 
     def error(self, value: float, true: float) -> float:
@@ -240,7 +240,7 @@ def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
         ends = [int(s.argmax()), int(s.argmin())]
         return s[ends], total[ends]
 
-    lowest = -square * (inertia + start) / 2 - curve.greatest(np.longdouble(0), -1)  # where the machine comes to a stop
+    lowest = -square * (inertia + start) / 2 - curve.greatest(np.longdouble(0), -1)  # where the machine stops
     level = np.longdouble(0) if lowest < 0 else 2 * lowest + np.longdouble(1e-300)
     for _ in range(_LEVELS):
         s, total = extremes(level)
@@ -491,7 +491,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     irregularity's share, and so is what a cycle lacks: irregularity, mean of extremes, closure of speed and of current.
 
     Raises:
-        NoAnswerError: where the search comes to no motion.
+        NoAnswerError: if the search comes to no motion.
 
     """
     machine, scene = question.machine, question.machine.scene
@@ -592,7 +592,7 @@ StretchSteps = Callable[[Rates, float, Array, Stretch, float], Iterator[Step]]
 
 ADAPTIVE = ("RK45", "DOP853", "LSODA")
 _MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
-_MANY = 100  # steps, past which extremes are looked for beside the best ones only
+_MANY = 100  # steps, past which extremes are searched for beside the best ones only
 
 
 def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
@@ -790,7 +790,7 @@ def _end_and_extremes(
 
 
 def obstacle(machine: Machine) -> str | None:
-    """Reason why a machine cannot be run by multipliers; None where it can."""
+    """Reason why a machine cannot be run by multipliers; None if it can."""
     scene = machine.scene
     if len(scene.mechanisms) != 1:
         return "it takes machines with one mechanism"
@@ -809,7 +809,7 @@ def obstacle(machine: Machine) -> str | None:
 
 
 def _added_inertia(machine: Machine) -> float | None:
-    """Inertia on the crank (kg m²) beside the mechanism's bodies; None where it varies."""
+    """Inertia on the crank (kg m²) beside the mechanism's bodies; None if it varies."""
     scene = machine.scene
     bare = Machine(replace(scene, inertias=(), loads=(), springs=(), dampers=(), drive=None, motor=None))
     phi = np.linspace(0.1, scene.cycle - 0.1, _ANGLES)

@@ -37,7 +37,7 @@ class MethodRow(NamedTuple):
     where the reference's own doubt does not let one tell. `seconds` is the median of `repeats`, `fastest` and `slowest`
     their extremes.
     `evaluations`: positions of the crank at which the machine was evaluated. `promised` is the error that it promises
-    by itself, None where it does not know its own. `outcome` is done, no answer, out of time or not run.
+    by itself, None if it does not know its own. `outcome` is done, no answer, out of time or not run.
     """
 
     name: str
@@ -183,7 +183,7 @@ _FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a f
 class Method(NamedTuple):
     """A way to the answer: its family and setting, a short label for pictures, and what it leaves out.
 
-    `promised` is the relative error that it promises, None where it does not know its own error.
+    `promised` is the relative error that it promises, None if it does not know its own error.
     """
 
     family: str
@@ -496,7 +496,7 @@ def tradeoff(
     runs, interrupted, seconds = measured(methods(question), budget, progress, time.perf_counter() - begun)
 
     def meets(run: Run) -> bool | None:
-        """Tests whether a run keeps the error; None where it has no answer, or the reference is not accurate enough."""
+        """Tests whether a run keeps the error; None if it has no answer, or the reference is not accurate enough."""
         if run.value is None:
             return None
         error = question.error(run.value, reference.value)

@@ -253,7 +253,7 @@ class Curve(Motor):
 
     @property
     def stable(self) -> Span | None:
-        """The stretch of falling torque that reaches no-load speed, or the last one; None where torque falls nowhere."""
+        """The stretch of falling torque that reaches no-load speed, or the last one; None if torque falls nowhere."""
         falling = [bool(right < left) for left, right in pairwise(self.torques)]
         if not any(falling):
             return None
@@ -296,7 +296,7 @@ class Curve(Motor):
 
     @property
     def _padded(self) -> bool:
-        """Tells whether the straight lines beyond the ends are pieces of their own."""
+        """Tests whether the straight lines beyond the ends are pieces of their own."""
         return len(self._pieces) > len(self.speeds)
 
     @property

@@ -71,7 +71,7 @@ class LineCurrent(NamedTuple):
 
     `active` is the load's part, which follows torque, and `losses` what the other losses need, the same at any load.
     `magnetizing` flows at rated load, `idle` without load. `rated` is the current itself, A, `efficiency` the rated one
-    that goes with it, both None where they do not follow; `complete` tells whether the magnetizing current is known.
+    that goes with it, both None if they do not follow; `complete` is true if the magnetizing current is known.
     """
 
     active: float
@@ -377,7 +377,7 @@ class Induction(Motor):
 
     @property
     def rated_current(self) -> float | None:
-        """Current of a line at rated load, A; None where the plate does not tell it."""
+        """Current of a line at rated load, A; None if the plate does not give it."""
         return self.line_current.rated
 
     def current_share(self, omega: ArrayLike) -> Array:
@@ -444,7 +444,7 @@ class Induction(Motor):
         )
 
     def current(self, omega: ArrayLike) -> Array | None:
-        """Line current (A) at speeds omega (rad/s), of their shape; None where the rated one is not known."""
+        """Line current (A) at speeds omega (rad/s), of their shape; None if the rated one is not known."""
         rated = self.rated_current
         return None if rated is None else np.asarray(rated * self.current_share(omega))
 

@@ -196,7 +196,7 @@ class InverterInduction(Induction):
 
     @property
     def weakened(self) -> bool:
-        """Tells whether the field may be weakened: at the set frequency, or where a limit lets it turn faster."""
+        """Tests whether the field may be weakened: at the set frequency, or where a limit lets it turn faster."""
         return self.inverter.frequency > self.inverter.weakening or self.inverter.torque_limit is not None
 
     def slip_speed(self, omega: ArrayLike) -> Array:
@@ -222,7 +222,7 @@ class InverterInduction(Induction):
         return np.asarray(self.flux(speeds + slip_speed) * self.mains.current_share(self.synchronous_speed - slip_speed))
 
     def speed_at(self, torque: float) -> float | None:
-        """Speed (rad/s) on the running branch at which it gives a torque (N m); None where it does not reach it."""
+        """Speed (rad/s) on the running branch at which it gives a torque (N m); None if it does not reach it."""
         return Motor.speed_at(self, torque)
 
     def constant_share(self, omega: ArrayLike) -> Array:

@@ -49,7 +49,7 @@ Law = Callable[[Cells, Array], tuple[Array, Array]]
 class Shaft(Protocol):
     """A motor's shaft along a steady motion, as `MotorShaft` of `sizing` follows it: `ratio` is its speed over the crank's.
 
-    `has_states` tells whether the motor's own states were followed, `states_error` is the greatest error of one.
+    `has_states` is true if the motor's own states were followed, `states_error` is the greatest error of one.
     """
 
     ratio: float
@@ -107,7 +107,7 @@ class Fact(NamedTuple):
     """Fact of a motor for a report: words, symbol, value (SI) and unit, in a `table` of that caption if there is one.
 
     With a `formula` it is how the value follows from those of the symbols in `numbers`; words alone are a remark. `share` is
-    a heat over that at the rated point, NaN where there is none.
+    a heat over that at the rated point, NaN if there is none.
     """
 
     words: str
@@ -162,8 +162,8 @@ class Circuit(ABC):
     """A motor whose torque follows n states x of its own: T(omega, x), dx/dt = f(omega, x), omega the speed of its shaft.
 
     `names` are its states, `scales` their sizes, by which errors are measured; `in_graph` is where the motor's part of a
-    bond graph has them, empty where there is no such part. `only_speed` is the one speed (rad/s) at which its states can
-    stand still under load, None where they can at any: a synchronous motor's.
+    bond graph has them, empty if there is no such part. `only_speed` is the one speed (rad/s) at which its states can
+    stand still under load, None if they can at any: a synchronous motor's.
     """
 
     names: tuple[StateName, ...]
@@ -189,7 +189,7 @@ class Circuit(ABC):
         """The states that stand still at constant speeds (rad/s); where they do not, those that give the mean torque."""
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
-        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None where it is not at any."""
+        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None if it is not at any."""
         raise NotImplementedError
 
     @abstractmethod
@@ -197,7 +197,7 @@ class Circuit(ABC):
         """The states after times (s) at rest, from those at its beginning."""
 
     def current(self, omega: Any, states: States) -> Any:
-        """The current that the motor takes, A (where it alternates, its root mean square); None where that is unknown."""
+        """The current that the motor takes, A (where it alternates, its root mean square); None if that is unknown."""
         return None
 
     @property
@@ -246,7 +246,7 @@ class Connection(NamedTuple):
         return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
 
     def _voltage_squared(self) -> Node | None:
-        """The square of the voltage's share, as the ramp and a limit of current have it; None where it is full."""
+        """The square of the voltage's share, as the ramp and a limit of current have it; None if it is full."""
         factor, current = None, self.motor.share_law()
         if self.ramp:
             rising = Node(
@@ -268,7 +268,7 @@ def product(*factors: Node) -> Node:
 
 
 def before(time: float) -> Node:
-    """Tells whether `t` is less than a time, s."""
+    """Tests whether `t` is less than a time, s."""
     return Node("compare", (T, numeral(time)), signs=("<",))
 
 
@@ -294,7 +294,7 @@ class Inverter(NamedTuple):
         frequency: f of the steady regime, Hz.
         weakening: frequency from which its voltage stays constant, Hz.
         torque_limit: over the motor's rated torque; None without one.
-        ramp: time in which the frequency rises from 0 to f, s; 0 where it is f at once.
+        ramp: time in which the frequency rises from 0 to f, s; 0 if it is f at once.
         braking: use of the power that the motor returns: `none`, `resistor` or `regenerative`.
         chopper_power: greatest power of the braking resistor, W.
         overcurrent: current at which it trips, over the motor's rated one.
@@ -349,11 +349,11 @@ class Motor(ABC):
     thermal: Thermal | None = None
     title: ClassVar[str]
     formula: ClassVar[str] = ""
-    """Its torque in a sentence; none where its expression says it."""
+    """Its torque in a sentence; none if its expression says it."""
     heated: ClassVar[str | None] = None
-    """The figure of a sizing's `Energy` that heats it; None where torque against speed alone does not tell."""
+    """The figure of a sizing's `Energy` that heats it; None if torque against speed alone does not give it."""
     whole_heat: ClassVar[str | None] = None
-    """That figure of `heats` which is all its heat over that at the rated point; None where that is rotor's and stator's."""
+    """That figure of `heats` which is all its heat over that at the rated point; None if that is rotor's and stator's."""
     starts: ClassVar[tuple[str, ...]] = ()
     """The starts that it can have."""
     governed: ClassVar[bool] = False
@@ -370,21 +370,21 @@ class Motor(ABC):
     @property
     @abstractmethod
     def no_load_speed(self) -> float | None:
-        """Speed (rad/s) at which the torque has fallen to zero; None where it never does."""
+        """Speed (rad/s) at which the torque has fallen to zero; None if it never does."""
 
     @property
     @abstractmethod
     def stable(self) -> Span | None:
-        """Ends (rad/s) of the running branch, in which dT/domega < 0; None where there is none."""
+        """Ends (rad/s) of the running branch, in which dT/domega < 0; None if there is none."""
 
     @property
     def rated(self) -> Point | None:
-        """The point of the name plate, where there is one."""
+        """The point of the name plate, if there is one."""
         return None
 
     @cached_property
     def circuit(self) -> Circuit | None:
-        """States of its own, beside its shaft's; None where torque follows the speed at once."""
+        """States of its own, beside its shaft's; None if torque follows the speed at once."""
         return None
 
     @property
@@ -399,7 +399,7 @@ class Motor(ABC):
 
     @property
     def rated_current(self) -> float | None:
-        """Current at the rated point, A, of a stator's line or an armature; None where the data do not tell."""
+        """Current at the rated point, A, of a stator's line or an armature; None if the data do not give it."""
         return None
 
     @property
@@ -426,11 +426,11 @@ class Motor(ABC):
         return None
 
     def current(self, omega: ArrayLike) -> Any:
-        """Current (A) at steady speeds omega (rad/s), of their shape; None where the type or the data do not tell."""
+        """Current (A) at steady speeds omega (rad/s), of their shape; None if the type or the data do not give it."""
         return None
 
     def current_share(self, omega: ArrayLike) -> Array | None:
-        """Current over the rated one at steady speeds omega (rad/s), of their shape; None where the type does not tell."""
+        """Current over the rated one at steady speeds omega (rad/s), of their shape; None if the type does not give it."""
         return None
 
     def share_law(self) -> Expression | None:
@@ -449,7 +449,7 @@ class Motor(ABC):
     def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
         """Current of the windings over the rated one of the motor as it is `running`, as connected with other torques.
 
-        Where that has no rated current, A. None where the type does not tell.
+        Where that has no rated current, A. None if the type does not give it.
         """
         share = self.current_share(omega)
         if share is None:
@@ -460,7 +460,7 @@ class Motor(ABC):
         return np.asarray(share * np.sqrt(np.maximum(square, 0.0)))
 
     def heat(self, omega: Any, states: States = ()) -> Any:
-        """Heat (W) of rotor or armature at speeds omega (rad/s) and states of its own; None where the type does not tell."""
+        """Heat (W) of rotor or armature at speeds omega (rad/s) and states of its own; None if the type does not give it."""
         return None
 
     def heat_along(self, omega: Array, time: Array, switched: Array, states: States) -> Array | None:
@@ -472,12 +472,12 @@ class Motor(ABC):
         return None, None
 
     def stator_heat(self, omega: ArrayLike) -> Array | None:
-        """Copper heat of the stator, W, at speeds omega (rad/s); None where the type or the data do not tell."""
+        """Copper heat of the stator, W, at speeds omega (rad/s); None if the type or the data do not give it."""
         return None
 
     @property
     def rated_stator_heat(self) -> float | None:
-        """Copper heat of the stator at rated load, W; None where the type or the data do not tell."""
+        """Copper heat of the stator at rated load, W; None if the type or the data do not give it."""
         return None
 
     def total_heat(self, omega: Any, states: States = ()) -> Any:
@@ -502,11 +502,11 @@ class Motor(ABC):
         return np.asarray(self.total_heat(omega, states) / self.rated_total_heat)
 
     def heats(self, shaft: Shaft) -> dict[str, Any]:
-        """Current and heat along a motion as figures of `Energy`, with their relative `errors`; none where it tells none."""
+        """Current and heat along a motion as figures of `Energy`, with their relative `errors`; none if it tells none."""
         return {}
 
     def locked_rotor_limit(self, cold: bool = False) -> float | None:
-        """The integral of (I/I_n)² dt that it bears on starting (s), by its locked rotor's time; None where not told."""
+        """The integral of (I/I_n)² dt that it bears on starting (s), by its locked rotor's time; None if not told."""
         return None
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
@@ -514,7 +514,7 @@ class Motor(ABC):
         return {}
 
     def input_power(self, omega: Array, torque: Array) -> Array:
-        """Power (W) that it takes from an inverter at speeds (rad/s) and torques (N m), below 0 where it returns some."""
+        """Power (W) that it takes from an inverter at speeds (rad/s) and torques (N m), below 0 if it returns some."""
         raise NotImplementedError
 
     def with_resistance(self, share: float) -> Motor:
@@ -526,7 +526,7 @@ class Motor(ABC):
         raise NotImplementedError
 
     def graph(self) -> Part | None:
-        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft; None where it is its law."""
+        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft; None if it is its law."""
         return None
 
     def facts(self) -> Iterator[Fact]:
@@ -549,7 +549,7 @@ class Motor(ABC):
 
     @property
     def breakdown(self) -> Point | None:
-        """The lower end of the running branch, where torque is greatest; None where the branch continues through rest."""
+        """The lower end of the running branch, where torque is greatest; None if the branch continues through rest."""
         start = -math.inf if self.stable is None else self.stable[0]
         return Point(start, float(self.torque(start))) if math.isfinite(start) else None
 
@@ -568,7 +568,7 @@ class Motor(ABC):
     def speed_at(self, torque: float) -> float | None:
         """Speed (rad/s) on the running branch at which the motor gives a torque (N m).
 
-        None where the branch does not reach it: above the breakdown torque, the motor stalls.
+        None if the branch does not reach it: above the breakdown torque, the motor stalls.
         """
         if self.stable is None:
             return None

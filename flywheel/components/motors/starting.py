@@ -238,7 +238,7 @@ class Started(Motor):
         return found
 
     def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
-        """Line or armature current over the rated one at speeds (rad/s) and times (s); None where the type does not tell.
+        """Line or armature current over the rated one at speeds (rad/s) and times (s); None if the type does not give it.
 
         Of a DC motor without a rated current, A. `within` are times that tell the connection, at a switch either side of it.
         """
@@ -266,7 +266,7 @@ class Started(Motor):
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[1])
 
     def current_along(self, omega: Array, time: Array, switched: Array) -> Array | None:
-        """Line or armature current (A) along a motion; None where it is not known."""
+        """Line or armature current (A) along a motion; None if it is not known."""
         share, rated = self.current_at(omega, time, switched), self.rated_current
         if rated is None and self.own.current(0.0) is not None:  # of a DC motor: `current_at` is in A
             rated = 1.0

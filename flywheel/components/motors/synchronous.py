@@ -59,7 +59,7 @@ def pull_out(saliency: float) -> tuple[float, float]:
 
 
 def saliency_of(load_angle: float, pull_out_ratio: float) -> float | None:
-    """The saliency r with which the rated torque stands at a load angle; None where none up to `MOST_SALIENCY` does.
+    """The saliency r with which the rated torque stands at a load angle; None if none up to `MOST_SALIENCY` does.
 
     (sin d_n + r sin 2 d_n)/max(sin d + r sin 2 d) = 1/lambda.
 
@@ -116,7 +116,7 @@ class Synchronous(Motor):
         saliency: r, at least 0.
         damping: c, N m s/rad, at least 0.
         asynchronous_ratio: T_b over rated torque; None for a damper winding whose torque grows without limit.
-        field_at: speed (rad/s) from which the field is given, below synchronous; None where it always is.
+        field_at: speed (rad/s) from which the field is given, below synchronous; None if it always is.
         field_time: time constant of the field, s; with `field_at`.
         inertia: of the rotor, kg m².
 
@@ -439,7 +439,7 @@ class LoadAngle(Circuit):
         """Derivatives of torque and rates."""
         motor, d = self.motor, states[0]
         u, reach = motor.synchronous_speed - omega, motor.damper_reach
-        square = (u / reach) ** 2  # 0 where the reach is infinite
+        square = (u / reach) ** 2  # 0 if the reach is infinite
         by_speed = -motor.damping * (1.0 - square) / (1.0 + square) ** 2
         share = 1.0 if motor.field_at is None else states[1]
         by_angle = share * motor.field_torque * np.cos(d) + 2.0 * motor.reluctance_torque * np.cos(2.0 * d)
@@ -458,7 +458,7 @@ class LoadAngle(Circuit):
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states in step at which a net work (or torque), which grows with the load angle up to pull-out, is 0.
 
-        None where it is not 0 at any angle below pull-out: the motor cannot carry that.
+        None if it is not 0 at any angle below pull-out: the motor cannot carry that.
         """
         field = () if self.motor.field_at is None else (1.0,)
         most = self.motor.pull_out_angle

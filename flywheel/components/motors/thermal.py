@@ -88,7 +88,7 @@ class Thermal(NamedTuple):
         return tuple(found)
 
     def turn(self, parts: Sequence[float], losses: Losses) -> float | None:
-        """The time (s) within a stretch at which the rise is greatest or least; None where it is so at an end.
+        """The time (s) within a stretch at which the rise is greatest or least; None if it is so at an end.
 
         The parts change at r_i exp(-c_i t/T_i): one against the other is 0 at ln(-r_1/r_2)/(c_1/T_1 - c_2/T_2).
         """

@@ -420,7 +420,7 @@ def impedances_of(motor: Induction) -> Impedances:
     three are solved for, from those of Kloss's formula on.
 
     Raises:
-        SceneError: where the plate has no voltage, current and power factor (or efficiency), and where no circuit fits.
+        SceneError: if the plate has no voltage, current and power factor (or efficiency), and where no circuit fits.
 
     Source: Fitzgerald et al., Electric Machinery, 6th ed., chapter 6 (circuit); IEC 60034-28 (what the parts of it are).
 

@@ -293,7 +293,7 @@ def _change_point(equations: Equations, z: Array) -> Array | None:
 def _newton(
     system: Callable[[Array, Array], tuple[Array, Array]], z: Array, rest: Array, rcond: float
 ) -> tuple[Array, Array, Array] | None:
-    """Root (z, rest) of a system of matrix and right side near z, and its last right side; None where there is none near."""
+    """Root (z, rest) of a system of matrix and right side near z, and its last right side; None if there is none near."""
     guess, size = np.concatenate((z, rest)), z.size
     for _ in range(_ITERATIONS):
         matrix, right = system(guess[:size], guess[size:])
@@ -401,7 +401,7 @@ def _change_point_four_bar(linkage: Linkage, pins: Mapping[str, complex]) -> tup
 
 
 def _ways(equations: Equations, z: Array) -> list[Array]:
-    """Directions t in which two assemblies leave where they cross, J t = 0 and w t H t = 0; none where more of them meet."""
+    """Directions t in which two assemblies leave where they cross, J t = 0 and w t H t = 0; none if more of them meet."""
     _, jacobian, hessians = _expanded(equations, z)
     left, values, right = np.linalg.svd(jacobian)
     if values[-2:-1].min(initial=values[0]) <= _SMALL * values[0]:
@@ -538,7 +538,7 @@ def assembled(equations: Equations) -> Array:
     those can be meant, unless the guesses say so.
 
     Raises:
-        SceneError: where it cannot be assembled, guesses and sides leave more than one assembly, or the one that they
+        SceneError: if it cannot be assembled, guesses and sides leave more than one assembly, or the one that they
             choose locks, branches or is one of a continuous family.
 
     """
@@ -643,7 +643,7 @@ def loose_everywhere(equations: Equations) -> bool:
 def assemblies(equations: Equations) -> Array:
     """Every assembly that was found with the driver at its start, shape (assemblies, variables).
 
-    Angles lie from -pi to pi, but for those that a coupling ties: its relation holds for the turns that they have made.
+    Angles lie from -pi to pi, except for those that a coupling ties: its relation holds for the turns that they have made.
 
     Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
     of them miss would stay unknown, which is why there are many.

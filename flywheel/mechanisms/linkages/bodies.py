@@ -338,7 +338,7 @@ class Model:
     def sense(self, state: State, row: Array) -> Any:
         """Sign of the determinant of the same rows, which turns where assemblies meet.
 
-        It is 0 where redundant closures leave no square matrix.
+        It is 0 if redundant closures leave no square matrix.
         """
         if self.redundant:
             return np.zeros(state.q.shape)
@@ -355,13 +355,13 @@ class Model:
         return f"{q:.9g} m" if self.linkage.sliding else f"{np.degrees(q):.9g} deg"
 
     def locked(self, q: float) -> UnreachableError:
-        """A linkage that cannot follow its driver; in a dead centre of the driver its other bodies may go on."""
+        """A linkage that cannot follow its driver; in a dead centre of the driver its other bodies may continue."""
         advice = "the route multipliers follows a motion through a dead centre of the driver"
         found, expected = f"a lock at {self.where(q)}", "a motion that the joints allow"
         return UnreachableError(Fault(f"{self.linkage.path}.driver", found, expected, advice))
 
     def branched(self, q: float) -> UnreachableError:
-        """Assemblies that meet, so that it is open in which one the motion goes on."""
+        """Assemblies that meet, so that it is open in which one the motion continues."""
         found = f"assemblies that meet at or just past {self.where(q)}"
         advice = "change a length, or end before"
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
@@ -431,7 +431,7 @@ class Closure:
         """Coordinates x at the driver's coordinate q, and their influence coefficients g = dx/dq.
 
         Raises:
-            UnreachableError: where the linkage locks or branches before q.
+            UnreachableError: if the linkage locks or branches before q.
 
         """
         model = self.model
@@ -508,7 +508,7 @@ class Interpolant:
         """The quantity at the driver's coordinate, shape (k,).
 
         Raises:
-            UnreachableError: where the linkage locks or branches before.
+            UnreachableError: if the linkage locks or branches before.
 
         """
         if not self.low <= q <= self.high:
@@ -578,7 +578,7 @@ class Interpolant:
         return None
 
     def _fitted(self, low: float, high: float) -> Array | None:
-        """Series over a cell, shape (ORDER, columns), x first; None where it has to be halved.
+        """Series over a cell, shape (ORDER, columns), x first; None if it has to be halved.
 
         From the pose known next to it by Newton's method at all nodes; the series, which have to decay and to come back to
         that pose, and the determinant's sign at the nodes keep it in its assembly.
@@ -703,7 +703,7 @@ _PARTIAL_CREEPING = 1e-6  # the same where the steps until there are wanted
 class Steps:
     """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates.
 
-    fault: why the motion ends before it should; None where it does not.
+    fault: why the motion ends before it should; None if it does not.
     """
 
     def __init__(
@@ -763,7 +763,7 @@ def integrate(
     `longest`: of all steps. `partial`: give the steps until there, with the reason, where the motion ends before.
 
     Raises:
-        SceneError: where the motion ends before, with the reason that the rates give.
+        SceneError: if the motion ends before, with the reason that the rates give.
 
     Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section II.5.
 
@@ -816,7 +816,7 @@ class Solution(NamedTuple):
 
     drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; reactions: in the order of the
     closure equations, shape (times, equations), if the route finds them. friction, friction_work: by joint; rests: from when
-    until when it stands still; messages: where it does for good.
+    until when it stands still; messages: where it does permanently.
     """
 
     t: Array

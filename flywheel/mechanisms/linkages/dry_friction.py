@@ -258,7 +258,7 @@ class RoughByDriver:
         return float(instant.own + instant.by @ amounts)
 
     def slips(self, y: Array, ahead: float = 0.0) -> Array:
-        """Rates of the slips as shares of the bodies' own, for a driver that goes forwards; a little ahead if wanted."""
+        """Rates of the slips as shares of the bodies' own, for a driver that goes forwards; a little ahead if requested."""
         found = self.interpolant.at(float(y[0]) + ahead * self.model.unit)
         return np.asarray(found[: self.rub.reach.size] / (self.rub.reach * found[self.rub.reach.size]))
 
@@ -322,7 +322,7 @@ class RoughInAllCoordinates:
         return float(self.tangent @ (instant.own + instant.by @ amounts))
 
     def slips(self, y: Array, ahead: float = 0.0) -> Array:
-        """Rates of the slips as shares of the bodies' own, forwards; a little ahead if wanted."""
+        """Rates of the slips as shares of the bodies' own, forwards; a little ahead if requested."""
         n, model = self.n, self.model
         state = model.state(y[:n])
         g = model.influence(state, self.tangent)
@@ -412,7 +412,7 @@ class RoughMotion:
         return np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
 
     def leaving(self, y: Array) -> Callable[[float], tuple[float, float]]:
-        """The accelerations with which motions forwards and backwards would begin at y, by time; 0 where friction locks."""
+        """The accelerations with which motions forwards and backwards would begin at y, by time; 0 if friction locks."""
         place, modes = self.motion.place(y), [self.rub.mode(sense, self.signs(y, sense)) for sense in (1.0, -1.0)]
 
         def sets_out(mode: Mode, instant: UnitResponses) -> float:

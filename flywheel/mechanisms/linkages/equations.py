@@ -299,7 +299,7 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     several: whether any number of drivers may be held, each by a relation, at their starts (`on_way` moves them).
 
     Raises:
-        SceneError: where a body hangs on nothing, or slides and rigid joints hold it at two angles at once; for further
+        SceneError: if a body hangs on nothing, or slides and rigid joints hold it at two angles at once; for further
             drivers, unless there may be several.
 
     """
@@ -439,10 +439,10 @@ def _variables(
 ) -> tuple[tuple[str, ...], dict[str, Form]]:
     """Names of the variables, the driver's coordinate first, and every body's angle as a form of them.
 
-    driving: the driver whose coordinate is the first variable; None where that is the share of a way.
+    driving: the driver whose coordinate is the first variable; None if that is the share of a way.
 
-    A body's angle is its leader's, and what it is turned against that for good; the leader that a pin drives has the angle
-    of that pin's other body, and the driver's coordinate.
+    A body's angle is its leader's, and its constant angle against that; the leader that a pin drives has the
+    angle of that pin's other body, and the driver's coordinate.
     """
     driver = None if driving is None else linkage.joint(driving)
     turning = {leader[body] for body in linkage.names} - {leader[FRAME]}
@@ -743,7 +743,7 @@ def settle(equations: Equations, z: Array) -> tuple[Array, Array]:
     """Positions z (n, variables) corrected at the driver's given coordinate until a step is lost in its own square.
 
     Returns the positions and the size of their last step, (n,). A step below 1e-9 (rad, or units of length) is the last
-    one: convergence is quadratic. Positions that do not converge have a last step that is larger; it is NaN where the
+    one: convergence is quadratic. Positions that do not converge have a last step that is larger; it is NaN if the
     Jacobian is singular.
     """
     z = z.copy()

@@ -55,7 +55,7 @@ _RANK = 1e-9  # of the greatest singular value
 class Assembly(NamedTuple):
     """A linkage where its guesses and sides hold.
 
-    loops: with a relation for every driver, the last ones; `slides` (bases, variables): 1 where a basis function is
+    loops: with a relation for every driver, the last ones; `slides` (bases, variables): 1 if a basis function is
     stretched. The drivers' scaled coordinates are weights · z + offsets, (g,), in units of scales (m or rad). z: the
     variables at the start, (variables,). Of all bodies, the frame first: angles as turns · z + constants, mass (kg),
     inertia (kg m²), coms (m) in the body's own frame.
@@ -93,7 +93,7 @@ def assembly(linkage: Linkage) -> Assembly:
     """A linkage assembled where its drivers start, by guesses and sides.
 
     Raises:
-        SceneError: where the description or the assembly is at fault; for more or fewer drivers than degrees of freedom; for
+        SceneError: if the description or the assembly is at fault; for more or fewer drivers than degrees of freedom; for
             drivers that depend on each other.
 
     """
@@ -147,7 +147,7 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
     """The variables at scaled coordinates q (g,) at the end of the straight way from z (variables,), proven step by step.
 
     Raises:
-        SceneError: where the linkage locks or branches on the way, with where all drivers stand there.
+        SceneError: if the linkage locks or branches on the way, with where all drivers stand there.
 
     """
     low = assembly.drivers(z)

@@ -38,7 +38,7 @@ class InstantCentre(NamedTuple):
     """The instant centre of two bodies at n positions; the frame is the first body of an absolute one.
 
     kind: shape (n,), one of `finite`, `at infinity` and `no relative motion`, where every point is one.
-    place: x, y (m) in the frame's axes, shape (2, n); NaN where it is not finite.
+    place: x, y (m) in the frame's axes, shape (2, n); NaN if it is not finite.
     direction: angle (rad, from -pi/2 to pi/2) of the lines that meet at a centre at infinity, across the relative
         translation, shape (n,); NaN elsewhere.
     rate: angular rate of the second body less that of the first, by the driver's coordinate, shape (n,).

@@ -82,7 +82,7 @@ def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
         state: where it stands and how fast.
 
     Raises:
-        UnreachableError: where they are not determined.
+        UnreachableError: if they are not determined.
 
     Source: the worked four-bar in dependent coordinates of a course on mechanisms; E. J. Haug, Computer Aided Kinematics
     and Dynamics of Mechanical Systems, Allyn and Bacon 1989, chapter 6.
@@ -97,7 +97,7 @@ def by_multipliers(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     A multiplier is the reaction itself: the force (N) or moment (N m) that does work on what its equation keeps at zero.
 
     Raises:
-        UnreachableError: where they are not determined.
+        UnreachableError: if they are not determined.
 
     Source: Haug as above; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.1.
 
@@ -326,9 +326,9 @@ class Run(NamedTuple):
     """A simulated motion at the integrator's own times.
 
     t (s), q (rad or m, not reduced), qdot; `coordinates`, `velocities`: x_G, y_G, theta of every moving body and their
-    rates, shape (times, bodies, 3). `reactions`: by joint, a column for each of `multibody.COMPONENTS` (N, N m), NaN where
+    rates, shape (times, bodies, 3). `reactions`: by joint, a column for each of `multibody.COMPONENTS` (N, N m), NaN if
     redundant constraints leave them open; None on routes that do not find them. `closure`: largest closure residual (m or
-    rad) of the poses given; `drift`: largest one that a step left before it was put back (0 where poses are closed at
+    rad) of the poses given; `drift`: largest one that a step left before it was put back (0 if poses are closed at
     every step). `energy_residual`: largest |kinetic energy gained - work| over the largest kinetic energy, friction's work
     included; None on the energy route, which has no other energy. `evaluations`: of the rates. `at(t)`: (q, qdot) at any
     times within.
@@ -392,7 +392,7 @@ def simulate(
         start: poses whose first one is taken instead of the assembly that the linkage's guesses and sides choose.
 
     Raises:
-        SceneError: where an argument is no finite number or of another type, where the linkage is ill described, locks or
+        SceneError: if an argument is no finite number or of another type, where the linkage is ill described, locks or
             branches, where friction locks it while it moves or meets a route without reactions, or where it stops on the
             energy route.
 
@@ -491,7 +491,7 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
 
 
 def _reactions(model: Model, states: State, table: Array) -> dict[str, Array]:
-    """Reactions by joint; NaN where a redundant linkage leaves them open: those with a part in the null space of Phi_x^T."""
+    """Reactions by joint; NaN if a redundant linkage leaves them open: those with a part in the null space of Phi_x^T."""
     if model.redundant:
         left, sizes, _ = np.linalg.svd(states.jacobian)
         null = np.ones(left.shape[::2], dtype=bool)

@@ -7,7 +7,7 @@ of the second derivatives say how far residual and Jacobian can go from there, w
 
 Where kappa <= 1/2 and beta <= (1 - kappa) r, Newton's map contracts the ball of radius r about u(t) into itself for every
 t of the step: exactly one assembly lies there, and it is the one that was followed (Kantorovich). The step is the longest
-for which this holds. It shrinks where the linkage comes near to a lock or a branch, and there the true lock is looked for.
+for which this holds. It shrinks where the linkage comes near to a lock or a branch, and there the true lock is searched for.
 
 The nodes carry value, rate and slope; between them a quintic through both ends predicts so well that one or two Newton
 steps, for all positions at once, settle on rounding.
@@ -98,7 +98,7 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     """The assembly at z followed to both ends of the driver's range (scaled): nodes in ascending order of the driver.
 
     Raises:
-        SceneError: where the linkage locks or branches on the way, naming the position and what meets there; where joints
+        SceneError: if the linkage locks or branches on the way, naming the position and what meets there; where joints
             to spare hold it too often.
 
     """
@@ -223,7 +223,7 @@ class Solution:
     """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides).
 
     `winding` is what each variable gains over the range (rad) where it is whole turns after which the linkage returns; its
-    positions are then known at any coordinate. None where it does not return.
+    positions are then known at any coordinate. None if it does not return.
     """
 
     def __init__(self, equations: Equations, trace: Movement, low: float, high: float) -> None:
@@ -253,7 +253,7 @@ class Solution:
             del self._quintics
 
     def _gain(self) -> Array | None:
-        """Gain of every variable over the range; None where that is no whole number of turns after which all return."""
+        """Gain of every variable over the range; None if that is no whole number of turns after which all return."""
         turns = (self.high - self.low) / tau
         if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
             return None
@@ -306,7 +306,7 @@ class Solution:
 
         Cams follow the formula that holds at the anchor.
 
-        Raises TypeError where none is known to.
+        Raises TypeError if none is known to.
         """
         z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
         at = self.movement(np.array([anchor])).z
@@ -411,7 +411,7 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
         high: where it ends, above `low`.
 
     Raises:
-        SceneError: where the description, degrees of freedom, assembly or the range are at fault: a lock or branch names
+        SceneError: if the description, degrees of freedom, assembly or the range are at fault: a lock or branch names
             its position.
 
     >>> import numpy as np
@@ -441,7 +441,7 @@ def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
         q: driver's coordinates, rad, or m where it slides, any shape.
 
     Raises:
-        SceneError: as `solve`, and where there is no position.
+        SceneError: as `solve`, and if there is no position.
 
     """
     wanted = array("q", q)

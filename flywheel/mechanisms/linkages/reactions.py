@@ -88,7 +88,7 @@ class Reactions(NamedTuple):
     speed, acceleration: of the driver's coordinate, shape (n,).
     actions: driving action of each driven joint by its name (N m in a pin, N in a slide).
     components: by joint or coupling, then by component: `x`, `y`, `normal`, `moment`, `front`, `rear`, `tangential`,
-        `radial`, `friction`; as in the table of `flywheel.mechanisms.linkages.statics`. NaN where redundant constraints
+        `radial`, `friction`; as in the table of `flywheel.mechanisms.linkages.statics`. NaN if redundant constraints
         leave one open, or where friction locks; then `known` is a pin's force in the direction `known_angle` (rad), if
         there is one that stays known.
     units: of the components, by the same names.
@@ -392,7 +392,7 @@ def virtual_power(reactions: Reactions) -> dict[str, dict[str, Array]]:
     """Every component of every reaction, and every driving action as `drive`, by releasing one constraint at a time.
 
     x_k = -(sum of F · v_G + M omega over all bodies), v and omega being the influence coefficients of the released motion
-    and F, M the loads, weights, inertia and friction forces in `reactions.others`. NaN where a release sets nothing free:
+    and F, M the loads, weights, inertia and friction forces in `reactions.others`. NaN if a release sets nothing free:
     the constraint is redundant there.
 
     Released, the mechanism has one more degree of freedom; with the driver held, its motion follows from the constraints'

@@ -248,7 +248,7 @@ class Contact(NamedTuple):
     """A contact at `at` (2, n), where body `first` pushes body `second` with a positive force along `push` (2, n).
 
     aside: unit vectors (2, n). Of teeth: the way in which the pressure angle inclines second's force. Of a cam: along its
-        surface, as second slides on first when the cam's coordinate grows; 0 where it does not slide.
+        surface, as second slides on first when the cam's coordinate grows; 0 if it does not slide.
     couple: of a belt, which turns second by a couple alone, 1 (n,).
     """
 
@@ -288,7 +288,7 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
     if not carrier:
         found = f"joints {coupling.first} and {coupling.second} without a body in common"
         raise SceneError([Fault(path, found, "joints of one carrier, for forces to be found")])
-    senses = [1.0 if joint.first == carrier else -1.0 for joint in joints]  # +1 where the carrier is first
+    senses = [1.0 if joint.first == carrier else -1.0 for joint in joints]  # +1 if the carrier is first
     ends = [(j.second, j.second_at) if j.first == carrier else (j.first, j.first_at) for j in joints]
     first, second = (index(poses, body) for body, _ in ends)
     pivot, other = (poses.point(body, at).value for body, at in ends)
@@ -380,7 +380,7 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
         raise SceneError([Fault(f"{linkage.path}.{name}", doubled, "one") for name in twice])
 
     def sense(joint: Joint) -> Array:
-        """Sign (n,) of a joint's speed; 0 where its rate is rounding beside the largest of its kind."""
+        """Sign (n,) of a joint's speed; 0 if its rate is rounding beside the largest of its kind."""
         rates = poses.rate[:, 2:] if joint.kind == PIN else poses.rate[:, :2]
         rate = joint_rate(poses, joint)
         return np.where(np.abs(rate) > _STILL * np.abs(rates).max(initial=0.0), np.sign(rate), 0.0) * forward
@@ -479,7 +479,7 @@ class Sizes(NamedTuple):
     """Sizes that passive actions follow, shape (n, passives), and how the iteration went.
 
     iterations: Newton steps of the slowest position; gap: what is left of s(x) - y, as a share of the largest size, (n,);
-    converged: False where no solution grows out of the one without friction, (n,): the mechanism locks itself.
+    converged: False if no solution grows out of the one without friction, (n,): the mechanism locks itself.
     """
 
     sizes: Array
@@ -489,7 +489,7 @@ class Sizes(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Components in the order of the unknowns, (components, n): NaN where friction locks, one of many values where open.
+    """Components in the order of the unknowns, (components, n): NaN if friction locks, one of many values where open.
 
     amounts: what the passive actions come to, (passives, n); others: wrenches of all that is no reaction, passive actions
     included, (bodies, 3, n); loose: which components are open, (components, n); open: an orthonormal basis of what can be
@@ -650,7 +650,7 @@ def _newton(free: Array, pull: Array, start: Array) -> Sizes:
     while steps < _LIMIT and np.any(gap > _RESIDUAL_SETTLED):
         steps += 1
         size = np.linalg.norm(parts, axis=2, keepdims=True)
-        along = np.divide(parts, size, out=np.zeros_like(parts), where=size > 0)  # 0 where a size is 0
+        along = np.divide(parts, size, out=np.zeros_like(parts), where=size > 0)  # 0 if a size is 0
         matrix = unit - np.einsum("npk,npkj->npj", along, pull)
         determinant = np.linalg.det(matrix)
         matrix[np.abs(determinant) < 1e-14] = unit
@@ -667,7 +667,7 @@ def continued_sizes(
 ) -> tuple[Array, Array]:
     """Sizes y as by `friction_sizes` where forces keep their signs, and the matrix 1 - s' pull that they solve.
 
-    Then all is linear but for resultants (`curved`, of the p forces), whose errors Newton's iteration squares each time.
+    Then all is linear except for resultants (`curved`, of the p forces), whose errors Newton's iteration squares each time.
 
     Args:
         free: as there.
@@ -693,7 +693,7 @@ def continued_sizes(
     gap, most = np.inf, 0.0
     for _ in range(_LIMIT):
         if bends:
-            back = np.where(x * cosine + y * sine < 0.0, -1.0, 1.0) if lined else 1.0  # 1 where there is no line
+            back = np.where(x * cosine + y * sine < 0.0, -1.0, 1.0) if lined else 1.0  # 1 if there is no line
             share = back / np.maximum(length, _NO_LENGTH)
             unit, normal = np.where(curved, x * share, signs), np.where(curved, y * share, 0.0)
         matrix = one - (unit[:, :, None] * pull_along + normal[:, :, None] * pull_across)
@@ -716,9 +716,9 @@ class Friction(NamedTuple):
     """Friction found in the joints, and its cost in iterations.
 
     moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
-    iterations: Newton steps of the slowest position, 0 where nothing had to be iterated; gap: relative change that the
-    last one left, (n,); converged: False where friction locks the mechanism, (n,): nothing is reported there.
-    lever: the greatest moment if every joint is pressed with 1 N, (n,), in m (1 where the driver slides).
+    iterations: Newton steps of the slowest position, 0 if nothing had to be iterated; gap: relative change that the
+    last one left, (n,); converged: False if friction locks the mechanism, (n,): nothing is reported there.
+    lever: the greatest moment if every joint is pressed with 1 N, (n,), in m (1 if the driver slides).
     """
 
     moment: Array
