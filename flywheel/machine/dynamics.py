@@ -669,9 +669,7 @@ class Trail(NamedTuple):
         stretches = [self.stretches[k] for k in used]
         offset = np.array([stretch.offset for stretch in stretches])[where]
         anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
-        senses = np.array(
-            [stretch.anchor.direction for stretch in stretches], dtype=float
-        )  # not a number if none is known
+        senses = np.array([stretch.anchor.direction for stretch in stretches], dtype=float)  # not a number if none is known
         direction = None if np.isnan(senses).all() else senses[where]
         factors: tuple[Any, ...] | None = None
         if stretches[0].anchor.factors is not None:
