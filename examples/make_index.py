@@ -67,6 +67,7 @@ SOURCES = (  # whose figure, what it shows, where it is drawn again
         f"{METHODS}, `_free` with theta overwritten as in print; `_rest` under a torque",
     ),
     ("", "47, 51: velocity by the transformer, by the dynamics", f"{METHODS}, `_dynamics`: it divides by the modulus"),
+    ("", "3.1: natural coordinates, Raven's method, only named there", f"{METHODS}, on all pictures of imposed motions"),
     ("", "52, 53: 5 rad/s; eq. 86", f"{METHODS}, `_steady`, and a row of its table"),
     (
         "paper, slider-crank as DAE",

@@ -1,4 +1,6 @@
-"""Compare the bond graph of a slider-crank with the triangle and with Lagrange's equation, in tables and in figures.
+"""Compare the bond graph of a slider-crank with other methods, in tables and in figures.
+
+The others are the triangle, Raven's complex loop, natural coordinates and Lagrange's equation.
 
     python compare_methods.py [figure.png]
 
@@ -10,10 +12,11 @@ figure_steady.png, figure_rest.png, figure_free.png; figure_dynamics.png is the 
 methods stands what `flywheel.motion` finds for the scene compare_methods.toml.
 
 - Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
-  acceleration follow from the graph by integration, and from the triangle in closed form. Beside them: the velocity by the
-  rod's instant centre, the triangle with the root cut short (small lambda = r/l), and what is found in print.
+  acceleration follow from the graph by integration, and from the triangle in closed form. Beside them: the closed loop by
+  Raven's method, natural coordinates, the velocity by the rod's instant centre, the triangle with the root cut short (small
+  lambda = r/l), and what is found in print.
 - Dynamics (`compare_motion`): the crank starts at theta = 0, with a speed and no load, or at rest under a torque; the graph
-  against Lagrange's equation, exact and with the coefficients of small lambda.
+  against natural coordinates with multipliers and Lagrange's equation, exact and with the coefficients of small lambda.
 - Kinetostatics (`compare_torques`): the torque that imposes a motion, by the effort of the source's bond and by Lagrange.
 - Dead centres (`divided_by_modulus`, `printed_programme`): the crank (inertia J, torque M) moves the slider (mass m, damping
   B, load F) through v = T(theta) omega. From the slider's side, m v' = (M - J alpha)/T - B v - F, the step divides by T,
@@ -180,6 +183,117 @@ def instant_centre(machine: SliderCrank, theta: Any, omega: Any) -> Any:
     """
     beta = np.arcsin(machine.ratio * np.sin(theta))
     return -omega * machine.radius * np.sin(theta + beta) / np.cos(beta)
+
+
+def raven(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
+    """The slider by Raven's method: the closed loop as one complex equation, which is differentiated twice.
+
+    r e^(i theta) + l e^(i gamma) = x. Its real and imaginary parts give gamma and x (Newton's method); its derivatives are
+    linear in gamma' and v, and in gamma'' and a, always with the matrix (i l e^(i gamma), -1). It is singular where the rod
+    is perpendicular to the slider's line, which a rod longer than the crank never is.
+
+    >>> exact, found = (form(SliderCrank(), 0.3, 2.0, 1.0) for form in (triangle, raven))
+    >>> bool(np.abs(np.subtract(exact, found)).max() < 1e-14)
+    True
+    """
+    theta, omega, alpha = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (theta, omega, alpha)))
+    r, length = machine.radius, machine.length
+    gamma, x = np.zeros_like(theta), r * np.cos(theta) + length
+
+    def solved(rest: Any) -> tuple[Any, Any]:
+        """The two unknowns of i l e^(i gamma) u - w = rest."""
+        rod = 1j * length * np.exp(1j * gamma)
+        u = rest.imag / rod.imag
+        return u, rod.real * u - rest.real
+
+    for _ in range(_NEWTON):
+        step, change = solved(x - r * np.exp(1j * theta) - length * np.exp(1j * gamma))
+        gamma, x = gamma + step, x + change
+    rate, v = solved(-1j * r * omega * np.exp(1j * theta))
+    turning = length * rate**2 * np.exp(1j * gamma)
+    return Slider(x, v, solved((r * omega**2 - 1j * r * alpha) * np.exp(1j * theta) + turning)[1])
+
+
+def natural_coordinates(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
+    """The slider in natural coordinates: the crank's pin (x1, y1) and the slider's (x2, 0), without any angle.
+
+    The bodies are two constant lengths, x1² + y1² = r² and (x2 - x1)² + y1² = l²; the motion is a third equation, x1 = r cos
+    theta or y1 = r sin theta, whichever is well-conditioned: one alone is singular at a dead centre, or at 90 deg.
+    Newton's method solves Phi(q, t) = 0, then Phi_q q' = -Phi_t and Phi_q q'' = -(Phi_q)' q' - Phi_tt follow.
+
+    >>> exact, found = (form(SliderCrank(), 0.3, 2.0, 1.0) for form in (triangle, natural_coordinates))
+    >>> bool(np.abs(np.subtract(exact, found)).max() < 1e-14)
+    True
+    """
+    theta, omega, alpha = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (theta, omega, alpha)))
+    r, length = machine.radius, machine.length
+    u, c = np.sin(theta), np.cos(theta)
+    by_x = np.abs(u) > np.abs(c)
+    given = r * np.where(by_x, c, u)
+    rate = r * omega * np.where(by_x, -u, c)
+    bend = r * np.where(by_x, -c * omega**2 - u * alpha, -u * omega**2 + c * alpha)
+    q = np.stack([r * c, r * u, r * c + length], axis=-1)
+    for _ in range(_NEWTON):
+        phi = np.stack([*lengths(machine, q), np.where(by_x, q[..., 0], q[..., 1]) - given], axis=-1)
+        q = q - np.linalg.solve(_driven(q, by_x), phi[..., None])[..., 0]
+    matrix, none = _driven(q, by_x), np.zeros_like(theta)
+    v = np.linalg.solve(matrix, np.stack([none, none, rate], axis=-1)[..., None])[..., 0]
+    a = np.linalg.solve(matrix, np.stack([*curvature(v), bend], axis=-1)[..., None])[..., 0]
+    return Slider(q[..., 2], v[..., 2], a[..., 2])
+
+
+_NEWTON = 8  # rounds: more than Newton's method needs from the position of an endless rod
+
+
+def lengths(machine: SliderCrank, q: Any) -> tuple[Any, Any]:
+    """Constraints of the natural coordinates x1, y1, x2, m²: half the squares of both lengths, less r²/2 and l²/2."""
+    x1, y1, x2 = np.moveaxis(q, -1, 0)
+    crank, rod = x1**2 + y1**2 - machine.radius**2, (x2 - x1) ** 2 + y1**2 - machine.length**2
+    return 0.5 * crank, 0.5 * rod
+
+
+def gradients(q: Any) -> Any:
+    """Their gradients, (..., 2, 3), m: linear in the coordinates, which is what makes these natural."""
+    x1, y1, x2 = np.moveaxis(q, -1, 0)
+    return np.stack([np.stack([x1, y1, 0.0 * x1], axis=-1), np.stack([x1 - x2, y1, x2 - x1], axis=-1)], axis=-2)
+
+
+def curvature(v: Any) -> tuple[Any, Any]:
+    """What their second derivatives leave on the right: minus the squares of the velocities, m²/s²."""
+    x1, y1, x2 = np.moveaxis(v, -1, 0)
+    return -(x1**2) - y1**2, -((x2 - x1) ** 2) - y1**2
+
+
+def _driven(q: Any, by_x: Any) -> Any:
+    drive = np.stack([1.0 * by_x, 1.0 - by_x, 0.0 * by_x], axis=-1)
+    return np.concatenate([gradients(q), drive[..., None, :]], axis=-2)
+
+
+def natural_motion(machine: SliderCrank, omega: float, torque: float, t: Array) -> Crank:
+    """The crank from theta = 0 in natural coordinates: M q'' + Phi_q^T lambda = Q and Phi_q q'' = -(Phi_q)' q'.
+
+    M is constant: a uniform bar of mass m between two points has m/3 at each and m/6 between them. Q is the torque as a pair
+    of forces on the crank's pin, and lambda the bars' forces. Five unknowns in place of Lagrange's one; no derivative of an
+    inertia. The lengths drift by the error of the steps, here below 1e-10 m² in 10 s.
+    """
+    m = machine.rod
+    mass = np.diag([(machine.crank + m) / 3.0, (machine.crank + m) / 3.0, machine.slider + m / 3.0])
+    mass[0, 2] = mass[2, 0] = m / 6.0
+
+    def accelerations(q: Any, v: Any) -> Any:
+        phi = gradients(q)
+        full = np.block([[mass, phi.T], [phi, np.zeros((2, 2))]])
+        force = torque / machine.radius**2 * np.array([-q[1], q[0], 0.0])
+        return np.linalg.solve(full, np.concatenate([force, curvature(v)]))[:3]
+
+    def rates(_: float, state: Array) -> Array:
+        return np.concatenate([state[3:], accelerations(state[:3], state[3:])])
+
+    start = [machine.radius, 0.0, machine.radius + machine.length, 0.0, machine.radius * omega, 0.0]
+    found = solve_ivp(rates, (0.0, t[-1]), start, method="DOP853", rtol=1e-12, atol=1e-12, t_eval=t)
+    a = np.array([accelerations(*np.split(state, 2)) for state in found.y.T]).T
+    x1, y1, _, vx, vy, _ = found.y
+    return Crank(np.unwrap(np.arctan2(y1, x1)), *((x1 * dy - y1 * dx) / (x1**2 + y1**2) for dx, dy in ((vx, vy), a[:2])))
 
 
 def small_ratio_slider(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
@@ -622,13 +736,15 @@ def compare_kinematics(
     exact = clock("triangle", triangle, *crank)
     short, long = clock(SHORT, small_ratio_slider, *crank), long_rod_slider(*crank)
     by_pole = clock(POLE, instant_centre, *crank[:3])
+    loops = {RAVEN: clock(RAVEN, raven, *crank), NATURAL: clock(NATURAL, natural_coordinates, *crank)}
     printed = {"as printed": printed_acceleration(*crank)}
     if np.any(crank[3]):
         printed["as printed, alpha left at 0"] = printed_acceleration(*crank[:3], 0.0)
 
     def quantity(k: int, name: str, unit: str, by_run: Callable[[Any], Array], **more: Array) -> Quantity:
         by_graph = {method: by_run(run) for method, run in runs.items()}
-        return Quantity(name, unit, "triangle", {"triangle": exact[k]} | more | by_graph | {SHORT: short[k], LONG: long[k]})
+        curves = {"triangle": exact[k]} | {method: found[k] for method, found in loops.items()}
+        return Quantity(name, unit, "triangle", curves | more | by_graph | {SHORT: short[k], LONG: long[k]})
 
     swing = {"triangle": exact[0] - exact[0].mean(), f"{SHORT} (eq. 86)": short[0] - short[0].mean()}
     quantities = (
@@ -641,6 +757,7 @@ def compare_kinematics(
 
 
 POLE, SHORT, LONG, LIBRARY = "instant centre", "small lambda", "endless rod", "flywheel.motion"
+RAVEN, NATURAL = "Raven", "natural coordinates"
 
 
 class Clock:
@@ -698,7 +815,7 @@ def compare_motion(
     run = clock("bond graph", simulate, graph, until, initial={"crank": omega}, rtol=_TIGHT)
     push, pull = (run.effort(graph.bond_of(name).number, t) for name in ("J", "m"))
     by_graph = Crank(run.displacement("theta", t), run.flow("crank", t), push / machine.crank_inertia)
-    states = {"bond graph": by_graph} | states
+    states = {"bond graph": by_graph, NATURAL: clock(NATURAL, natural_motion, machine, omega, torque, t)} | states
     if not torque:
         states["theta overwritten, as printed"] = _overwritten(machine, omega, t)
     sliders = {name: triangle(machine, *state) for name, state in states.items()}
@@ -785,6 +902,8 @@ ORANGE, PURPLE, SKY, BROWN = "#E69F00", "#CC79A7", "#56B4E9", "#8C510A"
 STYLES: dict[str, Any] = {
     "triangle": {"color": GREY, "linewidth": 4.0, "zorder": 1},
     "exact Lagrange": {"color": GREY, "linewidth": 4.0, "zorder": 1},
+    RAVEN: {"color": "#332288", "linestyle": (0, (4, 4))},
+    NATURAL: {"color": "#117733", "linestyle": (4, (4, 4))},
     POLE: {"color": PURPLE, "linestyle": (0, (1, 2)), "linewidth": 2.5},
     "as printed": {"color": BROWN, "linestyle": "--"},
     "as printed, alpha left at 0": {"color": BROWN, "linestyle": ":"},
@@ -889,6 +1008,8 @@ def methods(kinematics: Comparison, rest: Comparison) -> str:
     imposed = (
         ("triangle", "nothing", "a formula for each quantity, by hand for each mechanism"),
         (POLE, "nothing", "a formula for velocities alone"),
+        (RAVEN, "nothing", "the closed loop, complex: 2 unknowns, Newton, then 2 linear equations"),
+        (NATURAL, "nothing", "points for coordinates: 3 unknowns, Newton, then 3 linear equations"),
         (SHORT, "(r/l)² small", "a shorter formula"),
         ("euler", "nothing", "bond graph: equations of first order; order 1 in the step"),
         ("rk2", "nothing", "bond graph, order 2"),
@@ -898,16 +1019,17 @@ def methods(kinematics: Comparison, rest: Comparison) -> str:
     moved = (
         ("exact Lagrange", "no friction but viscous", "one equation of second order, by hand for each mechanism"),
         (SHORT, "(r/l)² small", "the same with shorter coefficients"),
+        (NATURAL, "nothing", "constant masses, 5 linear equations a step; forces in the bars with it"),
         ("bond graph", "nothing", "assembled from parts; forces in every bond with it"),
     )
     lines = []
     for comparison, rows in ((kinematics, imposed), (rest, moved)):
         velocity = comparison["velocity"]
         lines.append(f"{comparison.title}, {comparison.t.size} points")
-        lines.append(f"  {'method':18s}{'error of v, m/s':>16s}{'time, ms':>10s}  {'assumes':26s}what it is")
+        lines.append(f"  {'method':20s}{'error of v, m/s':>16s}{'time, ms':>10s}  {'assumes':26s}what it is")
         for name, assumed, kind in rows:
             error = "reference" if name == velocity.reference else f"{velocity.agreement(name).greatest:.1e}"
-            lines.append(f"  {name:18s}{error:>16s}{1e3 * comparison.seconds[name]:10.2f}  {assumed:26s}{kind}")
+            lines.append(f"  {name:20s}{error:>16s}{1e3 * comparison.seconds[name]:10.2f}  {assumed:26s}{kind}")
     return "\n".join(lines)
 
 

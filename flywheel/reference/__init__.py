@@ -49,6 +49,7 @@ _AFTER = (
         "joints",
         "freedoms",
         "bond-graphs",
+        "methods",
     ),
 )
 

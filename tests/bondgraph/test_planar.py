@@ -21,7 +21,9 @@ from examples.bond_graphs.compare_methods import (
     compare_torques,
     divided_by_modulus,
     exact_inertia,
+    natural_coordinates,
     printed_programme,
+    raven,
     small_ratio_inertia,
     triangle,
 )
@@ -306,6 +308,20 @@ def test_slopes_are_derivatives(theta, ratio, share):
     assert_allclose((swing_after - swing_before) / (2 * h), machine.swing(theta)[1], atol=1e-6)
 
 
+@given(angles, ratios, st.sampled_from([0.0, 2.0]), st.sampled_from([0.0, -3.0]))
+def test_a_closed_loop_and_natural_coordinates_give_the_triangle(theta, ratio, omega, alpha):
+    machine = SliderCrank(ratio, 1.0)
+    exact = triangle(machine, theta, omega, alpha)
+    for method in (raven, natural_coordinates):
+        assert_allclose(method(machine, theta, omega, alpha), exact, rtol=1e-12, atol=1e-11)
+
+
+def test_natural_coordinates_pass_dead_centres_and_quarter_turns():
+    theta = np.arange(9) * np.pi / 4  # where either of both driving equations alone is singular
+    exact, found = (method(SliderCrank(), theta, 1.0, 1.0) for method in (triangle, natural_coordinates))
+    assert_allclose(found, exact, atol=1e-14)
+
+
 def test_middle_term_of_the_acceleration():
     theta, ratio = 0.3, 0.5
     w = np.sqrt(1 - (ratio * np.sin(theta)) ** 2)
@@ -413,19 +429,21 @@ def test_steady_crank_has_its_angle_right_by_any_method():
 def test_free_motion_by_three_equations():
     found = compare_motion()
     for name in ("theta", "omega", "alpha", "position", "velocity", "acceleration"):
-        assert found[name].agreement("bond graph").greatest < 1e-9
+        for method in ("bond graph", "natural coordinates"):
+            assert found[name].agreement(method).greatest < 1e-9
     assert found["omega"].agreement("small lambda").pearson == pytest.approx(0.9067, abs=1e-4)
     assert found["omega"].agreement("small lambda, m l²/3").pearson == pytest.approx(0.3813, abs=1e-4)
 
 
 def test_motion_from_rest_has_the_energy_of_its_torque():
     found, machine = compare_motion(omega=0.0, torque=2.0, until=1.5, points=20), SliderCrank()
-    theta, omega, alpha, x, v, a = (found[name].curves["bond graph"] for name in [q.name for q in found.quantities])
-    inertia = exact_inertia(machine, theta)
-    assert theta[-1] > 1.5
-    assert_allclose(0.5 * inertia.value * omega**2, 2.0 * theta, atol=1e-10)
-    assert_allclose(inertia.torque(omega, alpha), 2.0, atol=1e-9)
-    assert_allclose(np.stack([x, v, a]), triangle(machine, theta, omega, alpha), atol=1e-9)
+    for method in ("bond graph", "natural coordinates"):
+        theta, omega, alpha, x, v, a = (quantity.curves[method] for quantity in found.quantities)
+        inertia = exact_inertia(machine, theta)
+        assert theta[-1] > 1.5
+        assert_allclose(0.5 * inertia.value * omega**2, 2.0 * theta, atol=1e-10)
+        assert_allclose(inertia.torque(omega, alpha), 2.0, atol=1e-9)
+        assert_allclose(np.stack([x, v, a]), triangle(machine, theta, omega, alpha), atol=1e-9)
 
 
 @pytest.mark.slow
@@ -434,6 +452,7 @@ def test_approximate_and_printed_curves_beside_the_triangle():
     mean = found["position less its mean"].agreement("small lambda (eq. 86)")
     assert mean.greatest == pytest.approx(0.0114, abs=5e-4)  # a turn's mean, its end counted twice
     assert found["velocity"].agreement("instant centre").greatest < 1e-13
+    assert max(found[name].agreement("Raven").greatest for name in ("position", "velocity", "acceleration")) < 1e-12
     assert "instant centre" not in found["acceleration"].curves
     printed = found["acceleration"].residual("as printed")
     theta = 5.0 * found.t
@@ -464,7 +483,7 @@ def test_table_and_names_that_are_not_there():
     found = compare_motion(until=1.0, points=20)
     lines = found.table().splitlines()
     assert lines[0] == "free motion from 1 rad/s; reference: exact Lagrange"
-    assert len(lines) == 2 + 6 * 4
+    assert len(lines) == 2 + 6 * 5
     assert {len(line) for line in lines[1:]} == {106}
     with pytest.raises(
         GraphError, match="no quantity 'speed': there are theta, omega, alpha, position, velocity, acceleration"
