@@ -15,7 +15,7 @@ from flywheel.numerics.cells import TIE
 from flywheel.report.context import Context, number, quantity
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.sizing.results import PhaseLoad, PowerFlow
+from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
 from flywheel.tables.power import entries, given, sentence, with_and_without
 from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names
@@ -35,6 +35,15 @@ def motor(known: Context) -> Section | None:
         )
         head = _("speed, rpm"), _("torque, N m")
         parts.append(Table(_("Its torque against its speed, by a table"), head, rows))
+    if (data := found.thermal) is not None:
+        slow, *winding = data.bodies
+        rows = [(_("rise at the rated point"), Formula("theta_n"), Quantity("theta_n", data.rise, "K"))]
+        rows.append((_("time constant"), Formula("T_1"), Quantity("T_1", slow[1], "s")))
+        for rise, constant, _cooled in winding:
+            rows.append((_("time constant of the windings over the iron"), Formula("T_2"), Quantity("T_2", constant, "s")))
+            rows.append((_("their share of the rise"), Formula("a"), Quantity("a", rise / data.rise)))
+        rows.append((_("greatest rise that their class allows"), Formula("theta_g"), Quantity("theta_g", data.limit, "K")))
+        parts.append(Table(_("How the windings warm up"), (_("quantity"), _("symbol"), _("value")), tuple(rows)))
     if (breakdown := found.breakdown) is not None and found.breakdown_torque is None and not found.keeps_step:
         told = _(
             "Below {speed}, where it gives {torque}, its torque falls and it would stall.",
@@ -141,6 +150,29 @@ def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
             Quantity("u_T", energy.rms_torque / rated.torque),
         )
     yield from _parts(found.heat_facts(energy), "left out")
+    if known.sizing.duty is None:
+        yield from _windings(known.sizing.temperature)
+
+
+def _windings(found: Temperature | None) -> Iterator[Part]:
+    """Rise of the windings over their surroundings: at the end of each phase, and the greatest beside its limit."""
+    if found is None:
+        return
+    words = _("Rise of the windings with losses q over the rated ones, c the share of the cooling")
+    yield Note(f"{words}: dθ₁/dt = ((1 − a) θₙ q − c θ₁)/T₁, dθ₂/dt = (a θₙ q − θ₂)/T₂.")
+    if found.phases:
+        rows = tuple((name, Quantity("theta_k", rise, "K")) for name, rise in found.phases)
+        yield Table(_("Rise of the windings at the end of each phase"), (_("phase"), _("rise of the windings")), rows)
+    told = _("Greatest rise, after {time} of the cycle or the duty", time=quantity(found.time, "s", 4))
+    limit = quantity(found.limit, "K", 4)
+    verdict = _("Their class allows {limit}.", limit=limit)
+    if not found.within:
+        verdict = _("Their class allows {limit}: too hot.", limit=limit)
+    yield Step(
+        told, "theta_max = greatest(theta_1 + theta_2, t)", (), Quantity("theta_max", found.greatest, "K"), note=verdict
+    )
+    for name, count in found.starts.items():
+        yield Note(_("At most {count} starts an hour into {phase}.", count=count, phase=name))
 
 
 def _verdict(share: float | None) -> str:
@@ -233,8 +265,11 @@ def duty(known: Context) -> Section | None:
         told = _("Heat of the motor over the duty, starts included")
         note = _verdict(found.heat_share)
         parts.append(Step(told, "Q = total(Q_k*t_k, k)/t_c", (), Quantity("Q", found.heat, "W"), note=note))
-    left = _("The transition between the regimes of two phases is neglected.")
-    return Section(_("The duty"), (*parts, Note(left, "left out")))
+    parts += _windings(known.sizing.temperature)
+    if any(row.change_time is None and not row.rest for row in found.phases) and len(found.phases) > 1:
+        left = _("The transition between the regimes of two phases is neglected where it counts for little.")
+        parts.append(Note(left, "left out"))
+    return Section(_("The duty"), tuple(parts))
 
 
 def _phase(row: PhaseLoad) -> Iterator[Cell]:

@@ -346,6 +346,7 @@ def _irregularity(sizing: Sizing) -> float:
 # -- the motor over the duty -------------------------------------------------------------------------------------------
 
 _FIGURES = ("mean_power", "rms_torque", "rms_torque_share", "heat", "heat_share", "current_rms")
+_OTHER_SPEED = 0.1  # share by which speeds of phases differ in duty S8
 _SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # figures averaged by their squares
 
 
@@ -558,7 +559,7 @@ def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float,
             errors[name] = off
     work = figures["mean_power"]
     return Duty(
-        type=_type(listed),
+        type=_type(listed, rows),
         governing="",
         period=period,
         running=sum(row.duration for row in rows if not row.rest),
@@ -611,14 +612,17 @@ def _combined(name: str, rows: list[PhaseLoad]) -> tuple[float | None, float | N
     return (found, relative) if power == 1 else (sqrt(found), 0.5 * relative)
 
 
-def _type(phases: list[Phase]) -> str | None:
-    """The duty type of IEC 60034-1, if one load alternates with standstill or with idling."""
+def _type(phases: list[Phase], rows: list[PhaseLoad]) -> str | None:
+    """The duty type of IEC 60034-1: one load that alternates with standstill or idling, or loads at several speeds."""
     loads = sum(phase.loaded for phase in phases)
     rests = sum(phase.scene is None for phase in phases)
     idles, starts = len(phases) - loads - rests, any(phase.starts for phase in phases)
+    speeds = [row.speed for row in rows if row.speed]
+    if loads == len(phases) > 1 and max(speeds) > (1.0 + _OTHER_SPEED) * min(speeds):
+        return "S8"
     if loads != 1:
         return None
-    return {(False, False): None if starts else "S1", (True, False): "S4" if starts else "S3", (False, True): "S6"}.get(
+    return {(False, False): "S7" if starts else "S1", (True, False): "S4" if starts else "S3", (False, True): "S6"}.get(
         (rests > 0, idles > 0)
     )
 

@@ -12,15 +12,37 @@ _MACHINES = (
     *("mechanism", "rotor", "areas", "press", "motor-press", "press-drive", "single-stroke"),
     *("shaper", "pump", "compressor", "engine"),
 )
+_LOADED, _REST, _IDLING = (
+    ('name = "load"', 'duration = "4 min"'),
+    ('name = "rest"', 'duration = "6 min"', "rest = true  # the motor is off; it cools by a third, as its fan stands still"),
+    ('name = "idling"', 'duration = "6 min"', "loads = 0"),
+)
+_BRAKED = "starts = 2  # one start, and a d.c. brake that heats about as one more; 4 for reversal"
+_S7 = ('name = "load"', 'duration = "10 min"', _BRAKED)
+DUTIES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "s1": (('name = "load"', 'duration = "1 h"'),),
+    "s2": (('name = "load"', 'duration = "30 min"'), ('name = "rest"', 'duration = "8 h"', _REST[2])),
+    "s3": (_LOADED, _REST),
+    "s4": ((*_LOADED, "starts = 1"), _REST),
+    "s5": ((*_LOADED, _BRAKED), _REST),
+    "s6": (_LOADED, _IDLING),
+    "s7": (_S7,),
+    "s8": tuple(
+        (f'name = "{name}"', f'duration = "{time}"', f'changes = {{drive.motor.inverter.frequency = "{frequency}"}}')
+        for name, time, frequency in (("slow", "5 min", "30 Hz"), ("fast", "3 min", "60 Hz"))
+    ),
+}
+"""The phases of each duty type of IEC 60034-1 (clause 4.2), as lines of their `[[duty]]`."""
 
 
 def kinds() -> list[str]:
     """Names of the starters.
 
-    >>> kinds()[-4:]
-    ['shaper', 'pump', 'compressor', 'engine']
+    >>> kinds()[-10:-6]
+    ['compressor', 'engine', 'duty-s1', 'duty-s2']
     """
-    return [*(kind for kind in KINDS if _file(kind).exists() or KINDS[kind].starter), *_MACHINES]
+    mechanisms = (kind for kind in KINDS if _file(kind).exists() or KINDS[kind].starter)
+    return [*mechanisms, *_MACHINES, *(f"duty-{duty}" for duty in DUTIES)]
 
 
 def _file(kind: str) -> Path:
@@ -37,8 +59,18 @@ def starter(kind: str) -> str:
     """
     if kind not in kinds():
         raise KeyError(kind)
+    if kind.startswith("duty-"):
+        return _of_duty(kind.removeprefix("duty-"))
     file = _file(kind)
     return file.read_text(encoding="utf-8") if file.exists() else KINDS[kind].starter
+
+
+def _of_duty(duty: str) -> str:
+    """The scene of a motor over a duty of a type; the speed of S8 is that of its inverter."""
+    text = _file("duty").read_text(encoding="utf-8").replace("S1", duty.upper())
+    if duty == "s8":
+        text = text.replace("\n\n# The whole motor", '\ninverter = {frequency = "50 Hz"}\n\n# The whole motor')
+    return text + "\n\n".join("\n".join(("[[duty]]", *lines)) for lines in DUTIES[duty]) + "\n"
 
 
 def write_starter(kind: str, path: str | Path) -> None:

@@ -1,6 +1,7 @@
 """Temperature of a motor's windings: over losses of any course, over a duty with its changes of speed, over a start."""
 
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -149,6 +150,15 @@ def test_a_start_has_the_rise_of_its_losses():
     rated = run.scene.motor.rated_total_heat
     short = 85.0 * run.start_heat.winding / rated * (0.7 / 1200.0 + 0.3 / 120.0)  # all of it kept
     assert 0.95 * short < run.start_heat.rise < short
+
+
+@pytest.mark.parametrize("phases", ["", PHASES], ids=["cycle", "duty"])
+def test_the_report_has_the_rise_beside_the_heat(phases):
+    sizing = flywheel.size(flywheel.load(MACHINE + phases), simulate=False)
+    for language, words in (("en", "Greatest rise"), ("es", "Calentamiento máximo")):
+        text = re.sub(r"<[^>]*>|\s+", " ", flywheel.report.html(sizing, language=language))
+        number = f"{sizing.temperature.greatest:.6g}".replace(".", "," if language == "es" else ".")
+        assert number in text[text.index(words) :][:900]
 
 
 @pytest.mark.parametrize(

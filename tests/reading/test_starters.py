@@ -21,11 +21,18 @@ def test_all_but_the_one_way_ones_have_a_cycle():
     assert [kind for kind in kinds() if load(starter(kind)).stroke is not None] == ONE_WAY
 
 
-@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY + ALONE + BY_CLUTCH])
+DUTIES = [kind for kind in kinds() if kind.startswith("duty-")]
+CYCLIC = [kind for kind in kinds() if kind not in ONE_WAY + ALONE + BY_CLUTCH + DUTIES[1:]]
+
+
+@pytest.mark.parametrize("kind", [*CYCLIC, *(pytest.param(kind, marks=pytest.mark.slow) for kind in DUTIES[1:])])
 def test_starters_can_be_sized_as_they_are(kind):
     scene = load(starter(kind))
     result = flywheel.size(scene, simulate=False)
     assert result.flywheel.needed
+    if kind.startswith("duty-"):
+        assert result.duty.type == {"duty-s2": "S3", "duty-s5": "S4"}.get(kind, kind[-2:].upper())  # by its phases alone
+        assert result.temperature.within
     assert result.flywheel.exact > 0
     assert result.reached
     assert scene.title
