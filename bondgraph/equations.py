@@ -183,7 +183,9 @@ def _acts(read: Reading, port: Port, column: int) -> bool:
         seen.add(k)
         for other in form.ports:
             gain = walk.gain[other.input].get(k, 0)
-            if (other is by_column[k] and other.element.kind != "R") or read.twin.finish(gain) == 0:
+            if (other is by_column[k] and other.element.kind != "R") or not (
+                gain if isinstance(gain, float) else read.twin.finish(gain)
+            ):
                 continue
             if other in form.stores:
                 return True

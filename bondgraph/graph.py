@@ -70,9 +70,12 @@ def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T,
     {1: 2, 2: 2, 3: 2, 4: 4}
     """
     chief = {thing: thing for thing in things}
+    led = {thing: [thing] for thing in chief}
     for tie in ties:
-        together = {chief[thing] for thing in tie}
-        chief = {thing: chief[tie[0]] if one in together else one for thing, one in chief.items()}
+        first = chief[tie[0]]
+        for other in {chief[thing] for thing in tie} - {first}:
+            led[first] += led[other]
+            chief |= dict.fromkeys(led.pop(other), first)
     return chief
 
 

@@ -22,6 +22,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -477,21 +478,26 @@ def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
 
 def _completed(draft: _Assignment, wanted: Mapping[str, str]) -> _Assignment:
     """The first assignment in the order of preference that adds no conflict; where there is none, one that adds few."""
-    stack = [draft]
+    stack: list[_Trial] = [lambda: draft]
     for _ in range(_MOST_TRIALS * len(draft.graph.bonds)):
         if not stack:
             break
-        tried = stack.pop()
+        tried = stack.pop()()
+        if len(tried.conflicts) > len(draft.conflicts):
+            continue
         trials = _trials(tried, wanted)
         if not trials:
             return tried
-        stack += [t for t in reversed(trials) if len(t.conflicts) == len(tried.conflicts)]
+        stack += reversed(trials)
     while trials := _trials(draft, wanted):
-        draft = min(trials, key=lambda trial: len(trial.conflicts))
+        draft = min((trial() for trial in trials), key=lambda trial: len(trial.conflicts))
     return draft
 
 
-def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Assignment]:
+_Trial = Callable[[], _Assignment]
+
+
+def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Trial]:
     """The two ways to decide the next open bond, the better one first; none if all bonds have their strokes."""
     graph = draft.graph
     if len(draft.marks) == len(graph.bonds):
@@ -502,9 +508,14 @@ def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Assignment]:
         for name in stores:
             trial = _store(draft, wanted, name)
             if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-                return [trial, _store(draft, wanted, name, opposite=True)]
+                return [
+                    lambda trial=trial: trial,
+                    partial(  # type: ignore[misc]
+                        _store, draft, wanted, name, opposite=True
+                    ),
+                ]
             waiting.append(trial)
-        return [waiting[0], _store(draft, wanted, stores[0], opposite=True)]
+        return [lambda: waiting[0], partial(_store, draft, wanted, stores[0], opposite=True)]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
     if resistors:  # first those whose laws cannot be solved for their flows, as resistances
         name = min(resistors, key=lambda n: _solvable(graph, n))
@@ -514,7 +525,8 @@ def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Assignment]:
         bond, name = next(b for b in graph.bonds if b.number not in draft.marks), ""
         ends = bond.head, bond.tail
     both = [_extended(draft, [(bond, _Mark(end, "chosen", name))]) for end in ends]
-    return sorted(both, key=lambda trial: len(trial.backwards)) if not name or _solvable(graph, name) else both
+    better = sorted(both, key=lambda trial: len(trial.backwards)) if not name or _solvable(graph, name) else both
+    return [lambda trial=trial: trial for trial in better]  # type: ignore[misc]
 
 
 def _store(draft: _Assignment, wanted: Mapping[str, str], name: str, *, opposite: bool = False) -> _Assignment:

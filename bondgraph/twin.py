@@ -98,10 +98,10 @@ class Twin:
         import sympy
 
         unfolded = self.unfold(expression)
-        symbols = unfolded.free_symbols
-        for symbol in symbols - self.plain.keys():
-            self.plain[symbol] = sympy.Symbol(symbol.name)
-        return unfolded.xreplace({symbol: self.plain[symbol] for symbol in symbols})
+        for symbol in unfolded.free_symbols:
+            if symbol not in self.plain:
+                self.plain[symbol] = sympy.Symbol(symbol.name)
+        return unfolded.xreplace({symbol: self.plain[symbol] for symbol in unfolded.free_symbols})
 
     def rename(self, symbol: Any, name: str) -> None:
         """Hand out a real symbol under another name, or one like it where that is taken."""

@@ -9,12 +9,12 @@ expressions, and on a recording of itself as straight-line code, which is what t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
 from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph, reached_from
@@ -146,7 +146,7 @@ class Walk:
     """The state, and what follows from it step by step.
 
     `given` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
-    its residual and slopes as `balance`.
+    its residual and slopes as `balance`. Where it is `still`, sources give 0.
     """
 
     def __init__(
@@ -158,10 +158,11 @@ class Walk:
         given: Sequence[Sequence[Any]] = (),
         stop: int | None = None,
         acts: bool = True,
+        still: bool = False,
     ) -> None:
         self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
         self.t, self.anchors, self.state = t, anchors, list(state)
-        self._given, self._stop = given, stop
+        self._given, self._stop, self._still = given, stop, still
         stores, displaced = len(self.form.stores), self.form.displacements
         self._places: dict[str, Any] = {TIME: t}
         for displacement, value in zip(displaced, self.state[stores:], strict=True):
@@ -448,7 +449,7 @@ class Walk:
     def _given_by(self, port: Port) -> Any:
         """The output of an acting port that needs nothing of its own."""
         name, kind, law = port.element.name, port.element.kind, port.element.law
-        if kind in STORES and not isinstance(law, Law):  # an inertia of 0
+        if (kind in STORES and not isinstance(law, Law)) or (self._still and kind in SOURCES):  # or an inertia of 0
             return 0.0
         if kind != "R":
             return self._moving_effort(name, law) if isinstance(law, Law) and law.moving else self._law(name)
@@ -713,6 +714,7 @@ def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here
 
 _NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
 _CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
+Array = NDArray[np.float64]
 Rates = Callable[..., tuple[Any, ...]]
 
 
@@ -795,8 +797,9 @@ class Dynamics:
         """(t, *state, *anchors) -> rates of the state, recorded as straight-line code; of many linear ones a matrix."""
         if self.tables.bending:
             return self._evaluated
-        if len(self.state.names) >= MANY and all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
-            return self._matrix()
+        if len(self.state.names) >= MANY and self.linear is not None:
+            matrix, constant, _ = self.linear
+            return lambda t, *values: (matrix @ np.array(values) + constant).tolist()
         groups = self.tables.iterated
         if not groups:
             return self._recorded(Walk.rates)
@@ -820,16 +823,19 @@ class Dynamics:
 
         return iterated
 
-    def _matrix(self) -> Rates:
-        """The rates A x + b of a graph of constants; A is that of the graph with sources of 0: no digit of it is lost."""
+    @cached_property
+    def linear(self) -> tuple[Array, Array, float] | None:
+        """A and b of the rates A x + b of a graph of constants, and the greatest |eigenvalue| of A, 1/s.
+
+        A is that of the graph without its sources, so that no digit of it is lost.
+        """
+        if self.tables.bending or not all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
+            return None
         size = len(self.state.names)
-        sources = {e.name: e._replace(law=0.0) for e in self.graph.of_kind(*SOURCES)}
-        graph = replace(self.graph, elements={**self.graph.elements, **sources})
-        idle = Dynamics(graph, {}, self.form.of(graph))
-        still = Walk(self.tables, 0.0, [0.0] * size, {}).rates()
-        matrix = np.array([np.broadcast_to(row, size) for row in idle.at(0.0, list(np.eye(size))).rates], dtype=float)
-        constant = np.array(still, dtype=float)
-        return lambda t, *values: (matrix @ np.array(values) + constant).tolist()
+        constant = Walk(self.tables, 0.0, [0.0] * size, {}).rates()
+        rows = [np.broadcast_to(row, size) for row in Walk(self.tables, 0.0, list(np.eye(size)), {}, still=True).rates()]
+        matrix = np.array(rows, dtype=float).reshape(size, size)
+        return matrix, np.array(constant, dtype=float), float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0))
 
     def _evaluated(self, t: Any, *values: Any) -> tuple[Any, ...]:
         """The rates, walked anew at every state."""

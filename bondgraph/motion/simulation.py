@@ -27,7 +27,19 @@ from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import Audit, Sight, audit, filled
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.formulation import Port
-from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
+from bondgraph.motion.stepping import (
+    ADAPTIVE,
+    FIXED,
+    PLAIN,
+    SERIES,
+    Breaks,
+    Step,
+    StepError,
+    adaptive,
+    fixed,
+    taylor,
+    through_breaks,
+)
 from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
 from bondgraph.numerics import count, counting
 
@@ -51,6 +63,8 @@ _STABLE = {"RK23": 2.5, "RK45": 3.3, "DOP853": 6.1, "LSODA": 0.5}  # step times 
 _OBSERVED = 500  # steps after which a method's steps are held against that: any mode at that limit has decayed by then
 _MANY = 2000  # steps: fewer are as well taken by the explicit method
 _STIFF = "Radau"
+_TAYLOR, _SERIES = "Taylor", 6  # states of a graph of constants from which on its series takes less time
+_MOST_RADIANS = 2000.0  # of such a run: time times the greatest |eigenvalue|; more may be stiff
 _EXPLICIT = ("RK23", "RK45", "DOP853")
 _THROUGH_DEAD_CENTRES = "LSODA"  # its Jacobian is of a step's end, where Radau's, of its start, knows of no inertia ahead
 _NOT_FINITE = "the rates are not finite"
@@ -208,6 +222,8 @@ class Run:
         if self._plain:
             return runge_kutta.at(steps, owners, times)
         values = np.empty((len(self.dynamics.state.names), times.size))
+        first = {id(dense): k for k, dense in reversed(list(enumerate(steps)))}  # several steps may share their dense output
+        owners = np.array([first[id(dense)] for dense in steps])[owners]
         order = np.argsort(owners, kind="stable")
         found, firsts = np.unique(owners[order], return_index=True)
         for owner, mine in zip(found, np.split(order, firsts[1:]), strict=True):
@@ -264,7 +280,8 @@ def simulate(
         rtol: error asked of every state, relative to its greatest absolute value in the run; `Run.reached` says whether it
             was kept.
         method: one of "DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", as scipy calls them, or of "euler", "rk2"
-            (trapezoidal), "rk4". None: explicit steps of the order that takes least work for rtol, RK45 or DOP853.
+            (trapezoidal), "rk4". None: explicit steps of the order that takes least work for rtol, RK45 or DOP853; of
+            many linear states with constant sources their "Taylor" series.
             On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
             motion is found by Radau, and by LSODA where the inertia that the motion sees all but vanishes at a dead centre
             and a resistor carries it through: `Run.method` and `Run.messages` say so.
@@ -287,7 +304,7 @@ def simulate(
 
     """
     _check_arguments(until, rtol, method or "DOP853", step, evaluations)
-    method = method or ("RK45" if rtol >= _LOOSE else "DOP853")
+    chosen, method = method is None, method or ("RK45" if rtol >= _LOOSE else "DOP853")
     if as_graph(graph).switched or (step is None and not breaks and dry_resistors(graph)):
         for name, given in (("step", step), ("breaks", breaks)):
             if given:
@@ -300,6 +317,8 @@ def simulate(
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
+        if chosen and step is None and len(dynamics.state.names) >= _SERIES and dynamics.linear is not None:
+            method = _TAYLOR if dynamics.linear[2] * until < _MOST_RADIANS else method
         stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
         run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
         run = replace(run, messages=(*run.messages, *dynamics.branches(start.tolist())))
@@ -514,6 +533,10 @@ class _Stepper:
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
             if rtol is None:
                 made = fixed(self.method, field, t, state, stop, step)
+            elif self.method == _TAYLOR:
+                assert self.dynamics.linear is not None
+                tolerances = rtol * self.relative, rtol * self.scale
+                made = taylor(self.dynamics.linear, t, state, stop, tolerances, length or (lambda t: longest))
             else:
                 tolerances = rtol * self.relative, rtol * self.scale
                 plain: Any = self._rates(anchors, last) if self.method in PLAIN else field
@@ -521,6 +544,7 @@ class _Stepper:
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
+                self.evaluations += SERIES if self.method == _TAYLOR and stretch.start == stretch.dense.time else 0
                 if self.method in _STABLE and taken % _OBSERVED == 0:
                     mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
                     lasts.append(stretch.end)

@@ -213,6 +213,62 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
         state, rate = after, rate_after
 
 
+SERIES = 30  # terms of a Taylor series
+_RADIANS, _SHARES = 5.0, 10  # of a step times the greatest |eigenvalue|; parts in which a step is told
+
+
+class Taylor(NamedTuple):
+    """The states within a step of h (s) from a time: terms (k, n) of their Taylor series in the share of the step."""
+
+    time: float
+    h: float
+    terms: Array
+
+    def __call__(self, t: Any) -> Array:
+        """The states at a time (n,) or at times (n, times)."""
+        share = (np.asarray(t) - self.time) / self.h
+        return np.asarray(np.tensordot(self.terms, share ** np.arange(SERIES + 1).reshape(-1, *[1] * share.ndim), (0, 0)))
+
+
+def taylor(
+    linear: tuple[Array, Array, float],
+    t: float,
+    state: Array,
+    until: float,
+    tolerance: tuple[float, Array],
+    length: Callable[[float], float],
+) -> Iterator[Step]:
+    """Steps of y' = A y + b by its Taylor series, y(t + s h) = sum s^j d_j, d_1 = h (A y + b), d_j = h A d_(j-1) / j.
+
+    A step is so long that its last two terms are within the tolerance, relative and, for every state, absolute, and that no
+    term outgrows the states by far. `linear` holds A, b and the greatest |eigenvalue| of A, 1/s; `length` gives the longest
+    part of a step by the time that it starts at.
+
+    >>> decaying = np.array([[-2.0]]), np.ones(1), 2.0
+    >>> steps = list(taylor(decaying, 0.0, np.zeros(1), 3.0, (0.0, np.full(1, 1e-12)), lambda t: np.inf))
+    >>> bool(abs(steps[-1].after[0] - 0.5 * (1.0 - np.exp(-6.0))) < 1e-12)
+    True
+    """
+    matrix, constant, fastest = linear
+    while t < until:
+        h = min(until - t, _SHARES * length(t), _RADIANS / fastest if fastest else np.inf)
+        terms = np.empty((SERIES + 1, state.size))
+        terms[0], terms[1] = state, h * (matrix @ state + constant)
+        for j in range(2, SERIES + 1):
+            terms[j] = (h / j) * (matrix @ terms[j - 1])
+        allowed = tolerance[0] * np.abs(state) + tolerance[1]
+        over = [float(np.max(np.abs(terms[j]) / allowed, initial=0.0)) ** (1.0 / j) for j in (SERIES - 1, SERIES)]
+        share = min(1.0, 0.9 / max(*over, 0.9))
+        if not np.isfinite(terms).all():
+            raise StepError(f"the motion cannot be followed past t = {t:.9g} s: it is not finite")
+        dense = Taylor(t, share * h, terms * share ** np.arange(SERIES + 1.0)[:, None])
+        end = until if share == 1.0 and h == until - t else t + share * h
+        edges = np.linspace(t, end, _SHARES + 1)
+        for start, stop, after in zip(edges[:-1].tolist(), edges[1:].tolist(), dense(edges[1:]).T, strict=True):
+            yield Step(dense, start, stop, after=after)
+        t, state = end, after
+
+
 def runge_kutta_step(tableau: Tableau, field: Field, t: float, state: Array, step: float, rate: Array) -> Array:
     """The state a step later: y + h sum b_i k_i, k_i = f(t + c_i h, y + h sum a_ij k_j), k_1 = `rate`.
 

@@ -719,6 +719,7 @@ def test_many_linear_states_are_a_matrix(rtol):
     whole = np.zeros((len(names) + 1,) * 2)
     whole[:-1, :-1], whole[:-1, -1] = matrix, force
     run = simulate(graph, 3.0, rtol=rtol)
+    assert (run.method, run.audit.energy < 1e-9) == ("Taylor", True)
     scale = np.abs(run.ends).max(axis=0)
     for t in (1.37, 3.0):
         truth = (expm(t * whole) @ np.append(np.zeros(len(names)), 1.0))[:-1]
