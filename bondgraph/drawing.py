@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -61,6 +62,10 @@ COLOURS = {
     "chemical": "#6E6E6E",
 }
 _INK, _FAINT, _MARKED = "#000000", "#555555", "#F0E442"
+_TINTS = (
+    *("#CFE8FF", "#FFE0C2", "#D5F0D5", "#F6D5E5", "#E6DAF5", "#FFF3B0"),
+    *("#C4F0F0", "#F0D9C8", "#D5DBE3", "#E8F5B8", "#FAC8C8", "#C9C2F0"),
+)
 _MARGIN, _LINE = 18.0, 15.0  # points: around the picture, per line of the legend
 _CAPTION_WIDTH = 300.0  # points: room for the caption
 _DPI = 200
@@ -118,12 +123,18 @@ def picture(
     numbers: bool = True,
     title: str | None = None,
     loops: bool = False,
+    parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Picture:
     """Returns the picture of a graph as marks, which `draw` and `svg` write; the arguments are those of `draw`."""
     strokes, derivative = _causes(graph, causality)
     drawn = layout(graph)
     looped = {n for loop in strokes_of(graph).loops for n in loop.bonds} if loops else ()
     marks: list[Mark] = []
+    samples = COLOURS | {name: _TINTS[k % len(_TINTS)] for k, name in enumerate(parts)}
+    for name, own in parts.items():
+        for box in (box for element in dict.fromkeys(own) for box in drawn.boxes[element]):
+            middle = Segment(Spot(box.x - box.width / 2.0, box.y), Spot(box.x + box.width / 2.0, box.y))
+            marks.append(Mark(middle, samples[name], box.height))
     for bond in (*graph.bonds, *activated(graph)):
         line, domain = drawn.bonds[bond.number], graph.domain(bond)
         colour = COLOURS[domain.name] if domain is not None else _INK
@@ -150,6 +161,12 @@ def picture(
     left, bottom, right, top = drawn.bounds
     spare = max(_CAPTION_WIDTH - (right - left), 0.0) / 2.0
     left, right = left - _MARGIN - spare, right + _MARGIN + spare
+    rows: list[list[str]] = []
+    for name in parts:
+        if not rows or sum(30.0 + width(other, NAME_SIZE) for other in [*rows[-1], name]) > right - left - 2.0 * _MARGIN:
+            rows.append([])
+        rows[-1].append(name)
+    notes += rows
     bottom -= _MARGIN + (_LINE * len(notes) + _MARGIN / 2.0 if notes else 0.0)
     top += _MARGIN + (2.0 * LABEL_SIZE if title else 0.0)
     for row, note in enumerate(reversed(notes)):
@@ -160,10 +177,12 @@ def picture(
                 marks.append(_dashes(Box(x + 8.0, y, 16.0, 9.0)))
             elif note == _SIGNAL:
                 marks += [Mark(part, _INK, 0.8) for part in (sample, *arrow_head(sample))]
-            elif name in COLOURS:
-                marks.append(Mark(sample, COLOURS[name], 2.0))
-            x += 20.0 * (name in COLOURS or note in (_DERIVATIVE, _SIGNAL))
-            marks.append(_words(name, Box(x, y, 0.0, 0.0), NAME_SIZE)._replace(side="left"))
+            elif name in samples:
+                marks.append(Mark(sample, samples[name], 9.0 if name in parts else 2.0))
+            x += 20.0 * (name in samples or note in (_DERIVATIVE, _SIGNAL))
+            literal = name if name in samples else ""
+            words = _words("" if literal else name, Box(x, y, 0.0, 0.0), NAME_SIZE)
+            marks.append(words._replace(side="left", literal=literal))
             x += 10.0 + width(name, NAME_SIZE)
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
@@ -188,6 +207,7 @@ def draw(
     numbers: bool = True,
     title: str | None = None,
     loops: bool = False,
+    parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Figure:
     """Draw a graph, and save the picture if a file is named; the same graph gives the same file every time.
 
@@ -203,6 +223,7 @@ def draw(
         numbers: whether to number the bonds.
         title: a line above the picture.
         loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
+        parts: elements by the part that they belong to, each part on a colour of its own, which the picture explains.
 
     Raises:
         GraphError: for another file ending, or strokes at elements that their bonds do not have.
@@ -214,7 +235,7 @@ def draw(
 
     """
     _kind(file)
-    figure = figure_of(picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops))
+    figure = figure_of(picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts))
     _save(figure, file)
     return figure
 

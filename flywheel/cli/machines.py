@@ -247,18 +247,31 @@ def reduce(
     help="Format of the table of bonds.",
 )
 @click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list their effects.")
-def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
+@click.option(
+    "--map", "mapped", is_flag=True, help="Print the element that each part became; the picture has parts in colours."
+)
+@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of the map (default en).")
+def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool, language: str | None) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
+    if mapped and form == "latex":
+        raise click.UsageError("--map is text or markdown: --format latex is for the table of bonds.")
+    if language is not None and not mapped:
+        raise click.UsageError("--language is that of the map: add --map.")
     spare(scene, plot)
     with reported(scene):
-        from flywheel.tables.reduction import draw_graph, graph_table, machine_graph
+        from flywheel.language import message, use
+        from flywheel.reading.scenes import load
+        from flywheel.tables.reduction import draw_graph, graph_map, graph_table, machine_graph, map_table
 
-        drawn, log = machine_graph(scene, simplified=simpler)
-        text = "\n".join([*log, graph_table(drawn, form)])
-        if plot is not None:
-            with written(plot):
-                draw_graph(drawn, plot, scene)
-        show(text)
+        given = load(scene)
+        drawn, log = machine_graph(given, simplified=simpler)
+        with use(language or "en"):
+            rows = graph_map(drawn, given) if mapped else ()
+            text = "\n".join([*map(message, log), map_table(drawn, rows, form) if mapped else graph_table(drawn, form)])
+            if plot is not None:
+                with written(plot):
+                    draw_graph(drawn, plot, scene, rows)
+            show(text)
 
 
 @click.command(short_help="Print and draw the power flow of a steady cycle.")

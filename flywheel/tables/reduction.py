@@ -6,14 +6,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bondgraph
 from bondgraph import BondGraph, GraphError
-from flywheel.machine.machine import Machine, graph_with_flywheel
+from flywheel.language import text as _
+from flywheel.machine.machine import FLYWHEEL, FRICTION, SPEED, Machine, graph_with_flywheel
+from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
 from flywheel.motions.curves import POINT, Curve
@@ -23,7 +26,6 @@ from flywheel.motions.kinetic_energy import stored_energy
 from flywheel.motions.motion import DRIVER, TIME
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import columns, figure
-from flywheel.reading.scenes import load
 from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import (
@@ -256,9 +258,8 @@ def _stroke_columns(
 # -- the bond graph ----------------------------------------------------------------------------------------------------
 
 
-def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene's file with its flywheel; its omissions, and the log of the simplification."""
-    loaded = load(scene)
+def machine_graph(loaded: Scene, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
+    """The graph of the machine in a scene with its flywheel; what it leaves out and what simplifying did."""
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
     graph, left_out = graph_with_flywheel(machine_of(loaded))
@@ -275,10 +276,125 @@ def graph_table(graph: BondGraph, form: str) -> str:
     return made.markdown() if form == "markdown" else made.latex() if form == "latex" else made.text()
 
 
-def draw_graph(graph: BondGraph, path: Path, scene: Path) -> None:
-    """The picture of a graph, in the file format of the path."""
+def draw_graph(graph: BondGraph, path: Path, scene: Path, rows: Sequence[MapRow] = ()) -> None:
+    """The picture of a graph, in the file format of the path; with rows of a map, each part on a colour of its own."""
+    parts: dict[str, list[str]] = {}
+    for row in rows:
+        if row.group != "-":
+            parts.setdefault(row.group or row.part, []).append(row.element)
     with _explained():
-        bondgraph.draw(graph, path, title=scene.stem)
+        bondgraph.draw(graph, path, title=scene.stem, parts=parts)
+
+
+class MapRow(NamedTuple):
+    """An element of a graph and what it stands for.
+
+    part: body, joint, shaft or other part of the scene; element: its name in the graph; meaning: in words. `group`: what a
+    picture has in place of the part, all joints of a mechanism in one; "-": nothing, the element has a row of its own.
+    """
+
+    part: str
+    element: str
+    meaning: str
+    group: str = ""
+
+
+def graph_map(graph: BondGraph, scene: Scene) -> tuple[MapRow, ...]:
+    """Returns the map from a machine to its bond graph, in the language in use: an element a row, in the order of the scene.
+
+    A junction is the velocity of a shaft, a body or a point of it. A transformer from one body to another stands for the
+    joints by which it moves the other one; it has a row for each. One inside a body is a lever arm of the body.
+    """
+    rows: list[MapRow] = []
+    joints = {m.name: linkage_of(m).joints for m in scene.mechanisms if has_joints(m)}
+
+    def owner(name: str) -> tuple[str, str, str]:
+        """The mechanism of a velocity, its body or shaft, and the point of the body."""
+        base = name.removesuffix(".rate").removesuffix(".sum").removesuffix(".gear").removesuffix(".twist")
+        of = next((m.name for m in scene.mechanisms if base.startswith(f"{m.name}.")), "")
+        body, _dot, point = base.removeprefix(f"{of}.").partition(".") if of else (base, "", "")
+        return of, body, point
+
+    for name, element in graph.elements.items():
+        source, arrow, target = name.rpartition("->")
+        mechanism, body, point = owner(target)
+        part = f"{mechanism}.{body}" if mechanism else body if body == "slide" else _("shaft {name}", name=body)
+        what, _on, place = element.part.partition(" on ")
+        if element.part:
+            known = {FLYWHEEL: _("flywheel"), FRICTION: _("friction in joints"), SPEED: _("imposed speed")}
+            if element.part in known:
+                rows.append(MapRow(known[element.part], name, known[element.part]))
+            elif element.part.startswith(("weight of ", "twist of ")):
+                what, _of, of = element.part.partition(" of ")
+                part = of if what == "weight" else _("shaft {name}", name=of)
+                twist = _("torsional stiffness") if element.kind == "C" else _("torsional damping")
+                rows.append(MapRow(part, name, _("weight") if what == "weight" else twist))
+            elif element.kind == "I" and not place:
+                mass = name.rpartition(".")[2].startswith("m_")
+                rows.append(MapRow(element.part, name, _("mass") if mass else _("moment of inertia")))
+            else:
+                path = name if what == "inertia" else what
+                meanings = {
+                    "load": _("load on {place}", place=place),
+                    "spring": _("spring on {place}", place=place),
+                    "damper": _("damper on {place}", place=place),
+                    "inertia": _("inertia on {shaft}", shaft=place),
+                }
+                driving = _("drag") if path.endswith(".drag") else _("driving action")
+                shaft = _("shaft {name}", name=path.split(".")[1]) if path.startswith("shafts.") else path
+                rows.append(MapRow(shaft, name, meanings.get(what.partition("[")[0], driving)))
+        elif element.kind == "TF" and arrow:
+            other, carrier, _point = owner(source)
+            if not mechanism:
+                rows.append(MapRow(part, name, _("transmission from {place}", place=carrier)))
+            elif carrier == body:
+                rows.append(MapRow(part, name, _("lever arm")))
+            else:
+                every = joints.get(mechanism, ())
+                between = [j.name for j in every if {j.first, j.second} == {carrier, body}] if other or point else []
+                names = between or [j.name for j in every if body in (j.first, j.second)]
+                if not names:
+                    rows.append(MapRow(part, name, _("law of motion, driven by {place}", place=carrier)))
+                for joint in names:
+                    rest = ", ".join(one for one in names if one != joint)
+                    words = _("moves {body} by {place}", body=body, place=carrier)
+                    words += _(", together with {joints}", joints=rest) if rest else ""
+                    group = _("joints of {mechanism}", mechanism=mechanism)
+                    rows.append(MapRow(_("joint {name}", name=f"{mechanism}.{joint}"), name, words, group))
+        elif element.kind == "0":
+            rows.append(MapRow(part, name, _("twist") if name.endswith(".twist") else _("sum of velocities")))
+        else:
+            own, _dot, axis = point.rpartition(".")
+            turning = _("angular velocity") if element.domain == "rotation" else _("velocity")
+            words = turning
+            if axis in ("x", "y") and own:
+                centre = _("velocity of the centre of mass along {axis}", axis=axis)
+                words = centre if own == "com" else _("velocity of {point} along {axis}", point=own, axis=axis)
+            elif point:
+                words = _("velocity of {point}", point=point)
+            rows.append(MapRow(part, name, words))
+    for m in scene.mechanisms:  # joints to the frame whose freedom the junction of the driver is
+        for joint in joints.get(m.name, ()):
+            part = _("joint {name}", name=f"{m.name}.{joint.name}")
+            if m.shaft in graph.elements and all(row.part != part for row in rows):
+                rows.append(MapRow(part, m.shaft, _("leaves {body} its motion", body=joint.second), "-"))
+    order = list(dict.fromkeys(row.part for row in rows))
+    return tuple(sorted(rows, key=lambda row: order.index(row.part)))
+
+
+def map_table(graph: BondGraph, rows: Sequence[MapRow], form: str) -> str:
+    """The map as text or markdown: part, element, its bonds and what it is; a part is named once."""
+    cells = []
+    for before, row in zip([None, *rows], rows, strict=False):
+        bonds = ", ".join(str(bond.number) for bond in graph.at(row.element))
+        part = "" if before is not None and before.part == row.part else row.part
+        cells.append((part, graph.title(row.element), bonds, row.meaning))
+    header = (_("part of the machine"), _("element"), _("bonds"), _("meaning"))
+    if form == "markdown":
+        return "\n".join(f"| {' | '.join(line)} |" for line in (header, ("---",) * 4, *cells))
+    widths = [max(map(len, column)) for column in zip(header, *cells, strict=True)]
+    lines = ("  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in (header, *cells))
+    return "\n".join(lines)
 
 
 @contextmanager

@@ -256,6 +256,16 @@ def test_a_law_that_reads_a_flow_is_joined_to_it_by_a_full_arrow():
     assert "signal, without power" not in texts(draw(condensed(), causality=STROKES))
 
 
+def test_parts_have_a_colour_each_that_the_picture_explains():
+    figure = draw(condensed(), causality={}, parts={"crank": ["crank", "J"], "slider": ["slider", "m"]})
+    bare = draw(condensed(), causality={})
+    assert sorted(texts(figure)) == sorted([*texts(bare), "crank", "slider"])
+    colours = [line.get_color() for line in figure.axes[0].lines]
+    added = set(colours) - {line.get_color() for line in bare.axes[0].lines}
+    assert len(added) == 2
+    assert all(colours.count(colour) == 4 for colour in added)  # two labels in a junction, one in a store, and the sample
+
+
 def test_an_svg_has_every_label_number_and_stroke():
     root = fromstring(svg(condensed(), title="Crank & slider, r < l"))
     written = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]

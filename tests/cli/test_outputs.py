@@ -222,6 +222,42 @@ def test_simplifying_lists_what_it_did_and_leaves_fewer_bonds():
     assert "\n31 " not in simpler
 
 
+def test_the_map_has_every_element_under_the_part_that_it_stands_for():
+    lines = run_graph(MACHINES / "press.toml", "--map").output.splitlines()
+    whole = run_graph(MACHINES / "press.toml").output
+    rows, part = [], ""
+    for line in lines[1 + next(k for k, line in enumerate(lines) if line.startswith("part of the machine")) :]:
+        first, *cells = re.split(r" {2,}", line)
+        part = first or part
+        rows.append((part, cells[0], cells[1], cells[2]))
+    elements = {element for _, element, _, _ in rows}
+    drawn = set(re.findall(r"\b(?:1|0|M?TF|I|C|R|M?Se|M?Sf):[^\s=,]+", whole))
+    assert {name.rstrip(":;.") for name in drawn} <= elements
+    assert ("press.rod", "I:press.rod.J_rod") in {row[:2] for row in rows}
+    ties = {row[0] for row in rows if row[1] == "MTF:crank->press.rod"}
+    assert ties == {"joint press.crank_pin", "joint press.slider_pin"}
+    assert "velocity of the centre of mass along x" in {row[3] for row in rows}
+
+
+def test_the_map_of_any_linkage_names_its_joints():
+    output = run_graph(MACHINES.parent / "linkages" / "six_bar.toml", "--map", "--format", "markdown").output
+    text = (MACHINES.parent / "linkages" / "six_bar.toml").read_text()
+    joints = re.findall(r'\[\[mechanism.joints\]\][^[]*?name = "(\w+)"', text)
+    assert len(joints) > 5
+    assert all(f"joint linkage.{name} " in output for name in joints)
+    assert output.splitlines()[0].startswith("| part of the machine | element | bonds | meaning |")
+
+
+def test_the_map_speaks_spanish_and_wants_to_be_asked_for(tmp_path):
+    file = tmp_path / "press.svg"
+    output = run_graph(MACHINES / "press.toml", "--map", "--language", "es", "--plot", file).output
+    assert "momento de inercia" in output
+    assert "par press.crank_pin" in output
+    assert file.stat().st_size > 5_000
+    assert "--language is that of the map: add --map" in run_graph(MACHINES / "press.toml", "--language", "es").output
+    assert "--format latex is for the table" in run_graph(MACHINES / "press.toml", "--map", "--format", "latex").output
+
+
 def test_wrong_files_and_formats_are_named(tmp_path):
     wrong = run_graph(MACHINES / "press.toml", "--plot", tmp_path / "press.jpg")
     assert wrong.exit_code == 2
