@@ -83,6 +83,32 @@ class Energy(NamedTuple):
         return {**figures, "energy_per_hour": self.per_hour, **{name: getattr(self, name) for name in more}}
 
 
+class ServoLoad(NamedTuple):
+    """The motion of a servo drive in its area of torque (N m) and speed (rad/s), both of its shaft.
+
+    `rms_torque` is the root of the mean square over time, `continuous_torque` the continuous curve at the `mean_speed` over
+    time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is that which
+    takes most of the peak curve, `peak_share` of it. `inertia_ratio` is the mean inertia of all that the rotor drives, at
+    its shaft, over its own; None without that. `errors` are relative but for those of the shares and the angle.
+    """
+
+    mean_speed: float
+    rms_torque: float
+    continuous_torque: float
+    continuous_share: float
+    peak_torque: float
+    peak_speed: float
+    peak_angle: float
+    peak_share: float
+    inertia_ratio: float | None
+    errors: dict[str, float]
+
+    @property
+    def at_peak(self) -> bool:
+        """Tells whether the peak curve cuts the torque off."""
+        return self.peak_share >= 1.0 - self.errors["peak_share"]
+
+
 def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: ArrayLike, speed: float | None = None) -> Energy:
     """Power and energy over one cycle: work = sum w M_d, T = sum w/omega, mean = work/T, peak = max of M_d omega.
 

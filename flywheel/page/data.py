@@ -59,6 +59,7 @@ def answer(
     scene = _scene_of(subject)
     stroke, sizing, machine, faults = None, None, None, list[Fault]()
     panels_there = PANELS if scene.single_stroke is None else PANELS_OF_STROKE
+    panels_there = tuple(panel for panel in panels_there if panel not in DIAGRAMS or DIAGRAMS[panel].suits(scene))
     if scene.single_stroke is None:
         sizing, machine, faults = _sized(subject, rest)
     else:

@@ -18,7 +18,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import has_joints
 from flywheel.numerics.faults import SceneError
-from flywheel.pictures import joint_curves, noun, samples, strokes, written
+from flywheel.pictures import joint_curves, noun, samples, servo, strokes, written
 from flywheel.pictures.forms import (
     Curve,
     Diagram,
@@ -872,6 +872,7 @@ class Kind(NamedTuple):
     make: Callable[[Part, JointForces | str], Diagram | str]
     column: int | None = None
     rows: tuple[str, ...] = ()  # keys of its rows
+    suits: Callable[[Scene], bool] = lambda scene: True  # whether a scene has what the diagram is of
 
 
 DIAGRAMS: dict[str, Kind] = {
@@ -879,6 +880,7 @@ DIAGRAMS: dict[str, Kind] = {
     "inertia": Kind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
     "wittenbauer": Kind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
     "speed": Kind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
+    "servo": Kind(lambda: _("Area of the servo drive"), servo.diagram, 0, ("servo",), servo.suits),
     "power_flow": Kind(lambda: _("Power flow"), _power_flow),
     "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
     "motion": Kind(lambda: _("Motion"), _motion),

@@ -99,8 +99,9 @@ class Row(NamedTuple):
     factor: float = 1.0  # from SI
     si: str = ""  # unit of the figures, where it is another
     origin: float = 0.0  # the value from which the axis counts
+    across: float = 1.0  # from SI, of an axis that is not the driver's
     zero: bool = False  # zero is within the axis
-    kind: str = "curves"  # or "stack", "bars", "points", "loop"; "plane": the second curve over the first
+    kind: str = "curves"  # or "stack", "bars", "points", "loop", "area"; "plane": the second curve over the first
     ticks: str = ""
     fills: tuple[Fill, ...] = ()
     marks: tuple[Mark, ...] = ()

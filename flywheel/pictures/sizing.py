@@ -77,7 +77,7 @@ def _draw_sizing(sizing: Sizing) -> Figure:
     rows: dict[str, tuple[Diagram | str, Row | None]] = {}
     places: dict[str, Any] = {}
     for column in (0, 1):
-        kinds = {key: kind for key, kind in DIAGRAMS.items() if kind.column == column}
+        kinds = {key: kind for key, kind in DIAGRAMS.items() if kind.column == column and kind.suits(sizing.scene)}
         mine = {row: pair for key, kind in kinds.items() for row, pair in _rows(part, key, kind).items()}
         heights = [_HEIGHTS.get(key, 3.7) if row is None else row.height for key, (_made, row) in mine.items()]
         grid = halves[column].subgridspec(len(mine), 1, height_ratios=heights)
@@ -217,6 +217,9 @@ def _fill(
             title = _("Accumulated work W") if key == "work" else titles[key]()
             lines = str(diagram).split("\n")
             say(panel, title, "\n".join(fill(line, _LINE_LENGTH) if len(lines) == 1 else line for line in lines))
+            continue
+        if row.kind == "area":
+            _draw_area(panel, diagram, row)
             continue
         later = _draw_loop(panel, part, diagram, row) if row.kind == "loop" else draw_row(panel, part, diagram, row)
         if later is not None:
@@ -413,6 +416,32 @@ def legend(panel: Axes, wide: float = 430.0) -> None:
     ncols = -(-len(labels) // rows)  # as few columns as these rows need
     style: dict[str, Any] = {"fontsize": 8.5, "handlelength": 2.2, "columnspacing": 1.2, "frameon": False}
     panel.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=ncols, borderaxespad=4.2, **style)
+
+
+def _draw_area(panel: Axes, diagram: Diagram, row: Row) -> None:
+    """Curves of a servo drive over its speed, the loop of the motion, and two points of it."""
+    data = diagram.figures
+    name_axes(panel, row.title, data["words"], f"{row.label}, {row.unit}")
+    left, right, low, high = data["window"]
+    for curve in row.curves:
+        style: dict[str, Any] = {"color": COLOURS[curve.colour], "ls": curve.dash, "lw": curve.width}
+        if curve.of == "torque":
+            panel.plot(row.across * data["speed"], data["torque"], label=curve.name, zorder=3, **style)
+            continue
+        panel.plot(row.across * data["speeds"], data[curve.of], label=curve.name, **style)
+        if low < 0.0:
+            panel.plot(row.across * data["speeds"], -data[curve.of], **style)
+    for mark in row.marks:
+        shape = {"least": "o", "greatest": "^"}[mark.kind]
+        colour = COLOURS[mark.colour]
+        panel.plot(row.across * mark.at, mark.value, shape, color=colour, ms=8, zorder=5, label=mark.words)
+    for note in (*row.notes, *diagram.remarks):
+        panel.plot([], [], " ", label=note)
+    panel.set_xlim(row.across * left, row.across * right)
+    panel.set_ylim(low, high)
+    if low < 0.0:
+        panel.axhline(0.0, color=BLACK, lw=0.8)
+    legend(panel, 330.0)
 
 
 # -- Wittenbauer's loop ----------------------------------------------------------------------------------------------

@@ -107,6 +107,7 @@ def panel(sizing: Sizing, kind: str) -> Figure:
         "inertia": _("Reduced inertia by body, without the flywheel"),
         "wittenbauer": _("Wittenbauer's diagram"),
         "speed": _("Speed of the crank over the cycle"),
+        "servo": _("Area of the servo drive"),
     }
 
     def drawn() -> str:

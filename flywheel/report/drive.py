@@ -8,6 +8,7 @@ from math import isnan
 
 import numpy as np
 
+from flywheel.components.energy import ServoLoad
 from flywheel.components.motors.motor import Fact
 from flywheel.language import message
 from flywheel.language import text as _
@@ -150,8 +151,26 @@ def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
             Quantity("u_T", energy.rms_torque / rated.torque),
         )
     yield from _parts(found.heat_facts(energy), "left out")
+    if known.sizing.servo is not None:
+        yield from _servo(known, known.sizing.servo)
     if known.sizing.duty is None:
         yield from _windings(known.sizing.temperature)
+
+
+def _servo(known: Context, found: ServoLoad) -> Iterator[Part]:
+    """The rms point and the peak point of a servo drive beside its curves, its ratio of inertias, and its picture."""
+    rms, limit = Quantity("T_rms", found.rms_torque, "N m"), Quantity("C", found.continuous_torque, "N m")
+    speed = quantity(found.mean_speed, "rpm")
+    words = _("rms torque over the continuous curve at the mean speed of {speed}", speed=speed)
+    yield Step(words, "u_c = T_rms/C", (rms, limit), Quantity("u_c", found.continuous_share))
+    words = _("Greatest share of the peak curve, at crank angle {angle} and {speed} of the motor",
+              angle=quantity(found.peak_angle, "deg"), speed=quantity(found.peak_speed, "rpm"))  # fmt: skip
+    note = _("The peak curve cuts the torque off: the drive does not hold its set speed.") if found.at_peak else ""
+    yield Step(words, "u_p = greatest(abs(T)/P, t)", (), Quantity("u_p", found.peak_share), note=note)
+    if found.inertia_ratio is not None:
+        words = _("Inertia ratio: mean inertia of what the rotor moves, at its shaft, over that of the rotor")
+        yield Step(words, "u_J = J_L/J_M", (), Quantity("u_J", found.inertia_ratio))
+    yield known.panel("servo")
 
 
 def _windings(found: Temperature | None) -> Iterator[Part]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from flywheel.components.energy import Energy, mean_effective_pressure, mechanical_efficiency
+from flywheel.components.energy import Energy, ServoLoad, mean_effective_pressure, mechanical_efficiency
 from flywheel.components.load_models import is_loss
 from flywheel.components.motors import Motor
 from flywheel.components.motors.thermal import Losses, course
@@ -23,7 +23,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment, heat_share
-from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, ServoLoad, Sizing, Synchronism, Temperature, Trip
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Temperature, Trip
 
 
 def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:

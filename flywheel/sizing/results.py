@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.energy import Energy
+from flywheel.components.energy import Energy, ServoLoad
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.machine.loads import balance_unit
 from flywheel.machine.machine import Machine
@@ -475,32 +475,6 @@ class InverterLoad(NamedTuple):
     def as_dict(self) -> dict[str, Any]:
         """All figures for JSON, SI throughout."""
         return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
-
-
-class ServoLoad(NamedTuple):
-    """The motion of a servo drive in its area of torque (N m) and speed (rad/s), both of its shaft.
-
-    `rms_torque` is the root of the mean square over time, `continuous_torque` the continuous curve at the `mean_speed` over
-    time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is that which
-    takes most of the peak curve, `peak_share` of it. `inertia_ratio` is the mean inertia of all that the rotor drives, at
-    its shaft, over its own; None without that. `errors` are relative but for those of the shares and the angle.
-    """
-
-    mean_speed: float
-    rms_torque: float
-    continuous_torque: float
-    continuous_share: float
-    peak_torque: float
-    peak_speed: float
-    peak_angle: float
-    peak_share: float
-    inertia_ratio: float | None
-    errors: dict[str, float]
-
-    @property
-    def at_peak(self) -> bool:
-        """Tells whether the peak curve cuts the torque off."""
-        return self.peak_share >= 1.0 - self.errors["peak_share"]
 
 
 class Temperature(NamedTuple):

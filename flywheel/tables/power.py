@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from flywheel.components.energy import HOUR, Energy, kilowatt_hours
+from flywheel.components.energy import HOUR, Energy, ServoLoad, kilowatt_hours
 from flywheel.components.load_models import model_of
 from flywheel.language import message, number
 from flywheel.language import text as _
@@ -32,7 +32,7 @@ from flywheel.tables.rows import (
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
-    from flywheel.sizing.results import Duty, ElectricalTransients, ServoLoad, Synchronism
+    from flywheel.sizing.results import Duty, ElectricalTransients, Synchronism
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s

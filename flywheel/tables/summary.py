@@ -13,7 +13,7 @@ from math import atan2, degrees, hypot, isnan
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from flywheel.components.energy import Energy
+from flywheel.components.energy import Energy, ServoLoad
 from flywheel.components.gear_trains import gd2
 from flywheel.components.wheels import ROUNDING
 from flywheel.language import message, number
@@ -44,7 +44,7 @@ from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_name
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
-    from flywheel.sizing.results import ServoLoad, Synchronism
+    from flywheel.sizing.results import Synchronism
 
 WIDTH = 80
 _LINES, _MOST = 24, 26  # lines of the summary, and with the parts that have no shorter form

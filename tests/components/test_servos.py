@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 import flywheel
 from flywheel import SceneError
 from flywheel.components.motors import Servo
+from flywheel.page import data as page_data
 
 RPM = math.pi / 30
 MOTOR = """type = "servo"
@@ -169,3 +170,24 @@ def test_the_running_branch_ends_where_the_peak_curve_cuts_it_off():
         assert (np.diff(servo.torque(inside)) < 0.0).all()
         assert float(servo.torque(low - 1.0)) <= float(servo.torque(low)) + 1e-9
         assert float(servo.torque(high + 1.0)) >= float(servo.torque(high)) - 1e-9
+
+
+def test_the_diagram_has_the_area_the_loop_and_both_points():
+    found = flywheel.size(scene(peak=11, inertia=0.4))
+    panel = page_data.answer(found, {"panels": ["servo"]})["servo"]
+    speeds = np.array(panel["speeds"])
+    assert panel["peak"] == pytest.approx([limit(w, 11.0, 2500) for w in speeds], abs=1e-9)
+    within = np.minimum(continuous(speeds), [limit(w, 11.0, 2500) for w in speeds])
+    assert panel["continuous"] == pytest.approx(within, abs=1e-9)
+    assert panel["torque"] == pytest.approx([hand(w, 11.0) for w in panel["speed"]], abs=1e-7)
+    rms, peak = panel["diagram"]["rows"][0]["marks"]
+    assert (rms["at"], rms["value"]) == (found.servo.mean_speed, found.servo.rms_torque)
+    assert (peak["at"], peak["value"]) == (found.servo.peak_speed, found.servo.peak_torque)
+
+
+def test_the_report_has_its_points_and_its_picture():
+    found = flywheel.size(scene(), simulate=False)
+    for name, words in (("en", "Inertia ratio"), ("es", "Relación de inercias")):
+        text = flywheel.report.html(found, language=name)
+        assert words in text
+        assert ("peak curve" if name == "en" else "curva de pico") in text[text.index("<svg") :]

@@ -732,13 +732,25 @@ def curves_of(panel: dict[str, Any]) -> list[tuple[dict[str, Any], list[float]]]
     return found
 
 
-@pytest.mark.parametrize("scene", ["press", "areas"])
+SERVO = {
+    "load": [{"on": "crank", "torque": "-4 - 6*sin(phi)"}],
+    "drive": {
+        "motor": {"type": "servo", "speed": "3000 rpm", "torque": "8 N m", "peak_torque": "30 N m", "efficiency": 0.9}
+        | {"corner_speed": "2500 rpm", "maximum_speed": "5000 rpm", "set_speed": "1500 rpm", "inertia": "8 kg cm^2"},
+    },
+    "flywheel": {"inertia": 0.01},
+}
+
+
+@pytest.mark.parametrize("scene", ["press", "areas", "servo"])
 def test_every_diagram_goes_to_the_page_and_to_the_picture(scene: str) -> None:
-    sizing = sized(press() if scene == "press" else AREAS)
+    sizing = sized({"press": press(), "areas": AREAS, "servo": SERVO}[scene])
     answer = page_data.answer(sizing)
     script = (STATIC / "index.js").read_text("utf-8")
     assert set(DIAGRAMS) == {*page_data.PANELS, *page_data.PANELS_OF_STROKE} - {"mechanism"}
-    for key, kind in ((key, DIAGRAMS[key]) for key in page_data.PANELS[1:]):
+    suiting = [(key, DIAGRAMS[key]) for key in page_data.PANELS[1:] if DIAGRAMS[key].suits(sizing.scene)]
+    assert ("servo" in answer["figures"]) == (scene == "servo")
+    for key, kind in suiting:
         assert answer["titles"][key] == kind.title()
         if key not in answer["figures"]:
             assert len(answer["why"][key]) > 30
@@ -747,7 +759,8 @@ def test_every_diagram_goes_to_the_page_and_to_the_picture(scene: str) -> None:
         assert drawing["form"] == "rows" or f"{drawing['form']}:" in script or f"{drawing['form']}In" in script
         for curve, values in curves_of(answer[key]):
             numbered = answer[key].get("diagram_of_areas", False)
-            assert numbered or len(values) == len(answer["phi"]), (key, curve)
+            axis = answer["servo"]["speeds"] if key == "servo" and curve["of"] != "torque" else answer["phi"]
+            assert numbered or len(values) == len(axis), (key, curve)
         for row in drawing["rows"] if kind.column is not None else ():
             svg = plots.panel(sizing, row["key"])
             texts = set(re.findall(">([^<]+)</text>", svg))

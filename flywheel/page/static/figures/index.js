@@ -1,5 +1,6 @@
 // The figures of an answer: which there are, why others are not, and each drawn in its place.
 
+import { area } from "./area.js";
 import { rowsOf } from "./curves.js";
 import { figureIn } from "./panel.js";
 import { mechanismIn } from "./mechanism.js";
@@ -7,7 +8,7 @@ import { powerFlow } from "./power_flow.js";
 import { reactionsIn } from "./reactions.js";
 import { wittenbauer } from "./wittenbauer.js";
 
-const FORMS = { loop: wittenbauer, power_flow: powerFlow };
+const FORMS = { area: area, loop: wittenbauer, power_flow: powerFlow };
 
 /**
  * Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can; `later` that the
