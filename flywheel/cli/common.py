@@ -286,7 +286,11 @@ def spare(scene: Path, *outputs: Path | None) -> None:
         ending = output.suffix.lower()
         with written(output, at_once=True):
             try:
-                check(output, ending[1:] if ending in (*PLOT_FORMATS, ".gif", ".npz") else "text", input_files(scene))
+                check(
+                    output,
+                    ending[1:] if ending in (*PLOT_FORMATS, ".gif", ".npz", ".parquet") else "text",
+                    input_files(scene),
+                )
             except InputError as error:
                 said = "names the scene itself" if output.samefile(scene) else error.strerror
                 raise click.UsageError(f"{output}: {said}.") from error

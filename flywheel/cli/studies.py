@@ -34,22 +34,25 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
 
 _RTOL = (1e-14, 0.1)
+_EXPECTED = "is no PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
 _MOST_VALUES = 1_000_000  # values of one number
 _ROWS = 20
 _ENGINE = "Engine that sizes many designs at once, or size for one by one (default: numpy)."
 
 
 def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[str, list[str], int]]:
-    """Paths with their values as texts, and the number of values between two of them (0: the texts are the values)."""
+    """Paths with their values as texts, and the number of values between two (0: the texts are the values; 1: any)."""
     columns = []
     for text in texts:
         path, equals, values = text.partition("=")
         parts = [part.strip() for part in values.split(":")]
-        if not equals or not path.strip() or not all(parts) or len(parts) not in (1, 3):
-            expected = "is no PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
-            raise click.BadParameter(f"{text!r} {expected}.")
+        if not equals or not path.strip() or not all(parts) or len(parts) > 3:
+            raise click.BadParameter(f"{text!r} {_EXPECTED}.")
         if len(parts) == 1:
             columns.append((path.strip(), [part.strip() for part in values.split(",")], 0))
+            continue
+        if len(parts) == 2:
+            columns.append((path.strip(), parts, 1))
             continue
         count = int(parts[2]) if parts[2].isdecimal() and len(parts[2]) < 9 else 0
         if not 2 <= count <= _MOST_VALUES:
@@ -79,7 +82,7 @@ def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -
         except QuantityError as error:
             faults.append(Fault(name, error.found, error.expected, error.advice))
             continue
-        columns[name] = np.linspace(values[0], values[-1], count) if count else np.array(values)
+        columns[name] = np.linspace(values[0], values[-1], count) if count > 1 else np.array(values)
     if faults:
         raise SceneError(faults)
     return columns
@@ -100,8 +103,23 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     callback=varied,
     metavar="PATH=LOW:HIGH:COUNT",
     multiple=True,
-    required=True,
     help="A number of the scene and its values, such as mechanism.crank.length=50mm:120mm:50; repeatable, all combinations.",
+)
+@click.option("--samples", type=click.IntRange(1), help="Spread so many designs over --vary PATH=LOW:HIGH.")
+@click.option(
+    "--method",
+    type=click.Choice(["latin", "sobol", "random"]),
+    default="latin",
+    show_default=True,
+    help="How to spread samples: Latin hypercube, Sobol sequence, at random.",
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
+@click.option(
+    "--designs",
+    "rows_of",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Size the designs of a table, CSV or Parquet: a row each, columns named by paths; in place of --vary.",
 )
 @plot_option("Draw it: curves over one number, a map of two, parallel coordinates of more.")
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a table of all designs as CSV, SI throughout; - prints it.")
@@ -132,6 +150,10 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
 def sweep(
     scene: Path,
     asked: list[tuple[str, list[str], int]],
+    samples: int | None,
+    method: str,
+    seed: int,
+    rows_of: Path | None,
     plot: Path | None,
     csv_file: str | None,
     npz: Path | None,
@@ -141,41 +163,46 @@ def sweep(
     engine: str | None,
     rows: int,
 ) -> None:
-    """Size all designs of SCENE with the values given by --vary, in all combinations.
+    """Size all designs of SCENE with the values given by --vary, in all combinations; or samples, or those of a table.
 
     A number is named by its path: keys joined by dots, items of arrays counted from 0 (load.0.from). A faulty design is
-    refused alone, with its reason. Ctrl-C ends a sweep and keeps the finished designs.
+    refused alone, with its reason. Ctrl-C ends a sweep and keeps the finished designs: the same command continues it.
     """
+    if bool(asked) == (rows_of is not None):
+        raise click.UsageError("Missing option '--vary', or '--designs'." if not asked else "--vary excludes --designs.")
+    for path, texts, count in asked:
+        if (count == 1) != (samples is not None and len(texts) > 1):
+            told = "is no PATH=LOW:HIGH, as --samples takes it" if samples is not None else _EXPECTED
+            raise click.BadParameter(f"'{path}={':'.join(texts)}' {told}.", param_hint="--vary")
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, table, plot, npz, parquet)
     with reported(scene):
         from flywheel.designs import sweep as study
-        from flywheel.designs.sweep_results import check_csv, csv_lines, needed, write_csv, write_parquet
+        from flywheel.designs.sweep_results import UNWRITTEN, csv_lines, needed
         from flywheel.numerics.faults import SceneError
         from flywheel.reading.paths import dotted
         from flywheel.tables import designs
 
-        given = loaded(scene)
+        given, source = loaded(scene), "--vary" if rows_of is None else "--designs"
         columns: dict[str, Any] = {dotted(path): () for path, *_ in asked}
         pool = jobs if jobs is not None and jobs > 1 else None
+        files = [file for file in (npz, parquet, table) if file is not None]
         try:
-            columns = varied_columns(given, asked)
-            if table is not None:
-                with written(table, at_once=True):
-                    check_csv(table, given, columns)
+            columns = varied_columns(given, asked) if rows_of is None else study.read_columns(given, rows_of)
+            if samples is not None:
+                ranges = {path: (ends[0], ends[-1]) for path, ends in columns.items()}
+                columns = study.sampled(ranges, samples, method, seed)
             if parquet is not None:
                 needed("pyarrow", "--parquet")
-            with written(STANDARD_OUTPUT if npz is None else npz, at_once=True):
-                result = study.sweep(given, columns, rtol, grid=True, executor=pool, engine=engine, file=npz)
+            grid = rows_of is None and samples is None
+            with written(files[0] if files else STANDARD_OUTPUT, at_once=True):
+                result = study.sweep(given, columns, rtol, grid=grid, executor=pool, engine=engine, file=files)
         except SceneError as error:
-            _refuse_arguments(error, npz, columns)
+            _refuse_arguments(error, {*map(str, files)}, source, columns, rows_of)
             raise
-        if table is not None:
-            with written(table):
-                write_csv(result, table)
-        if parquet is not None:
-            with written(parquet):
-                write_parquet(result, parquet)
+        unwritten = [message for message in result.messages if f": {UNWRITTEN}" in message]
+        for message in unwritten:
+            click.echo(message, err=True)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
@@ -189,18 +216,22 @@ def sweep(
         show(designs.sweep_text(result, rows))
     if result.missing:
         sys.exit(INTERRUPTED)
-    if len(result.reasons) == len(result) or any(message.startswith(f"{npz}: ") for message in result.messages):
+    if len(result.reasons) == len(result) or unwritten:
         sys.exit(1)
 
 
-def _refuse_arguments(error: SceneError, npz: Path | None, columns: dict[str, Any]) -> None:
+def _refuse_arguments(
+    error: SceneError, files: set[str], source: str, columns: dict[str, Any], rows_of: Path | None
+) -> None:
     """Reports faults of paths, or of another sweep's file, as faults of the arguments, not of a line of the scene."""
-    known = {*columns, str(npz), "engine", "columns", "--parquet"}
-    own = [fault for fault in error.faults if fault.path in known]
-    if len(own) < len(error.faults):
+    known, line = (
+        {*columns, "engine", "columns", "--parquet", "a table of designs", "samples"},
+        f"{rows_of and rows_of.name}, ",
+    )
+    if any(fault.path not in known and not fault.path.startswith((line, *files)) for fault in error.faults):
         return
-    for fault in own:
-        click.echo(f"--vary {fault}" if fault.path in columns else str(fault), err=True)
+    for fault in error.faults:
+        click.echo(f"{source} {fault}" if fault.path in columns else str(fault), err=True)
     sys.exit(1)
 
 

@@ -24,7 +24,7 @@ from flywheel.numerics import notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.numerics.optima import KEPT, STATIONARY, descent, lattice, merit, minimum
+from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum, unit_points
 from flywheel.numerics.units import DIMENSIONS, figure
 from flywheel.reading.paths import by_path, dotted, with_numbers
 from flywheel.scene.scene import Scene
@@ -417,7 +417,7 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), "a power of two, 2 or more")])
-    unit = lattice(samples, count, [seed])
+    unit = unit_points("sobol", samples, count, [seed])
     columns = problem.low[:, None] + unit * (problem.high - problem.low)[:, None]
     own = np.clip(family.nominal, problem.low, problem.high)
     columns = np.concatenate([own[:, None], 0.5 * (problem.low + problem.high)[:, None], columns], axis=1)

@@ -6,12 +6,14 @@ the user interrupts. Figures of designs that were sized many at once are checked
 
 from __future__ import annotations
 
+import csv
 import math
 import pickle
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,14 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import figures as designs
-from flywheel.designs.figures import ALONE, ENGINES, MISSING, REFINED, REFUSED, TRACED, Batch, progress_bar
-from flywheel.designs.sweep_results import Check, FigureArrays, Keeper, Plan, Sweep, largest_error
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, REFINED, TRACED, Batch, progress_bar
+from flywheel.designs.sweep_results import Check, Plan, Store, Sweep, needed
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.reading.paths import dotted, path_faults, with_numbers
+from flywheel.numerics.optima import METHODS, unit_points
+from flywheel.numerics.units import QuantityError
+from flywheel.reading.paths import dotted, parsed, path_faults
 from flywheel.regime.turning_moment import speed_over_cycle
 from flywheel.scene.accuracy import rtol_faults
-from flywheel.scene.scene import Scene, read_only
+from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_complete, size
 
@@ -61,7 +65,7 @@ def sweep(
     grid: bool = False,
     executor: Any = None,
     engine: str | None = None,
-    file: str | Path | None = None,
+    file: str | Path | Sequence[str | Path] | None = None,
     chunk: int | None = None,
     progress: bool | None = None,
 ) -> Sweep:
@@ -75,8 +79,9 @@ def sweep(
         grid: all combinations of the columns' values instead, which may then differ in length; the last varies fastest.
         executor: a `concurrent.futures.Executor`, a client of dask, or a number of worker processes; sized here if None.
         engine: "numpy", "numba" (which must be installed) or "size", which sizes one by one; "numpy" if None.
-        file: an NPZ file that what is finished is written to, every now and then; a sweep that was interrupted goes on
-            from it.
+        file: that it is written to, NPZ or by its ending CSV or Parquet; or several. What is finished is kept in a folder
+            beside the first, `FILE.part`, until it is whole: the same sweep goes on from there when it was interrupted or
+            its process was killed, and its figures take no memory.
         chunk: designs that are sized together, 1,000 at least; by the number of designs if None, and of those that are
             sized one by one what takes about a second.
         progress: whether to show a bar on standard error; None where that is a terminal.
@@ -86,6 +91,7 @@ def sweep(
     Raises:
         SceneError: for a path that is no number of the scene, columns of unequal length, an unknown engine, an executor that
             is none, a file of another scene, rtol, version or other columns. A design at fault is refused alone.
+        OSError: for a file that cannot be written, before any design is sized.
 
     >>> import flywheel
     >>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
@@ -106,11 +112,12 @@ def sweep(
     if faults:
         raise SceneError(list(dict.fromkeys(faults)))
     plan = Plan(scene, named, shape, float(rtol), engine or ENGINES[0])
-    return _swept(plan, executor, None if file is None else Path(file), chunk, progress)
+    files = [] if file is None else [file] if isinstance(file, (str, Path)) else file
+    return _swept(plan, executor, list(map(Path, files)), chunk, progress)
 
 
 def columns_of(scene: Scene, columns: Mapping[str, Any], grid: bool = False) -> tuple[dict[str, Array], tuple[int, ...]]:
-    """Columns of numbers by their dotted paths, as long as there are designs, and the shape of the sweep; or all faults."""
+    """Columns of numbers by their dotted paths, each of the shape of the sweep, and that shape; or all faults."""
     if not isinstance(columns, Mapping) or not columns:
         given = show(columns) if columns else "nothing"
         raise SceneError([Fault("columns", given, "a mapping from paths to numbers")])
@@ -142,9 +149,101 @@ def columns_of(scene: Scene, columns: Mapping[str, Any], grid: bool = False) -> 
     if faults:
         raise SceneError(faults)
     if grid:
-        axes = np.meshgrid(*arrays.values(), indexing="ij")
-        return {path: np.ravel(axis) for path, axis in zip(arrays, axes, strict=True)}, shape
+        return dict(zip(arrays, np.meshgrid(*arrays.values(), indexing="ij", copy=len(arrays) == 1), strict=True)), shape
     return {path: np.array(np.broadcast_to(column, shape)) for path, column in arrays.items()}, shape
+
+
+def sampled(
+    ranges: Mapping[str, tuple[float, float]], count: int, method: str = METHODS[0], seed: int = 0
+) -> dict[str, Array]:
+    """Columns of numbers spread over their ranges.
+
+    Args:
+        ranges: the two ends of each number (SI), by its path.
+        count: of designs.
+        method: "latin", a Latin hypercube: each of `count` equal parts of a range has one number in it; "sobol", a scrambled
+            sequence of low discrepancy; or "random".
+        seed: of the random numbers.
+
+    Raises:
+        SceneError: for an unknown method, or a count below 1.
+
+    >>> found = sampled({"regime.speed": (10.0, 14.0), "flywheel.irregularity": (0.01, 0.05)}, 4)
+    >>> sorted(found["regime.speed"].astype(int).tolist())
+    [10, 11, 12, 13]
+
+    """
+    faults = [] if method in METHODS else [Fault("method", show(method), f"one of {', '.join(METHODS)}")]
+    if not 1 <= count <= MOST_DESIGNS:
+        faults.append(Fault("samples", show(count), f"from 1 to {MOST_DESIGNS}"))
+    if faults:
+        raise SceneError(faults)
+    unit = unit_points(method, count, len(ranges), [seed])
+    return {path: low + (high - low) * row for (path, (low, high)), row in zip(ranges.items(), unit, strict=True)}
+
+
+def read_columns(scene: Scene | Machine, file: str | Path) -> dict[str, Array]:
+    """Columns of numbers (SI) from a table of designs, one a row: CSV, or by its ending Parquet.
+
+    Args:
+        scene: one that was read.
+        file: whose columns are named by paths of numbers of the scene, with a unit where they have one other than SI
+            ("mechanism.crank.length [mm]"). Cells of CSV may have units of their own. Figures, errors, way and reason, as
+            tables of a sweep have them, are passed over.
+
+    Raises:
+        SceneError: for a cell that is no number of the kind, with its line.
+        OSError: for a file that cannot be read.
+
+    """
+    scene, file = scene_of(scene), Path(file)
+    if file.suffix.lower() == ".parquet":
+        table = needed("pyarrow.parquet", "a table of designs").read_table(file)
+        units = [(field.metadata or {}).get(b"unit", b"").decode() for field in table.schema]
+        given: dict[str, Any] = {
+            f"{name} [{unit}]" if unit else name: column.to_pylist()
+            for name, unit, column in zip(table.column_names, units, table.columns, strict=True)
+        }
+    else:
+        with file.open(encoding="utf-8-sig", newline="") as text:
+            rows = list(csv.reader(text))
+        wrong = next((k for k, row in enumerate(rows) if len(row) != len(rows[0])), 0)
+        if wrong or len(rows) < 2:
+            found = f"{len(rows[wrong])} cells" if wrong else "no designs"
+            expected = f"{len(rows[0])}, as many as columns" if wrong else "a header of paths, and a row for each design"
+            raise SceneError([Fault(f"{file.name}, line {wrong + 1}", found, expected)])
+        given = dict(zip(rows[0], zip(*rows[1:], strict=True), strict=True))
+    columns = dict[str, Array]()
+    for head, cells in given.items():
+        name, _, unit = head.rstrip(" ]").partition(" [")
+        path = dotted(name.strip())
+        if path not in (*FIGURES, "way", "reason") and path.partition(".")[0] != "error":
+            columns[path] = _column(scene, path, unit.strip(), cells, file.name)
+    return columns
+
+
+def _column(scene: Scene, path: str, unit: str, cells: Sequence[Any], file: str) -> Array:
+    """The numbers (SI) of cells; those that say nothing of a unit have that of their column."""
+
+    def number(k: int) -> float:
+        text = str(cells[k]).strip()
+        with suppress(ValueError):
+            text = f"{float(text)!r} {unit}".strip()
+        try:
+            return parsed(scene, path, text)
+        except QuantityError as error:
+            where = f"{file}, line {k + 2}, {path}"
+            raise SceneError([Fault(where, error.found, error.expected, error.advice)]) from None
+
+    try:
+        plain = np.array(cells, float)
+    except (TypeError, ValueError):
+        return np.array([number(k) for k in range(len(cells))])
+    ends = [int(plain.argmin()), int(plain.argmax())]  # NaN first
+    checked = [number(k) for k in ends]
+    scale = parsed(scene, path, f"1 {unit}") if unit else 1.0
+    same = np.allclose(scale * plain[ends], checked, rtol=1e-12)  # no temperature
+    return scale * plain if same else np.array([number(k) for k in range(len(cells))])
 
 
 def _engine_faults(engine: str | None) -> list[Fault]:
@@ -179,101 +278,42 @@ def _unpickled(scene: bytes) -> Scene:
     return unpickled
 
 
-class _SweptDesigns:
-    """The figures of a sweep as they come in, chunk by chunk, and the file that they are kept in."""
-
-    def __init__(self, plan: Plan, file: Path | None) -> None:
-        self.plan, self.batch = plan, designs.empty(plan.total)
-        self.keeper = None
-        if file is not None:
-            self.keeper = Keeper(file, plan)
-            if (before := self.keeper.before()) is not None:
-                self.batch = before
-        self.messages: list[str] = []
-
-    @property
-    def missing(self) -> NDArray[np.intp]:
-        """The designs that are not sized yet."""
-        return np.flatnonzero(self.batch.ways == MISSING)
-
-    def add(self, which: NDArray[np.intp], batch: Batch) -> None:
-        """Puts the figures of a chunk into their places."""
-        for mine, theirs in ((self.batch.values, batch.values), (self.batch.errors, batch.errors)):
-            for name, values in theirs.items():
-                if name not in mine:
-                    mine[name] = np.full(self.plan.total, np.nan)
-                mine[name][which] = values
-        self.batch.ways[which] = batch.ways
-        self.batch.reasons.update({int(which[k]): reason for k, reason in batch.reasons.items()})
-        self.keep()
-
-    def keep(self, *, last: bool = False) -> None:
-        """Writes what is finished into the file; a sweep whose file cannot be written goes on without it."""
-        if self.keeper is None:
-            return
-        try:
-            self.keeper.keep(self.batch, last=last)
-        except OSError as error:
-            self.messages.append(
-                f"{self.keeper.path}: cannot be written ({error.strerror or error}): the last designs are missing from it"
-            )
-            self.keeper = None
-
-
-def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, progress: bool | None) -> Sweep:
-    table = _SweptDesigns(plan, file)
-    missing, check = table.missing, None
+def _swept(plan: Plan, executor: Any, files: Sequence[Path], chunk: int | None, progress: bool | None) -> Sweep:
+    store, messages = Store(plan, files), list[str]()
+    missing = store.missing
     length = chunk or max(LEAST_CHUNK, min(_MOST_CHUNK, -(-missing.size // _CHUNKS)))
     pending = [missing[k : k + length] for k in range(0, missing.size, length)]
     try:
         with progress_bar(missing.size, progress) as advance, ExitStack() as stack:
-            for which, batch in _batches(plan, pending, executor, table.messages, stack, cut=chunk is None):
-                table.add(which, batch)
+            for which, batch in _batches(plan, pending, executor, messages, stack, cut=chunk is None):
+                store.add(which, batch)
                 advance(which.size)
                 if batch.interrupted:
                     raise KeyboardInterrupt
-        check = _checked(plan, table.batch)
     except KeyboardInterrupt:
-        left = table.missing.size
-        what = f"{left} of {plan.total} designs are missing" if left else "the designs are not checked"
-        table.messages.append(f"interrupted: {what}" + (f"; the same sweep goes on from {file}" if file and left else ""))
-    finally:
-        table.keep(last=True)
-    return record(plan, table.batch, check, table.messages)
+        messages.append(f"interrupted: {store.missing.size} of {plan.total} designs are missing")
+        messages[-1] += f"; the same sweep goes on from {files[0]}" if files and store.missing.size else ""
+    sweep = store.record()
+    try:
+        sweep = sweep if sweep.missing else replace(sweep, check=_checked(sweep))
+    except KeyboardInterrupt:
+        messages.append("interrupted: the designs are not checked")
+    messages += _said(sweep, Counter(why for k, why in store.reasons.items() if sweep.ways[k] == ALONE))
+    return replace(sweep, messages=(*messages, *store.end(sweep)))
 
 
-def record(plan: Plan, batch: Batch, check: Check | None, messages: Iterable[str]) -> Sweep:
-    """The record of a sweep, with what is to be said of it."""
-    values: dict[str, NDArray[Any]] = dict(batch.values)
-    batch.errors["needed"] = np.where(np.isnan(values["needed"]), np.nan, 0.0)
-    refused = {k: reason for k, reason in sorted(batch.reasons.items()) if batch.ways[k] == REFUSED}
-    said = (*messages, *_said(plan, batch, check))
-    return Sweep(
-        plan.scene,
-        read_only(plan.columns),
-        FigureArrays(values),
-        FigureArrays(batch.errors),
-        refused,
-        batch.ways,
-        plan.rtol,
-        plan.engine,
-        plan.shape,
-        check,
-        said,
-    )
-
-
-def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
-    alone = np.flatnonzero(batch.ways == ALONE)
-    if alone.size and plan.engine != "size":
-        why = Counter(batch.reasons[k] for k in alone.tolist() if k in batch.reasons).most_common(1)
-        yield f"{_counted(alone.size, plan)} sized one by one" + (f": {why[0][0]}" if why else "")
-    if refined := int((batch.ways == REFINED).sum()):
-        yield f"{_counted(refined, plan)} refined to reach rtol {plan.rtol:g}"
-    worst = largest_error(batch.errors)
-    if missed := int((worst > plan.rtol).sum()):
-        k = int(np.nanargmax(worst))
-        yield f"rtol {plan.rtol:g} not reached by {missed} of {plan.total} designs: design {k} is good to {worst[k]:.2g}"
+def _said(found: Sweep, why: Counter[str]) -> Iterator[str]:
+    total = f"of {len(found)} design{'s' if len(found) > 1 else ''}"
+    for way, what in ((ALONE, "sized one by one"), (REFINED, f"refined to reach rtol {found.rtol:g}")):
+        count = int((found.ways == way).sum()) if (way, found.engine) != (ALONE, "size") else 0
+        cause = f": {why.most_common(1)[0][0]}" if way == ALONE and why else ""
+        if count:
+            yield f"{count} {total} {'was' if count == 1 else 'were'} {what}{cause}"
+    if missed := int((found.worst > found.rtol).sum()):
+        k = int(np.nanargmax(found.worst))
+        worst = f"design {k} is good to {found.worst[k]:.2g}"
+        yield f"rtol {found.rtol:g} not reached by {missed} of {len(found)} designs: {worst}"
+    check = found.check
     if check is not None and check.failed:
         yield (
             f"{len(check.failed)} of {len(check.designs)} designs that were checked differ from those of size by more than "
@@ -288,10 +328,6 @@ def _seconds(plan: Plan) -> float:
     with suppress(SceneError):
         size(plan.scene, plan.rtol, accuracy="normal")
     return max(process_time() - begun, 1e-6)
-
-
-def _counted(count: int, plan: Plan) -> str:
-    return f"{count} of {plan.total} design{'s' if plan.total > 1 else ''} {'was' if count == 1 else 'were'}"
 
 
 # -- executors ---------------------------------------------------------------------------------------------------------
@@ -434,23 +470,22 @@ def _cause(error: BaseException) -> str:
 # -- the check ---------------------------------------------------------------------------------------------------------
 
 
-def _checked(plan: Plan, batch: Batch) -> Check | None:
+def _checked(found: Sweep) -> Check | None:
     """A sample of the designs that were sized many at once, and those with the largest estimates, beside `size`."""
-    many = np.flatnonzero((batch.ways == TRACED) | (batch.ways == REFINED))
+    many = np.flatnonzero((found.ways == TRACED) | (found.ways == REFINED))
     if not many.size:
         return None
     chosen = np.random.default_rng(many.size).choice(many, min(_SAMPLE, many.size), replace=False)
-    worst = many[np.argsort(largest_error(batch.errors)[many])[-_WORST:]]
+    worst = many[np.argpartition(found.worst[many], -min(_WORST, many.size))[-_WORST:]]
     checks: dict[int, tuple[float, str]] = {}
     for k in dict.fromkeys([*chosen.tolist(), *worst.tolist()]):
-        values = {path: float(column[k]) for path, column in plan.columns.items()}
         try:
-            sizing = size(with_numbers(plan.scene, values), plan.rtol, accuracy="normal")
+            sizing = size(found.design(k), found.rtol, accuracy="normal")
         except SceneError as error:
             checks[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
             continue
         theirs = designs.figures_of(sizing)
-        mine = {name: (float(batch.values[name][k]), float(batch.errors[name][k])) for name in batch.values}
+        mine = {name: (float(found.values[name][k]), float(found.error[name][k])) for name in FIGURES}
         apart = (_apart(name, mine[name], theirs, sizing) for name in mine)
         checks[k] = max(zip(apart, mine, strict=True))
     k = max(checks, key=lambda k: checks[k][0])

@@ -1,25 +1,27 @@
-"""The record of a sweep and its files: NPZ, from which it goes on, and tables as CSV and Parquet."""
+"""The record of a sweep and its files: NPZ, CSV, Parquet, and the folder in which its figures are while it is made."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
+import mmap
+import shutil
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.files import RefusalError, check, replacement
-from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Array, Batch, empty
+from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Array, Batch
 from flywheel.designs.variation import BY_NAME
 from flywheel.machine.loads import balance_unit
 from flywheel.machine.machine import Machine
@@ -27,11 +29,13 @@ from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.reading.paths import dotted, numbers, with_numbers
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Scene, read_only
 
 _HEAD = "flywheel_sweep"  # the first array of a file: what it is a sweep of, as JSON
-_INTERVAL, _WRITING_SHARE = 10.0, 10.0  # seconds between two times of writing, and so many times what writing takes
-_ROWS = 10_000  # of a CSV, written at a time
+_FOLDER, _HEADER, _REASONS = ".part", "sweep.json", "reasons.jsonl"  # of a sweep that is being made
+_ROWS = 10_000  # of a table, written at a time
+_BLOCK = 100_000  # numbers of an array that are taken at a time
+_MAPPED = 1_000_000  # designs from which figures of a sweep with a file stay on the disk until they are wanted
 _MOST_HEADER = 100_000  # letters of its first line
 _PAIRS = 10_000  # of points that are compared at once
 _NOT_COMPARED = ("title", "source", "file", "remarks", "given_as", "document")
@@ -43,7 +47,7 @@ _CHECKED_FIGURES = ("exact", "approximate", "inertia_torque", "inertia_torque_fl
 
 
 class Plan(NamedTuple):
-    """A sweep that is to be made."""
+    """A sweep that is to be made; each of its columns has its shape, of a grid one axis for each path."""
 
     scene: Scene
     columns: dict[str, Array]
@@ -58,7 +62,8 @@ class Plan(NamedTuple):
 
     def chunk(self, which: NDArray[np.intp]) -> tuple[tuple[str, ...], Array, float, str]:
         """Arguments of `designs.sized` beside the scene, for some of the designs."""
-        rows = np.stack([column[which] for column in self.columns.values()])
+        place = np.unravel_index(which, self.shape)
+        rows = np.stack([column[place] for column in self.columns.values()])
         return tuple(self.columns), rows, self.rtol, self.engine
 
 
@@ -170,7 +175,8 @@ class Sweep:
     @cached_property
     def names(self) -> list[str]:
         """The figures that any design has."""
-        return [name for name in FIGURES if not np.isnan(self.error[name]).all()]
+        error = self.error
+        return [name for name in FIGURES if not all(np.isnan(error[name][part]).all() for part in _blocks(len(self)))]
 
     @property
     def names_and_paths(self) -> list[str]:
@@ -186,6 +192,16 @@ class Sweep:
         if "balance" in units:
             units["balance"] = balance_unit(Machine(self.scene).efforts, self.scene) or ""
         return units
+
+    @property
+    def plan(self) -> Plan:
+        """The sweep that this one is the record of."""
+        columns = {path: column.reshape(self.shape) for path, column in self.columns.items()}
+        return Plan(self.scene, columns, self.shape, self.rtol, self.engine)
+
+    def release(self) -> None:
+        """Gives the memory back in which figures that are on the disk have been read."""
+        release([*self.columns.values(), *self.values.values(), *self.error.values()])
 
     @cached_property
     def worst(self) -> Array:
@@ -282,14 +298,14 @@ class Sweep:
     def to_pandas(self) -> Any:
         """The table of `to_csv` as a data frame of pandas, errors under `error.exact`..., units in `attrs["units"]`."""
         module: Any = needed("pandas", "to_pandas")
-        frame = module.DataFrame(dict(table_of(self)))
+        frame = module.DataFrame(table_of(self))
         frame.attrs["units"] = self._units_of_columns
         return frame
 
     @property
     def _units_of_columns(self) -> dict[str, str]:
         """The units (SI) of the columns of tables that have one, as the header of the CSV has them."""
-        return {name: self.units[name] for name, _column in table_of(self) if self.units.get(name)}
+        return {name: self.units[name] for name in table_of(self, slice(0)) if self.units.get(name)}
 
     def to_xarray(self) -> Any:
         """Figures and errors over the paths of a grid, else over designs with the numbers beside: a dataset of xarray."""
@@ -380,25 +396,40 @@ def needed(module: str, what: str) -> Any:
 def largest_error(errors: Mapping[str, NDArray[Any]]) -> Array:
     """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
     rows = [errors[name] for name in _CHECKED_FIGURES if name in errors]
-    return np.asarray(np.fmax.reduce(rows))
+    worst = np.empty(len(rows[0]))
+    for part in _blocks(worst.size):
+        worst[part] = np.fmax.reduce([row[part] for row in rows])
+    release(rows)
+    return worst
+
+
+def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
+    """Slices of an array, one after the other."""
+    return (slice(start, start + size) for start in range(0, count, size))
+
+
+def release(arrays: Iterable[NDArray[Any]]) -> None:
+    """Gives the memory back in which arrays that are on the disk have been read or written."""
+    for array in arrays:
+        if isinstance(array, np.memmap) and hasattr(mmap, "MADV_DONTNEED"):
+            array._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------
 
 
-def table_of(sweep: Sweep) -> Iterator[tuple[str, NDArray[Any]]]:
-    """The columns of a table of designs: numbers, figures, errors, how each was sized, and why not."""
-    yield from sweep.columns.items()
-    for name in sweep.names:
-        yield name, sweep.values[name]
-    for name in sweep.names:
-        if FIGURES[name].error:
-            yield f"error.{name}", sweep.error[name]
-    yield "way", np.array([WAYS[k] for k in range(max(WAYS) + 1) if k in WAYS])[np.searchsorted(sorted(WAYS), sweep.ways)]
-    reasons = np.full(len(sweep), "", object)
-    for k, reason in sweep.reasons.items():
-        reasons[k] = reason
-    yield "reason", reasons
+def table_of(sweep: Sweep, part: slice = slice(None)) -> dict[str, NDArray[Any]]:
+    """The columns of a table of designs, or of a part of them: numbers, figures, errors, how each was sized, and why not."""
+    table: dict[str, NDArray[Any]] = {path: column[part] for path, column in sweep.columns.items()}
+    table |= {name: sweep.values[name][part] for name in sweep.names}
+    table |= {f"error.{name}": sweep.error[name][part] for name in sweep.names if FIGURES[name].error}
+    ways = sweep.ways[part]
+    table["way"] = np.array([WAYS[k] for k in sorted(WAYS)])[np.searchsorted(sorted(WAYS), ways)]
+    table["reason"] = np.full(ways.size, "", object)
+    first = part.indices(len(sweep))[0]
+    for k in np.flatnonzero(ways == REFUSED).tolist():
+        table["reason"][k] = sweep.reasons.get(first + k, "")
+    return table
 
 
 def write_csv(sweep: Sweep, path: str | Path) -> None:
@@ -408,33 +439,17 @@ def write_csv(sweep: Sweep, path: str | Path) -> None:
         file.writelines(csv_lines(sweep))
 
 
-def check_csv(path: str | Path, scene: Scene, paths: Iterable[str]) -> None:
-    """Refuse a file that begins otherwise than a table of designs in which the numbers at some paths vary.
-
-    Raises:
-        OSError: with the reason as its `strerror`.
-
-    """
-    known, place = numbers(scene), Path(path)
-    if not place.is_file() or not place.stat().st_size:
-        return
-    names = [f"{name} [{known[name].unit}]" if name in known and known[name].unit else name for name in paths]
-    with place.open(encoding="utf-8", errors="replace") as file:
-        there = file.readline(_MOST_HEADER).rstrip("\n").split(",")
-    if there[: len(names)] != names:
-        reason = "it exists already and does not begin as what would be written"
-        raise RefusalError(f"{reason}: give another name, or take it away first", place)
-
-
 def csv_lines(sweep: Sweep, rows: int | None = None) -> Iterator[str]:
     """The lines of the CSV; empty where a figure is not known."""
-    units, table = sweep.units, dict(table_of(sweep))
-    if "needed" in table:  # of a design that is refused it is not known either
-        table["needed"] = np.where(np.isnan(sweep.needed), "", np.where(sweep.needed == 1.0, "1", "0"))
-    yield ",".join(f"{name} [{units[name]}]" if units.get(name) else name for name in table) + "\n"
-    for start in range(0, len(sweep) if rows is None else rows, _ROWS):
-        part = [_cells(column[start : start + _ROWS]) for column in table.values()]
-        yield "".join(f"{','.join(row)}\n" for row in zip(*part, strict=True))
+    units = sweep.units
+    yield ",".join(f"{name} [{units[name]}]" if units.get(name) else name for name in table_of(sweep, slice(0))) + "\n"
+    for part in _blocks(len(sweep) if rows is None else rows, _ROWS):
+        table = table_of(sweep, part)
+        if "needed" in table:  # of a design that is refused it is not known either
+            needed = table["needed"]
+            table["needed"] = np.where(np.isnan(needed), "", np.where(needed == 1.0, "1", "0"))
+        yield "".join(f"{','.join(row)}\n" for row in zip(*map(_cells, table.values()), strict=True))
+        sweep.release()
 
 
 def _cells(column: NDArray[Any]) -> list[str]:
@@ -453,27 +468,30 @@ def _quoted(text: str) -> str:
 def write_parquet(sweep: Sweep, path: str | Path) -> None:
     """The same table as Parquet."""
     arrow, parquet = needed("pyarrow", "to_parquet"), needed("pyarrow.parquet", "to_parquet")
-    path, metadata = Path(path), {_HEAD: _metadata(sweep)}
-    if path.is_file() and _parquet_head(parquet, path) != metadata[_HEAD]:
-        raise RefusalError("it exists already and is not this sweep's: give another name, or remove it first", path)
-    units = sweep._units_of_columns
-    metadata["PANDAS_ATTRS"] = json.dumps({"units": units})  # `attrs` of a data frame that pandas reads from it
-    table = arrow.table(dict(table_of(sweep)))
-    table = table.cast(
-        arrow.schema(
-            [field.with_metadata({"unit": units[field.name]}) if field.name in units else field for field in table.schema],
-            metadata,
-        )
-    )
-    with replacement(path, "parquet") as fresh:
-        parquet.write_table(table, fresh)
+    path, units, own = Path(path), sweep._units_of_columns, head(sweep.plan)
+    _check_parquet(path, own)
+    # `attrs` of a data frame that pandas reads from it
+    metadata = {_HEAD: json.dumps(own | {"engine": ""}), "PANDAS_ATTRS": json.dumps({"units": units})}
+    schema = arrow.table(table_of(sweep, slice(0, 1))).schema
+    fields = [field.with_metadata({"unit": units[field.name]}) if field.name in units else field for field in schema]
+    schema = arrow.schema(fields, metadata)
+    with replacement(path, "parquet") as fresh, parquet.ParquetWriter(fresh, schema) as file:
+        for part in _blocks(len(sweep)):
+            file.write_table(arrow.table(table_of(sweep, part)).cast(schema))
+            sweep.release()
 
 
-def _parquet_head(parquet: Any, path: Path) -> str:
+def _check_parquet(path: Path, own: dict[str, Any]) -> None:
+    """Refuses a file that is not this sweep's."""
+    parquet = needed("pyarrow.parquet", "to_parquet")
+    if not path.is_file():
+        return
     try:
-        return str((parquet.read_schema(path).metadata or {}).get(_HEAD.encode(), b"").decode())
+        there = json.loads((parquet.read_schema(path).metadata or {}).get(_HEAD.encode(), b"{}"))
     except (OSError, ValueError):
-        return ""
+        there = {}
+    if any(there.get(key) != own[key] for key in _COMPARED):
+        raise RefusalError("it exists already and is not this sweep's: give another name, or remove it first", path)
 
 
 # -- NPZ ---------------------------------------------------------------------------------------------------------------
@@ -481,72 +499,225 @@ def _parquet_head(parquet: Any, path: Path) -> str:
 
 def write_npz(sweep: Sweep, path: str | Path) -> None:
     """Writes the sweep, finished or interrupted; a file of another sweep is not changed."""
-    plan = Plan(sweep.scene, dict(sweep.columns), sweep.shape, sweep.rtol, sweep.engine)
-    batch = Batch(dict(sweep.values), dict(sweep.error), dict(sweep.reasons), sweep.ways)
-    try:
-        keeper = Keeper(Path(path), plan)
-    except SceneError as error:
-        raise RefusalError(f"it is another's ({error.faults[0].found}): give another name", Path(path)) from None
-    keeper.keep(batch, last=True)
+    path, own = Path(path), head(sweep.plan)
+    if fault := npz_fault(path, own):
+        raise RefusalError(f"it is another's ({fault.found}): give another name", path)
+    arrays: dict[str, NDArray[Any]] = {_HEAD: np.array(json.dumps(own)), **sweep.columns}
+    arrays |= {name: sweep.values[name] for name in sweep.names}
+    arrays |= {f"error.{name}": sweep.error[name] for name in sweep.names}
+    arrays |= {"ways": sweep.ways, "reason_of": np.array(list(sweep.reasons), np.int64)}
+    arrays["reason"] = np.array(list(sweep.reasons.values()), str)
+    with replacement(path, "npz") as fresh, zipfile.ZipFile(fresh, "w") as archive:  # as `np.savez`, array by array
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
+            release([array])
 
 
-class Keeper:
-    """The NPZ file that a sweep is kept in, and from which it goes on; another's is refused and left as it is."""
+def npz_fault(path: Path, own: dict[str, Any]) -> Fault | None:
+    """The fault of a file that is not of the sweep with a head."""
+    if not path.exists():
+        return None
+    there: Any = None
+    no_sweep = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, AttributeError, TypeError
+    with suppress(*no_sweep), np.load(path, allow_pickle=False) as arrays:
+        there = json.loads(str(arrays[_HEAD]))
+    if not isinstance(there, dict):
+        advice = "give another name, or remove it first"
+        return Fault(str(path), "a file that is no sweep", "a new file, or that of this sweep", advice)
+    return _other(path, there, own)
 
-    def __init__(self, path: Path, plan: Plan) -> None:
-        self.path, self.plan, self.head = path, plan, head(plan)
-        self.next = monotonic() + _INTERVAL
-        if path.exists():
-            there, faults = _read_head(path), []
-            if there is None:
-                advice = "give another name, or remove it first"
-                raise SceneError([Fault(str(path), "a file that is no sweep", "a new file, or that of this sweep", advice)])
-            for key, words in _COMPARED.items():
-                if there.get(key) != self.head[key]:
-                    was, now = (_value(key, value) for value in (there.get(key), self.head[key]))
-                    faults.append(Fault(str(path), f"a sweep of another {words}{was}", f"one of this {words}{now}", _OTHER))
-            if not faults and not _same_columns(path, plan):
-                faults.append(Fault(str(path), "a sweep of other numbers", "one of these columns", _OTHER))
-            if faults:
-                raise SceneError(faults[:1])
-        check(path, "npz")
-        if not path.exists():  # where it cannot be written, that is told before anything is computed
-            self.keep(empty(plan.total), last=True)
 
-    def before(self) -> Batch | None:
-        """Designs that were finished already."""
-        batch = empty(self.plan.total)
-        with np.load(self.path, allow_pickle=False) as there:
-            for name in there.files:
-                kind, _, figure = name.partition(".")
-                if name in FIGURES:
-                    batch.values[name][:] = there[name]
-                elif kind == "error" and figure in FIGURES:
-                    batch.errors[figure][:] = there[name]
-            batch.ways[:] = there["ways"]
-            reasons = zip(there["reason_of"].tolist(), there["reason"].tolist(), strict=True)
-            batch.reasons.update({int(k): str(reason) for k, reason in reasons})
-        return batch
+# -- the sweep that is being made --------------------------------------------------------------------------------------
 
-    def keep(self, batch: Batch, *, last: bool = False) -> None:
-        """Writes what is finished, unless that was done a moment ago."""
-        if not last and monotonic() < self.next:
+
+class Store:
+    """Figures of designs as they come in: in memory, or beside an output file in a folder that outlives the process.
+
+    Args:
+        plan: of the sweep.
+        files: that it is to be written to (NPZ, CSV, Parquet, by their endings); the folder is named by the first. An NPZ
+            file of this sweep is gone on from.
+
+    Raises:
+        SceneError, OSError: for a file or folder of another sweep, and where none can be written.
+
+    """
+
+    def __init__(self, plan: Plan, files: Sequence[Path]) -> None:
+        self.plan, self.files = plan, files
+        places = [file for file in files if file.is_file() or not file.exists()]  # no pipe or device
+        self.folder = places[0].with_name(places[0].name + _FOLDER) if places else None
+        self.values, self.errors, self.reasons = dict[str, Array](), dict[str, Array](), dict[int, str]()
+        own = head(plan) if files else {}
+        for file in files:
+            _check_output(file, plan, own)
+        if self.folder is None:
+            self.ways = np.full(plan.total, MISSING, np.uint8)
             return
-        begun = monotonic()
-        arrays: dict[str, Any] = {_HEAD: np.array(json.dumps(self.head))}
-        arrays |= self.plan.columns
-        known = [name for name, values in batch.values.items() if not np.isnan(values).all()]
-        arrays |= {name: batch.values[name] for name in known}
-        arrays |= {f"error.{name}": batch.errors[name] for name in known if name in batch.errors}
-        arrays |= {"ways": batch.ways, "reason_of": np.array(list(batch.reasons), np.int64)}
-        arrays["reason"] = np.array(list(batch.reasons.values()), str)
-        with replacement(self.path, "npz") as fresh, fresh.open("wb") as file:
-            np.savez(file, **arrays)
-        now = monotonic()
-        self.next = now + max(_INTERVAL, _WRITING_SHARE * (now - begun))
+        npz = next((file for file in files if file.suffix.lower() not in (".csv", ".parquet") and file.exists()), None)
+        head_file = self.folder / _HEADER
+        if head_file.exists():
+            if fault := _other(self.folder, json.loads(head_file.read_text(encoding="utf-8")), own):
+                raise SceneError([fault])
+        else:
+            shutil.rmtree(self.folder, ignore_errors=True)  # of a sweep that was ended before it began
+            self.folder.mkdir()
+            if npz is not None:
+                self._unpack(npz)
+            fresh = head_file.with_suffix(".new")
+            fresh.write_text(json.dumps(own), encoding="utf-8")
+            fresh.replace(head_file)
+        for place in self.folder.glob("*.npy"):
+            kind, _, figure = place.stem.partition(".")
+            if place.stem in FIGURES:
+                self.values[place.stem] = np.load(place, mmap_mode="r+")
+            elif kind == "error" and figure in FIGURES:
+                self.errors[figure] = np.load(place, mmap_mode="r+")
+        self.ways = self._array("ways", np.uint8, MISSING)
+        with suppress(OSError):
+            for line in (self.folder / _REASONS).read_text(encoding="utf-8").splitlines():
+                with suppress(ValueError):  # of a process that was killed while it wrote this
+                    k, reason = json.loads(line)
+                    self.reasons[k] = reason
+        release([*self.values.values(), *self.errors.values()])
+
+    def _unpack(self, npz: Path) -> None:
+        """Puts the figures of a file into the folder."""
+        assert self.folder is not None
+        with zipfile.ZipFile(npz) as archive, np.load(npz, allow_pickle=False) as arrays:
+            for name in archive.namelist():
+                figure = name.removesuffix(".npy")
+                if figure == "ways" or figure.removeprefix("error.") in FIGURES:
+                    with archive.open(name) as packed, (self.folder / name).open("wb") as file:
+                        shutil.copyfileobj(packed, file)
+            self._write_reasons(dict(zip(arrays["reason_of"].tolist(), arrays["reason"].tolist(), strict=True)))
+
+    def _write_reasons(self, reasons: Mapping[int, str]) -> None:
+        if self.folder is not None and reasons:
+            with (self.folder / _REASONS).open("a", encoding="utf-8") as file:
+                file.writelines(f"{json.dumps(each)}\n" for each in reasons.items())
+
+    def _array(self, name: str, kind: Any = float, fill: float = np.nan) -> NDArray[Any]:
+        """An array of the folder, made where there is none, or one in memory."""
+        if self.folder is None:
+            return np.full(self.plan.total, fill, kind)
+        place = self.folder / f"{name}.npy"
+        if place.exists():
+            return np.load(place, mmap_mode="r+")  # type: ignore[no-any-return]
+        fresh = place.with_suffix(".new")
+        array = np.lib.format.open_memmap(fresh, "w+", np.dtype(kind), (self.plan.total,))
+        for part in _blocks(self.plan.total):
+            array[part] = fill
+            release([array])
+        fresh.replace(place)
+        return array
+
+    @property
+    def missing(self) -> NDArray[np.intp]:
+        """The designs that are not sized yet."""
+        return np.flatnonzero(self.ways == MISSING)
+
+    def add(self, which: NDArray[np.intp], batch: Batch) -> None:
+        """Puts the figures of designs into their places, and then that they are there."""
+        first, last = which[0], which[-1] + 1
+        place: Any = slice(first, last) if last - first == which.size else which
+        batch.errors["needed"] = np.where(np.isnan(batch.values["needed"]), np.nan, 0.0)
+        for into, given, kind in ((self.values, batch.values, ""), (self.errors, batch.errors, "error.")):
+            for name, values in given.items():
+                if name not in into:
+                    if np.isnan(values).all():
+                        continue
+                    into[name] = self._array(kind + name)
+                into[name][place] = values
+            release(into.values())
+        reasons = {int(which[k]): reason for k, reason in batch.reasons.items()}
+        self._write_reasons(reasons)
+        self.reasons.update(reasons)
+        self.ways[place] = batch.ways
+
+    def record(self) -> Sweep:
+        """The record of what is finished."""
+        plan, unknown = self.plan, np.broadcast_to(np.nan, (self.plan.total,))
+        own: Any = np.asanyarray if plan.total >= _MAPPED else np.array
+        values, errors = (
+            dict.fromkeys(FIGURES, unknown) | {name: own(array) for name, array in known.items()}
+            for known in (self.values, self.errors)
+        )
+        columns = {path: own(column) for path, column in self._numbers().items()}
+        refused = {k: reason for k, reason in sorted(self.reasons.items()) if self.ways[k] == REFUSED}
+        arrays = read_only(columns), FigureArrays(values), FigureArrays(errors)
+        return Sweep(plan.scene, *arrays, refused, np.array(self.ways), plan.rtol, plan.engine, plan.shape)
+
+    def _numbers(self) -> dict[str, Array]:
+        """The varied numbers, one of each for every design."""
+        total, columns = self.plan.total, dict[str, Array]()
+        for k, (path, column) in enumerate(self.plan.columns.items()):
+            if column.shape == (total,):
+                columns[path] = column
+                continue
+            columns[path] = self._array(f"column{k}")
+            for part in _blocks(total):
+                place = np.unravel_index(np.arange(*part.indices(total)), self.plan.shape)
+                columns[path][part] = column[place]
+                release([columns[path]])
+        return columns
+
+    def end(self, sweep: Sweep) -> list[str]:
+        """Writes the files of a sweep, and removes the folder where all are written and no design is missing."""
+        said = []
+        for file in self.files:
+            try:
+                _WRITERS.get(file.suffix.lower(), write_npz)(sweep, file)
+            except OSError as error:
+                said.append(f"{file}: {UNWRITTEN} ({error.strerror or error})")
+        if self.folder is not None and not said and not sweep.missing:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        return said
 
 
-_COMPARED = {"scene": "scene", "rtol": "rtol", "version": "version of flywheel", "paths": "set of numbers", "shape": "size"}
+UNWRITTEN = "cannot be written"
+"""What a message of a sweep says of a file after its name."""
+_WRITERS = {".csv": write_csv, ".parquet": write_parquet}
+
+
+def _check_output(file: Path, plan: Plan, own: dict[str, Any]) -> None:
+    """Refuses a file that this sweep cannot be written to."""
+    ending = file.suffix.lower()
+    if ending not in _WRITERS and (fault := npz_fault(file, own)):
+        raise SceneError([fault])
+    check(file, {".csv": "text", ".parquet": "parquet"}.get(ending, "npz"))
+    if ending == ".parquet":
+        _check_parquet(file, own)
+    elif ending == ".csv" and file.is_file() and file.stat().st_size:
+        known = numbers(plan.scene)
+        names = [f"{name} [{known[name].unit}]" if name in known and known[name].unit else name for name in plan.columns]
+        with file.open(encoding="utf-8", errors="replace") as text:
+            there = text.readline(_MOST_HEADER).rstrip("\n").split(",")
+        if there[: len(names)] != names:
+            reason = "it exists already and does not begin as what would be written"
+            raise RefusalError(f"{reason}: give another name, or take it away first", file)
+
+
+_COMPARED = {
+    "scene": "scene",
+    "rtol": "rtol",
+    "version": "version of flywheel",
+    "paths": "set of numbers",
+    "shape": "size",
+    "numbers": "numbers",
+}
+
+
+def _other(path: Path, there: Mapping[str, Any], own: Mapping[str, Any]) -> Fault | None:
+    """The fault of a file or folder that has the head of another sweep."""
+    for key, words in _COMPARED.items():
+        if there.get(key) != own[key]:
+            if key == "numbers":
+                return Fault(str(path), "a sweep of other numbers", "one of these columns", _OTHER)
+            was, now = (_value(key, value) for value in (there.get(key), own[key]))
+            return Fault(str(path), f"a sweep of another {words}{was}", f"one of this {words}{now}", _OTHER)
+    return None
 
 
 def _value(key: str, value: Any) -> str:
@@ -565,6 +736,10 @@ def head(plan: Plan) -> dict[str, Any]:
         own = version("flywheel-design")
     except PackageNotFoundError:
         own = "source"
+    made = hashlib.sha256()
+    for column in plan.columns.values():
+        for part in _blocks(plan.total):
+            made.update(column[np.unravel_index(np.arange(*part.indices(plan.total)), plan.shape)].tobytes())
     return {
         "version": own,
         "scene": digest(plan.scene),
@@ -573,30 +748,8 @@ def head(plan: Plan) -> dict[str, Any]:
         "engine": plan.engine,
         "paths": list(plan.columns),
         "shape": list(plan.shape),
+        "numbers": made.hexdigest(),
     }
-
-
-def _metadata(sweep: Sweep) -> str:
-    contents = head(Plan(sweep.scene, dict(sweep.columns), sweep.shape, sweep.rtol, sweep.engine))
-    numbers = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in sweep.columns.values()))
-    return json.dumps({**contents, "engine": "", "columns": numbers.hexdigest()})
-
-
-def _read_head(path: Path) -> dict[str, Any] | None:
-    try:
-        with np.load(path, allow_pickle=False) as there:
-            contents = json.loads(str(there[_HEAD]))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, AttributeError, TypeError):
-        return None
-    return contents if isinstance(contents, dict) else None
-
-
-def _same_columns(path: Path, plan: Plan) -> bool:
-    with np.load(path, allow_pickle=False) as there:
-        return all(
-            name in there.files and np.array_equal(there[name], column, equal_nan=True)
-            for name, column in plan.columns.items()
-        )
 
 
 def digest(scene: Scene) -> str:

@@ -27,7 +27,7 @@ from flywheel.numerics import notebook
 from flywheel.numerics.arguments import require, shown
 from flywheel.numerics.differences import gradient
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.optima import lattice, minimum
+from flywheel.numerics.optima import minimum, unit_points
 from flywheel.reading.paths import by_path
 from flywheel.scene.scene import Scene
 
@@ -35,7 +35,7 @@ QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SAMPLES = 512
 _MOST_SAMPLES = 2**20
 _FEWEST = 16  # samples that are worth a table where the user ends the sampling
-_REPEATS = 8  # independent shifts of the points
+_REPEATS = 8  # independent scramblings of the points
 _MOST_CORNERS = 256
 _RTOL = 1e-10
 _MODEL_POINTS = 2**13  # points at which quantiles of the model are taken
@@ -304,9 +304,9 @@ def _sampled(
     samples: int,
     seed: int,
 ) -> _Sample:
-    """Designs at points of a lattice, shifted anew for every repeat."""
+    """Designs at points of a Sobol sequence, scrambled anew for every repeat."""
     count = len(family.paths)
-    parts = [lattice(samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
+    parts = [unit_points("sobol", samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
     unit = np.clip(np.concatenate(parts, axis=1), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     first, second = unit[:count], unit[count:]
     mixed = []
@@ -322,7 +322,7 @@ def _sampled(
         standard = _standard(unit)
         points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
     powers = _powers(count, samples // 4)
-    more = np.clip(lattice(_MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
+    more = np.clip(unit_points("sobol", _MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
     basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
     try:

@@ -22,7 +22,6 @@ A. Lewis, M. Overton, SIAM Journal on Optimization 15 (2005), 751; R. Fletcher, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -432,32 +431,26 @@ def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tu
     return step, float(-after[0] + _PENALTY * unkept) * size
 
 
-def lattice(count: int, variables: int, seed: list[int]) -> Array:
-    """Quasi-random points evenly within the unit cube, shape (variables, count): a lattice of Korobov, shifted at random.
+METHODS = ("latin", "sobol", "random")
+"""Ways to spread points: a Latin hypercube, a scrambled sequence of Sobol, independent random numbers."""
 
-        x_k = frac(k (1, a, a², ...)/n + shift),   k = 0 ... n - 1
 
-    with the a that makes the worst mean of smooth periodic functions best (the figure P2 of the lattice). Lattices of other
-    shifts tell the error of a mean.
+def unit_points(method: str, count: int, variables: int, seed: list[int]) -> Array:
+    """Points spread over the unit cube, shape (variables, count), by one of `METHODS`.
 
-    Source: I. Sloan, S. Joe, Lattice Methods for Multiple Integration (1994), 4 and 5.
+    Sobol sequences are scrambled: sets of other seeds tell the error of a mean.
 
-    >>> points = lattice(64, 3, [0])
+    Source: A. Owen, Scrambled net variance for integrals of smooth functions, Ann. Statist. 25 (1997), 1541-1562.
+
+    >>> points = unit_points("sobol", 64, 3, [0])
     >>> points.shape, bool(abs(points.mean() - 0.5) < 0.01), bool((0.0 <= points).all() and (points < 1.0).all())
     ((3, 64), True, True)
     """
-    shift = np.random.default_rng(seed).random((variables, 1))
-    return np.asarray((_generator(count, variables)[:, None] * np.arange(count) / count + shift) % 1.0)
+    random = np.random.default_rng(seed)
+    if method == "random":
+        return random.random((variables, count))
+    from scipy.stats import qmc
 
-
-@lru_cache(maxsize=16)
-def _generator(count: int, variables: int) -> NDArray[np.int64]:
-    """The powers of the best multiplier, modulo the count of points: one search for lattices that differ in their shift."""
-    k, best, least = np.arange(count), np.ones(variables, dtype=np.int64), np.inf
-    for a in range(1, max(count // 2, 2), 2):
-        powers = np.array([pow(a, j, count) for j in range(variables)], dtype=np.int64)
-        x = powers[:, None] * k % count / count
-        worst = float(np.prod(1.0 + 2 * np.pi**2 * (x * x - x + 1 / 6), axis=0).mean())
-        if worst < least:
-            best, least = powers, worst
-    return best
+    if method == "latin":
+        return np.asarray(qmc.LatinHypercube(variables, seed=random).random(count).T)
+    return np.asarray(qmc.Sobol(variables, seed=random).random_base2(max(count - 1, 0).bit_length())[:count].T)

@@ -76,15 +76,17 @@ def _without_effect(found: Sweep) -> list[str]:
     """The numbers of a grid whose variation changes no figure."""
     if len(found.shape) != len(found.columns) or not np.isfinite(found.worst).any():
         return []
-    idle = []
-    for axis, (path, column) in enumerate(found.columns.items()):
-        rows = [found.values[name].astype(float).reshape(found.shape) for name in found.names]
-        apart = [np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) for row in rows]
-        size = [np.fmax.reduce(np.abs(row), axis=None) for row in rows]
-        moved = any((each > _APPROXIMATE_TIE * most).any() for each, most in zip(apart, size, strict=True))
-        if np.ptp(column) > 0.0 and not moved:
-            idle.append(path)
-    return idle
+    idle = {axis: path for axis, (path, column) in enumerate(found.columns.items()) if np.ptp(column) > 0.0}
+    for name in found.names if idle else ():
+        row = found.values[name].reshape(found.shape)
+        tie = _APPROXIMATE_TIE * np.fmax.reduce(np.abs(row), axis=None)
+        for axis in list(idle):
+            if (np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) > tie).any():
+                del idle[axis]
+        found.release()
+        if not idle:
+            break
+    return list(idle.values())
 
 
 def _designs(count: int) -> str:

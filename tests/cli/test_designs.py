@@ -182,6 +182,9 @@ def test_csv_on_standard_output_is_nothing_else(sweep_scene):
         (["--vary", f"{EPS}=1%"], 0, ""),
         (["--vary", f"{EPS}=-1,-2"], 1, ""),
         ([], 2, "Missing option '--vary'"),
+        (["--vary", f"{EPS}=1%:2%:3", "--samples", "4"], 2, "is no PATH=LOW:HIGH, as --samples takes it"),
+        (["--vary", f"{EPS}=1%", "--designs", "SCENE"], 2, "--vary excludes --designs"),
+        (["--designs", "SCENE"], 1, "rotor.toml, line 2: found 1 cells"),
         (["--vary", EPS], 2, "is no PATH=LOW:HIGH:COUNT"),
         (["--vary", f"{EPS}=1%:2%"], 2, "is no PATH=LOW:HIGH:COUNT"),
         (["--vary", f"{EPS}=1%:2%:1"], 2, "no count from 2"),
@@ -195,7 +198,7 @@ def test_csv_on_standard_output_is_nothing_else(sweep_scene):
     ],
 )  # fmt: skip
 def test_exit_codes_and_lines(sweep_scene, options, code, told):
-    result = run_sweep(sweep_scene, *options)
+    result = run_sweep(sweep_scene, *(sweep_scene if word == "SCENE" else word for word in options))
     assert result.exit_code == code
     assert told in result.stderr
     assert code == 2 or len(result.stderr.splitlines()) == bool(told)
@@ -204,11 +207,35 @@ def test_exit_codes_and_lines(sweep_scene, options, code, told):
 def test_a_table_that_could_not_be_written_is_refused_before_the_designs_are_sized(sweep_scene, tmp_path, monkeypatch):
     table = tmp_path / "mine.csv"
     table.write_text("flywheel.irregularity,mine\n1,2\n", encoding="utf-8")
-    monkeypatch.setattr("flywheel.designs.sweep.sweep", lambda *given, **options: pytest.fail("designs were sized"))
+    monkeypatch.setattr(designs, "sized", lambda *given: pytest.fail("designs were sized"))
     result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--vary", f"{SPEED}=300rpm", "--csv", table)
     assert result.exit_code == 1
     assert result.stderr.strip().endswith("give another name, or take it away first)")
     assert table.read_text(encoding="utf-8").startswith("flywheel.irregularity,mine")
+
+
+def test_samples_and_designs_of_a_table_are_sized(sweep_scene, tmp_path):
+    table, designs_file = tmp_path / "out.csv", tmp_path / "in.csv"
+    result = run_sweep(sweep_scene, "--samples", 5, "--vary", f"{EPS}=1%:2%", "--vary", f"{SPEED}=300rpm", "--csv", table)
+    assert (result.exit_code, result.stderr) == (0, "")
+    rows = list(csv.DictReader(io.StringIO(table.read_text(encoding="utf-8"))))
+    assert sorted(int((float(row[EPS]) - 0.01) / 0.002) for row in rows) == [0, 1, 2, 3, 4]
+    designs_file.write_text(f"{EPS},{SPEED} [rpm]\n1 %,300\n2 %,150\n", encoding="utf-8")
+    result = run_sweep(sweep_scene, "--designs", designs_file, "--csv", "-")
+    exact = [float(row["exact [kg m^2]"]) for row in csv.DictReader(io.StringIO(result.stdout))]
+    assert exact == pytest.approx([15.915494309189533, 2 * 15.915494309189533], rel=1e-10)
+
+
+def test_a_parquet_file_of_another_is_refused_before_the_designs_are_sized(sweep_scene, tmp_path, monkeypatch):
+    parquet, arrow = extra("pyarrow.parquet"), extra("pyarrow")
+    parquet.write_table(arrow.table({"a": [1]}), tmp_path / "mine.parquet")
+    monkeypatch.setattr(designs, "sized", lambda *given: pytest.fail("designs were sized"))
+    result = run_sweep(
+        sweep_scene, "--vary", f"{EPS}=1%", "--csv", tmp_path / "a.csv", "--parquet", tmp_path / "mine.parquet"
+    )
+    assert result.exit_code == 1
+    assert "it exists already and is not this sweep's" in result.stderr
+    assert [each.name for each in tmp_path.glob("*.c*")] == []
 
 
 def test_no_file_of_the_user_is_replaced(sweep_scene, tmp_path):

@@ -24,6 +24,7 @@ from flywheel import SceneError
 from flywheel.designs import figures as designs
 from flywheel.designs import sweep as sweep_of_designs
 from flywheel.designs.figures import ALONE, MISSING, REFINED, REFUSED, TRACED
+from flywheel.designs.sweep import read_columns, sampled
 from flywheel.designs.sweep_results import FigureArrays, csv_lines, front
 from flywheel.reading.paths import numbers
 from tests.extras import extra
@@ -366,7 +367,7 @@ def test_designs_sized_one_by_one_are_kept_one_by_one(rotors, whole, monkeypatch
     assert found.messages == ("interrupted: 2 of 9 designs are missing",)
 
 
-def test_a_chunk_that_fails_leaves_the_others_in_the_file(rotors, tmp_path, monkeypatch):
+def test_a_chunk_that_fails_leaves_the_others_in_the_file(rotors, whole, tmp_path, monkeypatch):
     sized = designs.sized
 
     def second_fails(*given):
@@ -377,10 +378,108 @@ def test_a_chunk_that_fails_leaves_the_others_in_the_file(rotors, tmp_path, monk
     monkeypatch.setattr(designs, "sized", second_fails)
     with pytest.raises(ZeroDivisionError):
         flywheel.sweep(*rotors, file=tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz") as kept:
-        left = kept["ways"] == MISSING
-    assert 1400 <= left.sum() < 2400
-    assert left[1000:].all()
+    counted = []
+    monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
+    assert same(flywheel.sweep(*rotors, file=tmp_path / "a.npz"), whole)
+    assert 1400 <= sum(counted) < 2400
+    assert [each.name for each in tmp_path.iterdir()] == ["a.npz"]
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_an_interrupted_table_goes_on_from_what_is_beside_it(rotors, whole, tmp_path, monkeypatch, ending):
+    if ending == "parquet":
+        extra("pyarrow")
+    file = tmp_path / f"rotor.{ending}"
+    found = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
+    assert found.missing == 1400
+    counted = []
+    sized = designs.sized
+    monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
+    assert same(flywheel.sweep(*rotors, file=file), whole)
+    assert sum(counted) == 1400
+    assert [each.name for each in tmp_path.iterdir()] == [file.name]
+    if ending == "csv":
+        whole.to_csv(tmp_path / "whole.csv")
+        assert file.read_text() == (tmp_path / "whole.csv").read_text()
+
+
+@pytest.mark.slow
+def test_a_sweep_whose_process_is_killed_goes_on_with_nothing_lost_or_sized_twice(rotors, whole, tmp_path, monkeypatch):
+    """Killed in the middle, after some chunks, one of whose reasons was cut short."""
+    scene, columns = rotors
+    file = tmp_path / "rotor.npz"
+    code = f"""
+import os, signal, numpy as np, flywheel
+from flywheel.designs import figures
+from tests.scenes import rotor
+sized, done = figures.sized, []
+def some(*given):
+    if len(done) == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    done.append(1)
+    return sized(*given)
+figures.sized = some
+columns = {{"flywheel.irregularity": np.linspace(-0.0004, 0.2396, 2401)[:-1], "regime.speed": np.linspace(10.0, 30.0, 2400)}}
+flywheel.sweep(flywheel.load(rotor()), columns, file={str(file)!r})
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
+    with (tmp_path / "rotor.npz.part" / "reasons.jsonl").open("a", encoding="utf-8") as reasons:
+        reasons.write('[2300, "flywhe')
+    counted = []
+    sized = designs.sized
+    monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
+    assert same(flywheel.sweep(scene, columns, file=file), whole)
+    assert sum(counted) == 400
+    assert same(flywheel.sweep(scene, columns, file=file), whole)
+    assert sum(counted) == 400
+
+
+# -- what is sized -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["latin", "sobol", "random"])
+def test_samples_fill_their_ranges(method):
+    """Of a Latin hypercube every part of a range has one; of a Sobol sequence, as many points as a power of two, too."""
+    found = sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=3)
+    again = sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=3)
+    for path, (low, high) in {EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}.items():
+        assert np.array_equal(found[path], again[path])
+        parts = np.floor((found[path] - low) / (high - low) * 64.0 * (1.0 - 1e-12))
+        assert parts.min() >= 0.0
+        assert parts.max() <= 63.0
+        assert (len(set(parts.tolist())) == 64) == (method != "random")
+    assert not np.array_equal(found[SPEED], sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=4)[SPEED])
+
+
+def test_designs_of_a_table_are_in_the_units_of_their_columns(rotors, tmp_path):
+    scene = rotors[0]
+    table = tmp_path / "designs.csv"
+    table.write_text(f"{SPEED} [rpm],{EPS},way\n300,1 %,x\n30 rad/s,0.02,y\n600,0.5,z\n", encoding="utf-8")
+    found = read_columns(scene, table)
+    assert list(found) == [SPEED, EPS]
+    assert found[SPEED] == pytest.approx([10 * np.pi, 30.0, 20 * np.pi], rel=1e-15)
+    assert found[EPS].tolist() == [0.01, 0.02, 0.5]
+    for text, told in {
+        f"{SPEED}\n3\n4 kg\n": 'designs.csv, line 3, regime.speed: found "4 kg", expected a speed',
+        f"{SPEED}\n3\n4,5\n": "designs.csv, line 3: found 2 cells, expected 1, as many as columns",
+        f"{SPEED}\n": "designs.csv, line 1: found no designs, expected a header",
+        "": "designs.csv, line 1: found no designs, expected a header",
+    }.items():
+        table.write_text(text, encoding="utf-8")
+        with pytest.raises(SceneError) as raised:
+            read_columns(scene, table)
+        assert str(raised.value).startswith(told)
+
+
+def test_a_table_of_a_sweep_gives_its_designs_again(rotors, whole, tmp_path):
+    extra("pyarrow")
+    whole.to_csv(tmp_path / "a.csv")
+    whole.to_parquet(tmp_path / "a.parquet")
+    for name in ("a.csv", "a.parquet"):
+        found = read_columns(rotors[0], tmp_path / name)
+        assert list(found) == [EPS, SPEED]
+        assert np.array_equal(found[EPS], whole.columns[EPS])
+        assert np.array_equal(found[SPEED], whole.columns[SPEED])
 
 
 # -- files ---------------------------------------------------------------------------------------------------------------
