@@ -295,6 +295,10 @@ class Recorded(Operand):
     def __rmod__(self, other: Any) -> Any:
         return other - self * NAMESPACE.floor(other / self)
 
+    def is_integer(self) -> bool:
+        """True for a whole number, as of a float."""
+        return bool(self == NAMESPACE.floor(self))
+
     def __floor__(self) -> Any:
         return NAMESPACE.floor(self)
 

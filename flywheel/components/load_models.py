@@ -5,13 +5,14 @@ Gas on a piston acts by its pressure: from an indicator diagram, or by the cycle
 
 from __future__ import annotations
 
-from math import log, pi, sin
+from math import pi, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.numerics.expressions import Expression, Node, between, compiled, numeral, variable
+from flywheel.numerics.functions import expm1, log
 
 Array = NDArray[np.float64]
 
@@ -447,12 +448,14 @@ class Compression(NamedTuple):
     @property
     def delivery_begins(self) -> float:
         """Share of the stroke from the cover at which the delivery valve opens: (1 + c) r^(-1/n) - c."""
-        return float((1.0 + self.clearance) * self.ratio ** (-1.0 / self.exponent) - self.clearance)
+        share: float = (1.0 + self.clearance) * self.ratio ** (-1.0 / self.exponent) - self.clearance
+        return share
 
     @property
     def suction_begins(self) -> float:
         """Share of the stroke from the cover at which the suction valve opens: c (r^(1/m) - 1)."""
-        return float(self.clearance * (self.ratio ** (1.0 / self.expansion) - 1.0))
+        share: float = self.clearance * (self.ratio ** (1.0 / self.expansion) - 1.0)
+        return share
 
 
 def volumetric_efficiency(cycle: Compression) -> float:
@@ -497,11 +500,12 @@ def compressor_work(cycle: Compression, swept: float) -> float:
         if exponent == 1.0:
             return log(cycle.ratio)
         power = (exponent - 1.0) / exponent
-        return float(np.expm1(power * log(cycle.ratio)) / power)
+        return expm1(power * log(cycle.ratio)) / power
 
     drawn = (1.0 + cycle.clearance) * swept
     left = cycle.clearance * cycle.ratio ** (1.0 / cycle.expansion) * swept
-    return float(cycle.suction * (drawn * head(cycle.exponent) - left * head(cycle.expansion)))
+    work: float = cycle.suction * (drawn * head(cycle.exponent) - left * head(cycle.expansion))
+    return work
 
 
 def cylinder_pressure(share: ArrayLike, outward: ArrayLike, cycle: Compression) -> Array:

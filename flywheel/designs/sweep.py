@@ -293,6 +293,7 @@ def _swept(plan: Plan, executor: Any, files: Sequence[Path], chunk: int | None, 
     except KeyboardInterrupt:
         messages.append(f"interrupted: {store.missing.size} of {plan.total} designs are missing")
         messages[-1] += f"; the same sweep goes on from {files[0]}" if files and store.missing.size else ""
+    del missing, pending
     sweep = store.record()
     try:
         sweep = sweep if sweep.missing else replace(sweep, check=_checked(sweep))

@@ -176,7 +176,7 @@ class Sweep:
     def names(self) -> list[str]:
         """The figures that any design has."""
         error = self.error
-        return [name for name in FIGURES if not all(np.isnan(error[name][part]).all() for part in _blocks(len(self)))]
+        return [name for name in FIGURES if not all(np.isnan(error[name][part]).all() for part in blocks(len(self)))]
 
     @property
     def names_and_paths(self) -> list[str]:
@@ -397,13 +397,13 @@ def largest_error(errors: Mapping[str, NDArray[Any]]) -> Array:
     """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
     rows = [errors[name] for name in _CHECKED_FIGURES if name in errors]
     worst = np.empty(len(rows[0]))
-    for part in _blocks(worst.size):
+    for part in blocks(worst.size):
         worst[part] = np.fmax.reduce([row[part] for row in rows])
     release(rows)
     return worst
 
 
-def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
+def blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
     """Slices of an array, one after the other."""
     return (slice(start, start + size) for start in range(0, count, size))
 
@@ -443,7 +443,7 @@ def csv_lines(sweep: Sweep, rows: int | None = None) -> Iterator[str]:
     """The lines of the CSV; empty where a figure is not known."""
     units = sweep.units
     yield ",".join(f"{name} [{units[name]}]" if units.get(name) else name for name in table_of(sweep, slice(0))) + "\n"
-    for part in _blocks(len(sweep) if rows is None else rows, _ROWS):
+    for part in blocks(len(sweep) if rows is None else rows, _ROWS):
         table = table_of(sweep, part)
         if "needed" in table:  # of a design that is refused it is not known either
             needed = table["needed"]
@@ -476,7 +476,7 @@ def write_parquet(sweep: Sweep, path: str | Path) -> None:
     fields = [field.with_metadata({"unit": units[field.name]}) if field.name in units else field for field in schema]
     schema = arrow.schema(fields, metadata)
     with replacement(path, "parquet") as fresh, parquet.ParquetWriter(fresh, schema) as file:
-        for part in _blocks(len(sweep)):
+        for part in blocks(len(sweep)):
             file.write_table(arrow.table(table_of(sweep, part)).cast(schema))
             sweep.release()
 
@@ -607,7 +607,7 @@ class Store:
             return np.load(place, mmap_mode="r+")  # type: ignore[no-any-return]
         fresh = place.with_suffix(".new")
         array = np.lib.format.open_memmap(fresh, "w+", np.dtype(kind), (self.plan.total,))
-        for part in _blocks(self.plan.total):
+        for part in blocks(self.plan.total):
             array[part] = fill
             release([array])
         fresh.replace(place)
@@ -657,7 +657,7 @@ class Store:
                 columns[path] = column
                 continue
             columns[path] = self._array(f"column{k}")
-            for part in _blocks(total):
+            for part in blocks(total):
                 place = np.unravel_index(np.arange(*part.indices(total)), self.plan.shape)
                 columns[path][part] = column[place]
                 release([columns[path]])
@@ -738,7 +738,7 @@ def head(plan: Plan) -> dict[str, Any]:
         own = "source"
     made = hashlib.sha256()
     for column in plan.columns.values():
-        for part in _blocks(plan.total):
+        for part in blocks(plan.total):
             made.update(column[np.unravel_index(np.arange(*part.indices(plan.total)), plan.shape)].tobytes())
     return {
         "version": own,

@@ -23,6 +23,7 @@ values at the nodes are the same. Where a design cannot be recorded, the reason 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import groupby, pairwise
@@ -45,7 +46,7 @@ from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
-from flywheel.numerics.switching import narrow
+from flywheel.numerics.switching import SwitchingError, followed, narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 
@@ -58,8 +59,6 @@ _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for bran
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
 _RECORDING_ERRORS = (TypeError, ValueError, ArithmeticError)  # what cannot be recorded, or a law that is not defined
-_NEWTON_STEPS = 8  # of Newton's method, from the twin's angle
-_LAST_STEP = 1e-12  # of the cycle: the last step, at most
 _ZERO_DISTANCE = 1e-6  # of the cycle: how far off a step of Newton's method may see the zero that an angle is
 _JETS = jet_namespace(NAMESPACE)
 
@@ -280,14 +279,8 @@ class RecordedMachine(Machine):
             if not isinstance(value, Recorded):
                 self.zeros.append((angle, function))
                 return angle
-            phi: Any = angle
-            step: Any = 0.0
-            for _ in range(_NEWTON_STEPS):
-                value, slope = function(phi)
-                step = value / slope
-                phi = phi - step
-            settled = _LAST_STEP * self.scene.cycle
-            if -settled <= step <= settled:
+            with suppress(SwitchingError):
+                phi = followed(function, angle, self.scene.cycle)
                 self.zeros.append((phi, function))
                 return phi
         raise UnrecordedError("an angle at which a law only touches its switch, or a place only stands still")
@@ -687,7 +680,8 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
         active = effort.active(Here(effort.place.rate * anchor, None, np))
         if isinstance(law, Expression) and active and POSITION & law.names and _may_be_narrow(law):
             names, at = machine.named(effort, phi, anchor), present(anchor)
-            laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
+            plain = Expression(law.text, _lifted(law.tree, names))
+            laws.append(Narrow(effort.path, plain, tuple(names), recorder.program(names.values())))
             laws[-1].at(Interval(at, at), np.array([each.value for each in recorder.inputs[1:]]), INTERVALS)  # it is bounded
         for part in deciders(effort):
             value = machine.decided(effort, part, phi, anchor).value
@@ -695,6 +689,15 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
                 decided.append(value)
                 signs.append(float(np.sign(present(machine.decided(effort, part, anchor, anchor).value))))
     return StretchWalk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs), tuple(laws))
+
+
+def _lifted(node: expressions.Node, numbers: dict[str, Any]) -> expressions.Node:
+    """The tree of a law with names for its recorded numbers, which `numbers` takes: it then holds for intervals, too."""
+    if node.op == "number" and isinstance(node.number, Recorded):
+        name = f"number {len(numbers)}"
+        numbers[name] = node.number
+        return expressions.Node("name", name=name)
+    return node._replace(args=tuple(_lifted(arg, numbers) for arg in node.args))
 
 
 def _may_be_narrow(law: Expression) -> bool:

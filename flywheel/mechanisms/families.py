@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
@@ -20,13 +20,14 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.recording import NAMESPACE
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.functions import acos, acosh
+from flywheel.numerics.functions import acos, acosh, is_recorded, present
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.switching import SwitchingError, roots
+from flywheel.numerics.switching import SwitchingError, followed, roots
 from flywheel.scene.keys import BODY, Key, length
 from flywheel.scene.scene import Body, Mechanism
 
@@ -586,12 +587,14 @@ class Ends(NamedTuple):
     @property
     def low(self) -> float:
         """The least displacement."""
-        return float(self.x.min())
+        low: float = min(self.x.tolist())
+        return low
 
     @property
     def high(self) -> float:
         """The greatest displacement."""
-        return float(self.x.max())
+        high: float = max(self.x.tolist())
+        return high
 
     def before(self, high: bool, angle: float) -> float | None:
         """Distance (m or rad) that the port covers on the last `angle` (rad of psi) before its high or its low end.
@@ -604,7 +607,7 @@ class Ends(NamedTuple):
         0.05
         """
         psi, x = self.psi, self.x
-        last = float(psi[np.argmax(x) if high else np.argmin(x)])
+        last = psi.tolist()[np.argmax(x) if high else np.argmin(x)]
         first = last - angle
         if self.period is not None:
             psi, x = np.concatenate((psi[:-1] - self.period, psi)), np.concatenate((x[:-1], x))
@@ -612,11 +615,13 @@ class Ends(NamedTuple):
             return None
         passed = x[(psi > first) & (psi <= last)]
         way = np.diff([*self.displacement(np.array([first])), *passed]) * (1.0 if high else -1.0)
-        return float(way.sum()) if (way >= -_FLAT * (self.high - self.low)).all() else None
+        return sum(way.tolist()) if (way >= -_FLAT * (self.high - self.low)).all() else None
 
 
 def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
     """Every place where a port may turn back on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
+
+    With recorded lengths the roots are those of their present values, each followed by Newton's method.
 
     Args:
         mechanism: with the lengths for which it turns.
@@ -632,8 +637,12 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     (0.3, 0.5)
 
     """
-    family = build(mechanism, parameters)
+    family = plain = build(mechanism, parameters)
     velocity = family.ports[port].velocity
+    recorded = any(map(is_recorded, (*mechanism.geometry.values(), *parameters.values())))
+    if recorded:
+        now, values = ({name: present(value) for name, value in each.items()} for each in (mechanism.geometry, parameters))
+        plain = build(replace(mechanism, geometry=now), values)
     if mechanism.stroke is not None:
         (first, last), period, breaks = mechanism.stroke, None, set(family.breakpoints)
     else:
@@ -647,18 +656,25 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         anchor = 0.5 * (a + b)
 
         def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
-            return _flow(family, velocity, family.position(Interval(lo, hi), INTERVALS, anchor + 0 * lo))
+            return _flow(plain, velocity, plain.position(Interval(lo, hi), INTERVALS, anchor + 0 * lo))
 
         def value(psi: Array) -> Any:
-            return _flow(family, velocity, family.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
+            return _flow(plain, velocity, plain.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
 
-        return roots(enclose, value, a, b)
+        found = roots(enclose, value, a, b)
+        if not recorded:
+            return found
+        flow = partial(_flow, family, velocity)
+        return [followed(lambda psi: flow(family.position(psi, NAMESPACE, anchor)), root, period or b - a) for root in found]
 
     def displacement(psi: Array) -> Array:
-        return np.broadcast_to(np.asarray(family.ports[port].position(family.position(psi, np)), dtype=float), psi.shape)
+        position = family.ports[port].position
+        if recorded:
+            return np.array([position(family.position(each, NAMESPACE)) for each in psi.tolist()], dtype=object)
+        return np.broadcast_to(np.asarray(position(family.position(psi, np)), dtype=float), psi.shape)
 
     try:
-        inner = [root for a, b in pairwise(edges) for root in stops(a, b)]
+        inner = [root for a, b in pairwise(map(present, edges)) for root in stops(a, b)]
     except SwitchingError:
         found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
         raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None

@@ -46,6 +46,34 @@ class SwitchingError(ValueError):
         self.text, self.near = text, near
 
 
+_NEWTON_STEPS = 8  # of Newton's method, from the root of a function whose numbers are recorded
+_LAST_STEP = 1e-12  # of a range of angles: the last step, at most
+
+
+def followed(function: Callable[[Any], tuple[Any, Any]], angle: float, span: float) -> Any:
+    """The zero of a function whose numbers are recorded, from that of their present values by Newton's method.
+
+    Args:
+        function: value and slope at an angle.
+        angle: the zero now, rad.
+        span: range of the angles, rad: that the last step is next to nothing in it is a guard.
+
+    Raises:
+        SwitchingError: where the steps do not settle.
+
+    """
+    phi: Any = angle
+    step: Any = 0.0
+    for _ in range(_NEWTON_STEPS):
+        value, slope = function(phi)
+        step = value / slope
+        phi = phi - step
+    settled = _LAST_STEP * span
+    if not -settled <= step <= settled:
+        raise SwitchingError("an angle that numbers cannot be followed from, near {near} rad", angle)
+    return phi
+
+
 def roots(
     enclose: Callable[[Array, Array], tuple[Any, Any]],
     value: Callable[[Array], Any],

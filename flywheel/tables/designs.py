@@ -15,7 +15,7 @@ import numpy as np
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
 from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, shown
 from flywheel.designs.optimum import KeptLimit, Optimum
-from flywheel.designs.sweep_results import Sweep, objective
+from flywheel.designs.sweep_results import Sweep, blocks, objective
 from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
 from flywheel.designs.variation import Derivative, Sensitivities, change
 from flywheel.numerics.units import aligned, columns, figure
@@ -53,14 +53,19 @@ def notes(found: Sweep) -> list[str]:
         if len(refused) > _REASONS:
             said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
     said += [f"{path} changes no figure of this scene" for path in _without_effect(found)]
-    exact, approximate = found.values["exact"], found.values["approximate"]
-    below = np.flatnonzero(exact - approximate > _APPROXIMATE_TIE * np.abs(exact))
-    if below.size:
+    count, most, design = 0, 0.0, 0
+    for part in blocks(len(found)):
+        exact, approximate = found.values["exact"][part], found.values["approximate"][part]
+        below = np.flatnonzero(exact - approximate > _APPROXIMATE_TIE * np.abs(exact))
         share = (exact[below] - approximate[below]) / exact[below]
-        k = int(share.argmax())
+        count += below.size
+        if share.size and share.max() > most:
+            most, design = float(share.max()), part.start + int(below[share.argmax()])
+        found.release()
+    if count:
         said.append(
-            f"DANGER: the approximate flywheel is below the exact one in {_designs(below.size)}, "
-            f"by up to {figure(100 * float(share[k]), most=3)} % (design {below[k]})"
+            f"DANGER: the approximate flywheel is below the exact one in {_designs(count)}, "
+            f"by up to {figure(100 * most, most=3)} % (design {design})"
         )
     check = found.check
     if check is not None and not check.failed:

@@ -795,6 +795,44 @@ SHAPER = {
 STRUCTURES_YOKE = {"type": "scotch-yoke", "crank": {"length": 0.3}, "yoke": {"mass": 20, "direction": "30 deg"}}
 SLIDER = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4, "mass": 5}, "slider": {"offset": 0.02}}
 SCENES: dict[str, dict[str, Any]] = {
+    "a punch": {
+        "mechanism": SLIDER,
+        "load": [
+            {
+                "on": "slider",
+                "model": {
+                    "type": "punch",
+                    "diameter": 0.06,
+                    "thickness": 0.008,
+                    "shear_strength": 3.6e8,
+                    "shape": "triangular",
+                    "overtravel": 0.004,
+                },
+            }
+        ],
+    },
+    "a press over an angle": {
+        "mechanism": SHAPER,
+        "load": [{"on": "ram", "model": {"type": "press", "energy": 2000, "angle": "20 deg"}}],
+    },
+    "a double-acting compressor": {
+        "mechanism": SLIDER,
+        "load": [
+            {
+                "on": "slider",
+                "model": {
+                    "type": "compressor",
+                    "bore": 0.2,
+                    "rod": 0.04,
+                    "clearance": 0.08,
+                    "suction": "1 bar",
+                    "discharge": "4 bar",
+                    "exponent": 1.3,
+                    "double_acting": True,
+                },
+            }
+        ],
+    },
     "windows that wrap": {
         "mechanism": FOUR_BAR,
         "gravity": {},
