@@ -100,7 +100,7 @@ class Law(NamedTuple):
     decided there, so that a piece never sees its neighbour's branch. `per_unknown` is the factor of the one unknown
     parameter that a balance solves for: the whole effort is effort + unknown * per_unknown. `moving`: it depends on speed
     or time too, on those of `Here` that `sees` names. `acts(anchor)` is false in pieces where the effort is 0 throughout;
-    it is None where the effort acts everywhere.
+    it is None if the effort acts everywhere.
     """
 
     effort: Callable[[Here, Here], Any]
@@ -167,7 +167,7 @@ def Zero(name: str, domain: str = "", when: Any = None) -> Element:
 
 
 def _margin(where: str, when: Any) -> Function:
-    """A condition as a number that is above 0 where it holds: of a > b, a - b; of several, the least or the greatest."""
+    """A condition as a number that is above 0 if it holds: of a > b, a - b; of several, the least or the greatest."""
     import sympy  # type: ignore[import-untyped]
     from sympy.core.relational import Relational  # type: ignore[import-untyped]
 
@@ -229,7 +229,7 @@ def C(name: str, law: Any = None, domain: str = "", part: str = "", *, stiffness
             f"C:{name}: found a {'compliance' if energy is None else 'energy'} and a stiffness, expected one of them"
         )
     if not stiffness:
-        raise GraphError(f"C:{name}: found stiffness 0, expected another number; a spring that is not there is left out")
+        raise GraphError(f"C:{name}: found stiffness 0, expected a number other than 0; leave a spring of no stiffness out")
     return Element("C", name, law_of(1.0 / stiffness), domain, part)
 
 
@@ -304,7 +304,7 @@ def ports_of(
         parameters: names that an energy may hold besides.
 
     Raises:
-        GraphError: where the matrix or the energy is none of a field with these ports.
+        GraphError: if the matrix or the energy is none of a field with these ports.
 
     """
     import sympy
@@ -313,7 +313,7 @@ def ports_of(
         raise GraphError(f"found {element!r}, expected an element, such as I('coils', [[2.0, 1.0], [1.0, 3.0]])")
     where, field = f"{element.kind}:{element.name}", element.law
     if not isinstance(field, Field):
-        raise GraphError(f"{where}: found {field!r}, expected a matrix, or energy=...; hang a one-port by on(...)")
+        raise GraphError(f"{where}: found {field!r}, expected a matrix, or energy=...; attach a one-port by on(...)")
     arguments = [n for n in field.energy.of if n not in parameters] if field.energy is not None else []
     known = arguments or list(map(str, range(1, 1 + len(junctions))))
     known += [n for n in named if n not in arguments]
@@ -359,7 +359,8 @@ def _check_arguments(where: str, energy: Function, ports: Sequence[str], paramet
     known = ", ".join(ports) or "none"
     for name in (n for n in energy.of if n not in {*ports, *parameters}):
         raise GraphError(
-            f"{where}: its energy depends on {name!r}, which is none of its ports ({known}) and no parameter declared before"
+            f"{where}: its energy depends on {name!r}, which is neither one of its ports ({known}) "
+            "nor a parameter declared before"
         )
     for port in (p for p in ports if p not in energy.of):
         raise GraphError(
@@ -385,7 +386,7 @@ def _rows(where: str, kind: str, given: Any, ports: int) -> list[list[Any]]:
         try:
             rows = np.array(rows, dtype=float).tolist()
         except (TypeError, ValueError) as error:
-            raise GraphError(f"{where}: found a matrix of other things than numbers and expressions ({error})") from error
+            raise GraphError(f"{where}: found a matrix with entries that are no numbers or expressions ({error})") from error
         if not np.all(np.isfinite(rows)):
             raise GraphError(f"{where}: found a matrix with entries that are not finite, expected finite numbers")
     if kind != "R":
@@ -400,14 +401,14 @@ def _rows(where: str, kind: str, given: Any, ports: int) -> list[list[Any]]:
     elif numbers:
         least = float(np.linalg.eigvalsh(np.array(rows) + np.array(rows).T)[0]) / 2.0
         if least < -_SAME * float(np.abs(rows).max()):
-            raise GraphError(f"{where}: its matrix has the eigenvalue {least:.6g} in its symmetric part: it makes power")
+            raise GraphError(f"{where}: its matrix has the eigenvalue {least:.6g} in its symmetric part: it generates power")
     if not numbers:
         whole = sympy.Matrix(rows)
         return list((whole if kind == "R" else whole.inv("ADJ").applyfunc(sympy.factor)).tolist())
     if kind != "R":
         if not np.linalg.cond(rows) < _SINGULAR:
             raise GraphError(
-                f"{where}: its matrix is singular: one port follows the others; give one port less, and a transformer to it"
+                f"{where}: its matrix is singular: one port follows the others; give one port fewer, and a transformer to it"
             )
         inverse = np.linalg.inv(rows)
         rows = (0.5 * (inverse + inverse.T)).tolist()

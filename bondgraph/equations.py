@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from bondgraph.strokes import Causality
 
 
-_MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are looked for
+_MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are searched for
 _MOST_EXACT = 1000  # the same where its numbers are exact
 
 
@@ -55,7 +55,7 @@ class SymbolicWalk(Walk):
         if slope.has(own):
             of = "momentum" if port.element.kind == "I" else "displacement"
             raise GraphError(
-                f"{self.graph.where(name)}: its law is no straight line, and its {of} follows from others by no formula; "
+                f"{self.graph.where(name)}: its law is not linear, and no formula gives its {of}; "
                 "let it lead, by state_equations(graph, causality=causality(graph, {NAME: 'derivative'})) of those that it "
                 "follows, or use Dynamics"
             )
@@ -117,8 +117,8 @@ class Reading:
             if law.symbolic({own: symbol}).diff(symbol).has(symbol):
                 wanted, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
                 raise GraphError(
-                    f"{graph.where(port.element.name)}: its law is no straight line, and its {wanted} follows from it by no "
-                    f"formula; give the law as {other}, or use Dynamics"
+                    f"{graph.where(port.element.name)}: its law is not linear, and no formula gives its {wanted}; "
+                    f"give the law as {other}, or use Dynamics"
                 )
 
 
@@ -166,13 +166,13 @@ def inert(read: Reading) -> Iterator[str]:
             if port.element.kind == "Sf":
                 yield f"{at} acts on nothing: no element feels the flow that it imposes"
             elif settled:
-                yield f"{at} acts on nothing: sources of flow alone settle its flow"
+                yield f"{at} acts on nothing: sources of flow alone determine its flow"
             else:
                 yield f"{at} acts on nothing: its gain is zero"
 
 
 def _acts(read: Reading, port: Port, column: int) -> bool:
-    """True where a store or a resistor other than sources feels what a port gives, through gains that are not 0."""
+    """True if a store or a resistor other than sources feels what a port gives, through gains that are not 0."""
     form, walk = read.form, read.walk
     if port in form.stores:
         return True
@@ -274,7 +274,7 @@ class StateEquations:
         ]
         for state, expression in zip(self.states, self.derivatives, strict=False):
             if _endless(expression):
-                faults.append(f"the rate of {state} is not determined: the inertia that it sees vanishes")
+                faults.append(f"the rate of {state} is not determined: its effective inertia vanishes")
         for element in self.graph.of_kind("Se", "Sf", "R"):
             symbol, at = self.own.get(element.name), self.graph.where(element.name)
             if symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in self.inert):
@@ -312,7 +312,7 @@ class StateEquations:
 
         Raises:
             GraphError: if a parameter is open, or a law is no formula.
-            ImportError: where numba is not installed (`pip install 'flywheel-design[numba]'`).
+            ImportError: if numba is not installed (`pip install 'flywheel-design[numba]'`).
 
         >>> from bondgraph import Builder, C, I, R
         >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0), R("d", 1.0))
@@ -557,9 +557,7 @@ def _of_one_freedom(graph: BondGraph, name: str | None) -> tuple[Formulation, st
     inertias = [k for k, p in enumerate(form.stores) if p.element.kind == "I"]
     if len(inertias) != 1:
         names = ", ".join(form.name_of(form.stores[k].output) for k in inertias) or "none"
-        raise GraphError(
-            f"expected one independent flow that an inertia weighs, found {len(inertias)} ({names}): use state_equations"
-        )
+        raise GraphError(f"expected one independent flow with inertia, found {len(inertias)} ({names}): use state_equations")
     settles = [d for d in form.displacements if form.flow_state(d.of) == inertias[0]]
     owner = form.stores[inertias[0]].output
     junction = next((d.of for d in settles if d.name == name or name is None), form.name_of(owner))
@@ -599,7 +597,7 @@ def _filled(given: StateEquations) -> StateEquations:
             at_fault = ", ".join(f"{names.get(symbol, symbol)} = {given.values[symbol]:g}" for symbol in alone or used)
             together = "" if alone else ", together,"
             faults.append(
-                f"{what} has no finite value: {at_fault}{together} leaves nothing to divide by; give another value, or "
+                f"{what} has no finite value: {at_fault}{together} makes it a division by zero; give another value, or "
                 "leave the element out"
             )
     refuse(faults)
@@ -664,7 +662,7 @@ def to_modelica(graph: BondGraph, *, name: str = "Graph", initial: Mapping[str, 
         initial: states by name, 0 (a displacement: its own initial value) where nothing is given.
 
     Raises:
-        GraphError: where there are no such equations, a function has no form in Modelica, or a state is unknown.
+        GraphError: if there are no such equations, a function has no form in Modelica, or a state is unknown.
 
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0))
@@ -756,7 +754,7 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
 
     Args:
         ratio: T, a number, a function written with numpy's functions, or a SymPy expression.
-        displacement: which quantity of the ratio is the integral of f_A; may be left out where there is one only.
+        displacement: which quantity of the ratio is the integral of f_A; may be left out if there is one only.
         without: elements that are not there.
         values: by element, its law (source: effort; I: inertia; B: resistance; C: compliance, 1/k); by any other quantity
             of the laws, the parameter's value. What is not given stays an open parameter of its own name.

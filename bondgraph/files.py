@@ -64,8 +64,8 @@ def check(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: 
     with path.open("rb") as file:
         head = file.read(_HEAD)
     if head and not (_SIGNATURES[kind].match(head) if kind in _SIGNATURES else _alike(head, text)):
-        what = f"is no {kind.upper()}" if kind in _SIGNATURES else "does not begin as what would be written"
-        raise RefusalError(f"it exists already and {what}: give another name, or take it away first", path)
+        what = f"is no {kind.upper()}" if kind in _SIGNATURES else "its content is of another kind"
+        raise RefusalError(f"it exists already and {what}: give another name, or remove it first", path)
 
 
 @contextmanager
@@ -109,7 +109,7 @@ def write_text(path: str | Path, text: str, inputs: Iterable[str | Path] = ()) -
 
 
 def _same(path: Path, given: Path) -> bool:
-    """True where two names lead to one file: through links, folders, hard links, or letters of another case."""
+    """True if two names lead to one file: through links, folders, hard links, or letters of another case."""
     try:
         return path.samefile(given)
     except OSError:
@@ -123,12 +123,12 @@ def _check_reader(pipe: Path) -> None:
             os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
         except OSError as error:
             if error.errno == errno.ENXIO:
-                raise RefusalError("it is a pipe that nobody reads", pipe) from error
+                raise RefusalError("it is a pipe without a reader", pipe) from error
             raise
 
 
 def _alike(head: bytes, text: str) -> bool:
-    """True where a file begins as a text does: with its first keys, columns, or line."""
+    """True if a file begins as a text does: with its first keys, columns, or line."""
     try:
         there = head.decode("utf-8")
     except UnicodeDecodeError as error:

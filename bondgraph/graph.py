@@ -139,8 +139,8 @@ def dead_ends(graph: BondGraph) -> Iterator[str]:
         beyond = graph.elements[at[0].other(name)]
         if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in graph.measured:
             yield (
-                f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; hang "
-                "something on it, leave it out, or build(loose=True) and simplify"
+                f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; "
+                "attach something to it, leave it out, or build(loose=True) and simplify"
             )
 
 
@@ -192,7 +192,7 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
         if element.kind in JUNCTIONS:
             names = law.of if isinstance(law, Function) else ()
             for missing in [n for n in names if n not in known | {f"e_{name}", f"f_{name}"} and graph.reading(n) is None]:
-                yield f"{where}: its condition depends on {missing!r}, which is nothing that a law may read"
+                yield f"{where}: its condition depends on {missing!r}, which a law cannot read"
             continue
         if law is None:
             yield f"{where}: has no value; give it a number or a function"
@@ -234,7 +234,7 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
         for bond in region if still else ():
             for name in (n for n in bond[1:] if elements[n].kind == "I"):
                 where = f"I:{name} (bond {bond.number})"
-                yield f"{where}: the {names[0][0]} domain has no momentum, and so no inertia: take it out"
+                yield f"{where}: the {names[0][0]} domain has no momentum, and so no inertia: remove it"
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
@@ -284,7 +284,7 @@ class Bond(NamedTuple):
         return self.head if name == self.tail else self.tail
 
     def sign(self, name: str) -> float:
-        """+1 where power flows into an element along the half arrow, -1 where it flows out."""
+        """+1 if power flows into an element along the half arrow, -1 if it flows out."""
         return 1.0 if self.head == name else -1.0
 
 
@@ -297,7 +297,7 @@ class BondGraph:
         bonds: numbered, each with its half arrow from tail to head.
         displacements: declared integrals of the flows of 1-junctions, by name.
         signals: names of functions of time that laws may use and a simulation is given.
-        parameters: named constants that laws may use; None where the value is still open.
+        parameters: named constants that laws may use; None if the value is still open.
         parts: whether it may fall into several.
 
     >>> from bondgraph import Builder, I, Se
@@ -385,18 +385,18 @@ class BondGraph:
         return tuple(n[2:] for n in read if (self.reading(n) or "f")[0] in "pq" and n != self.own(name))
 
     def is_linear(self, name: str) -> bool:
-        """True where an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
+        """True if an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
         law = self.elements[name].law
         if isinstance(law, Function):
             return all(n in self.parameters for n in law.of) and not self.is_curve(name)
         return isinstance(law, (float, Real))
 
     def is_curve(self, name: str) -> bool:
-        """True where a law is a function of the element's own: a resistor's flow or effort, a store's state."""
+        """True if a law is a function of the element's own: a resistor's flow or effort, a store's state."""
         return self.own(name) is not None
 
     def is_native(self, name: str, gives: str) -> bool:
-        """True where the curve of a resistor gives what is asked of it, "e" of its flow or "f" of its effort."""
+        """True if the curve of a resistor gives what is asked of it, "e" of its flow or "f" of its effort."""
         return self.own(name) == OTHER[gives]
 
     def symbol(self, name: str) -> str:
@@ -435,7 +435,7 @@ class BondGraph:
         return frozenset({*self.motions, *(d.of for d in self.displacements.values())})
 
     def domain(self, bond: Bond) -> Domain | None:
-        """The energy domain of a bond; None where nobody named it."""
+        """The energy domain of a bond; None if nobody named it."""
         return DOMAINS.get(self._domains.get(bond.number, ""))
 
     @cached_property
@@ -603,7 +603,7 @@ def _relations(
 
 
 def constant(ratio: Ratio) -> bool:
-    """True where a ratio is a plain number, or a symbol that stands for one."""
+    """True if a ratio is a plain number, or a symbol that stands for one."""
     return not isinstance(ratio, Function | Modulus)
 
 
@@ -652,7 +652,7 @@ def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Rela
     if len(waiting) < len(missing):
         names = [next(b for b in graph.bonds if variable[b.number] == v) for v in missing]
         free = ", ".join(f"bond {b.number} ({b.tail} - {b.head})" for b in names)
-        raise GraphError(f"more than one degree of freedom: nothing ties {free} to the coordinate")
+        raise GraphError(f"more than one degree of freedom: nothing connects {free} with the coordinate")
     if len(waiting) > len(missing):
         raise GraphError("over-constrained: too many relations at " + ", ".join(places(graph, waiting)))
     return Solve(missing, tuple(waiting))
@@ -711,7 +711,7 @@ class Builder:
         if element.name in self._elements:
             raise GraphError(f"two elements are named {element.name!r}: give one of them another name (name=...)")
         if isinstance(element.law, Field):
-            raise GraphError(f"{element.kind}:{element.name} has several ports: hang it on their junctions by field(...)")
+            raise GraphError(f"{element.kind}:{element.name} has several ports: attach it to their junctions by field(...)")
         self._elements[element.name] = element
         return element.name
 

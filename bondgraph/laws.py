@@ -22,7 +22,7 @@ class GraphError(ValueError):
 
 
 def refuse(faults: Iterable[str]) -> None:
-    """Raise a GraphError that lists all faults, a line each; nothing happens where there are none."""
+    """Raise a GraphError that lists all faults, a line each; nothing happens if there are none."""
     lines = list(faults)
     if lines:
         raise GraphError("\n".join(lines))
@@ -303,7 +303,7 @@ class Function:
 
     @property
     def is_expression(self) -> bool:
-        """True where it was given as a SymPy expression."""
+        """True if it was given as a SymPy expression."""
         return is_symbolic(self.given)
 
     @cached_property
@@ -334,14 +334,14 @@ class Function:
                 dual = self.given(*seeded)
             except TypeError as error:
                 raise GraphError(
-                    f"the slope of a law of {', '.join(self.of)} is needed, but cannot be had: {error}"
+                    f"the slope of a law of {', '.join(self.of)} is needed, but cannot be determined: {error}"
                 ) from error
             slopes.append(real(dual.slope) if isinstance(dual, Dual) else 0.0)
             value = real(dual.value if isinstance(dual, Dual) else dual)
         return (self.given() if value is None else value), tuple(slopes)
 
     def symbolic(self, symbols: Mapping[str, Any] | None = None) -> Any:
-        """The SymPy expression, in `symbols` by the graph's names (plain symbols of these names where none is given).
+        """The SymPy expression, in `symbols` by the graph's names (plain symbols of these names if none is given).
 
         Raises:
             GraphError: if it cannot be followed symbolically (it branches, or calls other than numpy's functions).

@@ -68,7 +68,7 @@ _FLOW_SIDE = (0.6, -0.8)  # half arrows lie on the flow side of a bond, which is
 
 
 class ElementLabel(NamedTuple):
-    """The words at one element: its symbol (MTF, I, 1...) and the lines of its name, none where it says nothing new."""
+    """The words at one element: its symbol (MTF, I, 1...) and the lines of its name, none if it says nothing new."""
 
     symbol: str
     lines: tuple[str, ...]
@@ -103,7 +103,7 @@ def labels(graph: BondGraph) -> dict[str, ElementLabel]:
 def short_names(graph: BondGraph) -> dict[str, str]:
     """Each name that is drawn, as it is drawn: without its first part where the rest tells it from all others."""
     names = list(graph.displacements)
-    for name in reversed(list(graph.elements)):  # but for what only puts together its neighbours' names, as `Builder` does
+    for name in reversed(list(graph.elements)):  # except for those composed of neighbours' names, as `Builder` does
         near = [bond.other(name) for bond in graph.at(name)]
         implied = {f"{a}{sign}{b}" for a in near for b in near for sign in ("->", "-")}
         implied |= {f"{a}.{what}" for a in near for what in ("sum", "rate")}
@@ -156,7 +156,7 @@ class Arrangement(NamedTuple):
     ends: Indices
     pairs: Indices  # shared element, other end of one bond, other end of the other
     straight: Mask  # of the pairs: whether they meet at a two-port, where the way should go straight on
-    taste: Array  # the direction that each bond would like to have; 0 where it does not mind
+    taste: Array  # the direction that each bond would like to have; 0 if it does not mind
     clear: Array  # points from the middle of each element to where its bonds begin to be seen
     groups: tuple[tuple[int, ...], ...]  # what moves together: an element, a junction with its one-ports, a branch
 
@@ -465,7 +465,7 @@ def _cross(u: Array, v: Array) -> Array:
 
 
 def enters(start: Array, end: Array, centre: Array, half: Array) -> Mask:
-    """True where segments pass through boxes; all arrays broadcast."""
+    """True if segments pass through boxes; all arrays broadcast."""
     along = end - start
     along = np.where(np.abs(along) < 1e-9, 1e-9, along)
     one, two = (centre - half - start) / along, (centre + half - start) / along
@@ -490,7 +490,7 @@ class Box(NamedTuple):
     height: float
 
     def overlaps(self, other: Box) -> bool:
-        """True where two boxes share an area."""
+        """True if two boxes share an area."""
         across = 2.0 * abs(self.x - other.x) < self.width + other.width
         return across and 2.0 * abs(self.y - other.y) < self.height + other.height
 
@@ -519,7 +519,7 @@ class Segment(NamedTuple):
         return Spot(self.start.x + share * dx + aside * sign * ux, self.start.y + share * dy + aside * sign * uy)
 
     def passes(self, box: Box) -> bool:
-        """True where it passes through a box."""
+        """True if it passes through a box."""
         half = np.array([box.width, box.height]) / 2.0
         return bool(enters(np.array(self.start), np.array(self.end), np.array([box.x, box.y]), half))
 

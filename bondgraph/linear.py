@@ -144,7 +144,7 @@ class Linear:
         """The same as a `StateSpace` of python-control, with its names (`pip install 'flywheel-design[control]'`).
 
         Raises:
-            ImportError: where that is not installed.
+            ImportError: if that is not installed.
 
         """
         import control  # type: ignore[import-not-found,import-untyped,unused-ignore]

@@ -60,7 +60,7 @@ _TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
 
 @contextmanager
 def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
-    """Count what is evaluated inside, in this thread: `tally.evaluations`, also while it goes on.
+    """Count what is evaluated inside, in this thread: `tally.evaluations`, also while it continues.
 
     `watch` is called with every evaluation, and may raise to put an end to it.
     """
@@ -81,7 +81,7 @@ def count(positions: Any) -> None:
 
 
 def counting() -> bool:
-    """True where evaluations are counted in this thread."""
+    """True if evaluations are counted in this thread."""
     return _TALLY.get() is not None
 
 

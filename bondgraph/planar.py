@@ -58,7 +58,7 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
             only passes power on from an outlet to an inlet is one that simplification can drop.
 
     Raises:
-        GraphError: where a place is no pair of finite numbers, or an inlet no pin.
+        GraphError: if a place is no pair of finite numbers, or an inlet no pin.
 
     >>> bar = Builder().include("bar", rigid_body(2.0, 0.5, {"end": (0.3, 0.0)}))
     >>> pendulum = fix(bar, "bar.end").build()
@@ -188,7 +188,7 @@ def slider_crank(
         start: crank angle at the start of a simulation, rad.
 
     Raises:
-        GraphError: where the rod does not reach the line, at the start or at a crank angle that is asked for.
+        GraphError: if the rod does not reach the line, at the start or at a crank angle that is asked for.
 
     >>> linkage = slider_crank(Bar(0.2, inertia=0.1), Bar(0.6), slider=3.0)
     >>> round(float(linkage.reduction()(np.pi / 2).inertia), 12)  # 0.1 + 3 * 0.2²
@@ -238,7 +238,7 @@ def four_bar(
         start: crank angle at the start of a simulation, rad.
 
     Raises:
-        GraphError: where coupler and rocker do not meet, at the start or at a crank angle that is asked for.
+        GraphError: if coupler and rocker do not meet, at the start or at a crank angle that is asked for.
 
     >>> bars = Bar(1.0, inertia=0.5), Bar(3.0), Bar(3.0, inertia=2.0)
     >>> round(float(four_bar(4.0, *bars).reduction()(0.0).inertia), 12)  # the rocker turns at -1/3 of the crank's speed
@@ -301,7 +301,7 @@ def _four_bar_angles(ground: float, crank: float, bar: float, rocker: float, sid
 def _root(square: Any, phi: Any, fault: str) -> Any:
     if np.any(square < 0):
         at = np.broadcast_to(phi, np.shape(square))[square < 0]
-        raise GraphError(f"{fault} at a crank angle of {np.ravel(at)[0]:.6g} rad: change a length, or stay off that angle")
+        raise GraphError(f"{fault} at a crank angle of {np.ravel(at)[0]:.6g} rad: change a length, or avoid that angle")
     return np.sqrt(square)
 
 

@@ -59,7 +59,7 @@ _BY_NUMPY = {  # names of numpy's own functions, where they are others
 }
 _NUMPY = {name: name for name in (*_SYMBOLS, *_COMPARISONS, *_LOGIC, *_MATH)}
 _NUMPY |= {name: name for name in ("power", "negative", "abs", "sign", "minimum", "maximum", "where")}
-LOST = "a recorded number has no plain value here: what is computed with it would be missing from the record"
+LOST = "a recorded number has no plain value here: results computed with it would be missing from the record"
 
 
 class Recorder:
@@ -224,7 +224,7 @@ class Recorder:
 
 
 class Recorded(Operand):
-    """A number on a tape; its present value, where it depends on parameters alone (None where variables matter)."""
+    """A number on a tape; its present value, where it depends on parameters alone (None if variables matter)."""
 
     __slots__ = ("number", "recorder", "value")
     is_recorded = True  # for those that know it by this name alone
@@ -274,7 +274,7 @@ class Recorded(Operand):
 
     def __bool__(self) -> bool:
         if self.value is None:
-            raise TypeError("a recording cannot branch on a value still to come")
+            raise TypeError("a recording cannot branch on a value that is not known yet")
         return bool(self.recorder.compared("not_equal", self, 0.0))
 
     def __float__(self) -> float:
@@ -380,7 +380,7 @@ def _over_arrays(name: str, operands: tuple[Any, ...]) -> Any:
 
 
 def _evaluated(name: str, values: Sequence[Any]) -> Any:
-    """The value of an operation on plain numbers, infinite or NaN where it is not defined."""
+    """The value of an operation on plain numbers, infinite or NaN if it is not defined."""
     try:
         return _OF_PLAIN[name](*values)
     except (ValueError, ArithmeticError):
@@ -502,7 +502,7 @@ def _whole(a: Any) -> Any:
 
 
 def _varies(*operands: Any) -> bool:
-    """True where some operand depends on a variable, so that no comparison is answered."""
+    """True if some operand depends on a variable, so that no comparison is answered."""
     return any(isinstance(operand, Recorded) and operand.value is None for operand in operands)
 
 
@@ -744,7 +744,7 @@ class Conditions(NamedTuple):
     holds: tuple[bool, ...]
 
     def kept(self, *inputs: Any) -> Any:
-        """True where every guard stands as it was recorded, at inputs that broadcast."""
+        """True if every guard stands as it was recorded, at inputs that broadcast."""
         with np.errstate(all="ignore"):
             differences = self.program.function()(*inputs)
         rows = zip(differences, self.relations, self.holds, strict=True)
@@ -869,7 +869,7 @@ def _statements(first: int, operations: tuple[Any, ...], outputs: tuple[int, ...
 
 @lru_cache(maxsize=64)
 def _kernel(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
-    import numba  # an extra: only who asks for machine code pays for it
+    import numba  # an extra: only who asks for machine code needs it
 
     space = {**_GLOBALS["math"], "searchsorted": np.searchsorted}
     exec(compile(_source("numba", inputs, places, operations, outputs), "<recorded>", "exec"), space)

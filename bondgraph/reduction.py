@@ -122,7 +122,7 @@ class Reduction:
         resistors = [(e, f) for e, f in one_ports if e.kind == "R" and e.law]
         for element, _ in resistors:
             if not graph.is_linear(element.name):
-                raise GraphError(f"R:{element.name} follows a law of its own: simulate the graph whole")
+                raise GraphError(f"R:{element.name} follows a law of its own: simulate the whole graph")
         self._resistors = [(e, graph.constant(e.name), f) for e, f in resistors]
         self._held: tuple[float, FlowRates] | None = None
         self._in_piece: tuple[float, list[_Source], list[_Source]] | None = None
@@ -170,7 +170,7 @@ class Reduction:
 
     @property
     def moves(self) -> bool:
-        """True where some source depends on speed or time."""
+        """True if some source depends on speed or time."""
         return bool(self._moving)
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
@@ -363,7 +363,7 @@ def reduce(
     """I*, dI*/dphi and M* of a graph at positions phi of its coordinate; compile a `Reduction` to do it often.
 
     Raises:
-        GraphError: where a ratio or an effort has no finite value, with the element and the position.
+        GraphError: if a ratio or an effort has no finite value, with the element and the position.
 
     >>> from bondgraph.graph import Builder
     >>> from bondgraph.elements import I
@@ -535,7 +535,7 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
     grounded = [e.name for e in graph.of_kind("Sf") if e.law == 0.0]
     for element in graph.of_kind("GY", "Sf"):
         if element.name not in grounded:
-            raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the graph whole")
+            raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the whole graph")
     known = {flow[graph.at(coordinate)[0].number]}
     waiting = flow_relations(graph, flow)
     still = {flow[graph.bond_of(name).number] for name in grounded}

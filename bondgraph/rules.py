@@ -7,7 +7,7 @@ them merge, the declarations move along.
 What has no power goes by one rule (`without`). A dangling 1-junction, like a source Se = 0, leaves its neighbour a bond
 without effort whose flow is free; a dangling 0-junction, a source Sf = 0 and the ground leave one without flow whose effort
 is free. A bond without effort is no term at a 1-junction; at a 0-junction it takes the effort of all the others; through a
-transformer it goes on without effort, through a gyrator without flow; a one-port on it has no power. The same holds with
+transformer it continues without effort, through a gyrator without flow; a one-port on it has no power. The same holds with
 flow and effort exchanged. So all of them can be dropped alike, and every port that stays keeps its effort and flow.
 
 The formal procedure for drawing a bond graph has seven steps, each shown: 1 a 1-junction for every velocity; 2 forces,
@@ -69,14 +69,14 @@ def simplify(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
         keep: names of elements that must stay, such as the 1-junction of a coordinate.
 
     Raises:
-        GraphError: where the graph contradicts itself, where nothing is left, or if `keep` holds an unknown name.
+        GraphError: if the graph contradicts itself, where nothing is left, or if `keep` holds an unknown name.
 
     >>> from bondgraph import Builder, I, R, Se
     >>> b = Builder().one("crank", "rotation").one("shaft", "rotation").one("idle", "rotation")
     >>> b = b.on("crank", Se("M", 3.0)).on("shaft", I("J", 2.0), R("B", 0.5))
     >>> b = b.bond("crank", "shaft").bond("shaft", "idle")
     >>> print(simplify(b.build(loose=True)))
-    dangling: bond 5: 1:idle dropped; nothing hangs on 1:idle, so its bond has no effort
+    dangling: bond 5: 1:idle dropped; no element is on 1:idle, so its bond has no effort
     two bonds: bond 1, 4: 1:crank dropped; Se:M -> 1:shaft says the same
     all rules: from 5 bonds to 3; numbered anew
     bond graph: 4 elements, 3 bonds (f_out = T f_in, e_in = T e_out)
@@ -202,7 +202,7 @@ def _dangling(graph: BondGraph, kept: frozenset[str]) -> _Step:
         rest = without(graph, name, [(bond, beyond, "Se" if kind == "1" else "Sf")], kept)
         if rest and len(rest[0].bonds) < len(graph.bonds):
             what = "effort" if kind == "1" else "flow"
-            return _dropped("dangling", graph, rest, f"nothing hangs on {kind}:{name}, so its bond has no {what}")
+            return _dropped("dangling", graph, rest, f"no element is on {kind}:{name}, so its bond has no {what}")
     return None
 
 
@@ -340,7 +340,7 @@ def _double_difference(graph: BondGraph, kept: frozenset[str]) -> _Step:
             hung = [Bond(b.number, *(rate.name if n in (stays, goes) else n for n in b[1:])) for b in (third, dropped)]
             ends = (rate.name, stays) if signs[2] > 0 else (stays, rate.name)
             bonds = [*(b for b in graph.bonds if b not in gone), *hung, new_bond(graph, *ends)]
-            what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to what hung on both"
+            what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to the elements of both"
             numbers = tuple(b.number for b in gone)
             action = Action("double difference", what, "both take the same difference of two flows", numbers)
             return edited(graph, bonds, {goes}, [rate]), action
@@ -373,7 +373,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
         The new graph, and the words for what went; None if the graph would fall apart.
 
     Raises:
-        GraphError: where a source contradicts the zeros, or where nothing is left.
+        GraphError: if a source contradicts the zeros, or where nothing is left.
 
     """
     staying = kept | graph.measured
@@ -387,7 +387,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
         not_zero = isinstance(element.law, float | int) and element.law != 0
         if kind == zero and not_zero:
             where = f"bond {bond.number}: {graph.label(at)} sets {'an effort' if kind == 'Se' else 'a flow'}"
-            faults.append(f"{where} that the rest keeps at 0; drop it or hang it elsewhere")
+            faults.append(f"{where} that the rest keeps at 0; drop it or attach it elsewhere")
         # whether the element adds nothing but zeros and what is free, for any value that its law may take
         passes = kind not in ONE_PORTS or kind != zero or element.law == 0.0
         if (
@@ -440,7 +440,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
 
 
 def is_held(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -> bool:
-    """True where, by these bonds, a source of value 0 of this kind holds a junction or an equal one joined to it."""
+    """True if, by these bonds, a source of value 0 of this kind holds a junction or an equal one joined to it."""
     group = _equal(graph, junction, bonds)
     around = [graph.elements[name] for bond in bonds if group & set(bond[1:]) for name in bond[1:]]
     return any(element.kind == kind and element.law == 0.0 for element in around)

@@ -108,7 +108,7 @@ def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = Fa
     }
     path, text = Path(path), "{\n" + ",\n".join(f" {json.dumps(key)}: {row}" for key, row in rows.items()) + "\n}\n"
     if os.path.lexists(path) and not overwrite:
-        raise GraphError(f"{path}: is there already; choose another name, or save(..., overwrite=True)")
+        raise GraphError(f"{path}: exists already; choose another name, or save(..., overwrite=True)")
     try:
         with replacement(path, "text") as fresh:
             fresh.write_text(text, encoding="ascii")
@@ -135,7 +135,7 @@ def load(path: str | os.PathLike[str]) -> BondGraph:
     except OSError as error:
         raise GraphError(f"{path}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
-        raise GraphError(f"{path}: is no JSON that a graph could be read from ({error})") from error
+        raise GraphError(f"{path}: is not the JSON of a graph ({error})") from error
     refuse(f"{path}: {fault}" for fault in [*twice, *_faults(data)])
     return _graph(data)
 

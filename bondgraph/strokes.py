@@ -11,7 +11,7 @@ hence causal paths, algebraic loops, and what derivative stores follow. What a s
 in integral causality, a rate of change in derivative causality.
 
 In the table of equations each variable stands on the left of one equation, that of the element that gives it, so the table
-can be computed line by line where there is no algebraic loop and no store in derivative causality, and says so where there
+can be computed line by line if there is no algebraic loop and no store in derivative causality, and says so where there
 is. Laws appear by the names of their elements: J, B, T(theta), a linear C by its compliance. A half arrow that leaves a
 resistor or a store turns the sign of its law.
 """
@@ -67,7 +67,7 @@ def giver(bond: Bond, letter: str, strokes: Mapping[int, str]) -> str:
 
 
 def is_integral(store: str, gives_flow: bool) -> bool:
-    """True where an I or C that gives its flow (or else its effort) gives it from its state: an I a flow, a C an effort."""
+    """True if an I or C that gives its flow (or else its effort) gives it from its state: an I a flow, a C an effort."""
     return gives_flow == (store == "I")
 
 
@@ -148,7 +148,7 @@ def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[
 class Path(NamedTuple):
     """A zero-order causal path: efforts and flows round a loop, the elements that pass them on, and the loop's gain.
 
-    gain: a SymPy expression of the elements' names; value: the same in numbers, None where a law is no constant.
+    gain: a SymPy expression of the elements' names; value: the same in numbers, None if a law is no constant.
     """
 
     signals: tuple[Signal, ...]
@@ -262,8 +262,8 @@ class Causality:
         integral: stores in integral causality: each is a state of its own.
         derivative: stores in derivative causality: they follow other stores and sources.
         follows: derivative store -> what it follows and through what.
-        conflicts: a line each for what cannot all hold; empty where the assignment is right.
-        loops: the algebraic loops; not looked for where there are conflicts.
+        conflicts: a line each for what cannot all hold; empty if the assignment is right.
+        loops: the algebraic loops; not searched for if there are conflicts.
 
     """
 
@@ -470,7 +470,7 @@ def _forced(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[tup
 
 
 def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
-    """True where causality divides by the ratio of a two-port, and that ratio may vanish."""
+    """True if causality divides by the ratio of a two-port, and that ratio may vanish."""
     if graph.elements[name].kind not in TWO_PORTS or (graph.is_linear(name) and graph.elements[name].law != 0.0):
         return False
     return strokes.get(graph.ends(name)[0].number) == name  # TF: f_in = f_out / T; GY: f_out = e_in / G
@@ -538,7 +538,7 @@ def _store(draft: _Assignment, wanted: Mapping[str, str], name: str, *, opposite
 
 
 def _solvable(graph: BondGraph, name: str) -> bool:
-    """True where a resistor's flow can be computed from its effort, f = e / R; a function e(f) is not solved for f."""
+    """True if a resistor's flow can be computed from its effort, f = e / R; a function e(f) is not solved for f."""
     return graph.elements[name].law != 0.0 and not graph.is_curve(name)
 
 
@@ -553,17 +553,17 @@ def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int
         sets = _WORDS["f"] if all(element.kind == "Sf" for element in leading.values()) else _WORDS["e"]
         numbers = ", ".join(str(b.number) for b in bonds)
         every = "both" if len(led) == 2 else "all"
-        return f"{both} {every} set the {sets} of {graph.title(name)} (bonds {numbers}): take one out, or put an R between"
+        return f"{both} {every} set the {sets} of {graph.title(name)} (bonds {numbers}): remove one, or put an R between"
     if kind in TWO_PORTS:
         given = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
         rule = "one effort and one flow" if kind == "TF" else "two efforts or two flows"
-        return f"{graph.title(name)}: {' and '.join(given)}, expected {rule}; take out or turn round one of the two"
+        return f"{graph.title(name)}: {' and '.join(given)}, expected {rule}; remove or reverse one of the two"
     word = _WORDS[COMMON[kind]]
     decided = [_from(graph, marks, b) for b in deciding(graph, strokes, name)]
     if decided:
         return f"{kind}:{name}: {' and '.join(decided)} both set its {word}; keep one of them"
     what = "an I or R" if kind == "1" else "a C or R"
-    return f"{kind}:{name}: none of {', '.join(_from(graph, marks, b) for b in bonds)} sets its {word}; hang {what} on it"
+    return f"{kind}:{name}: none of {', '.join(_from(graph, marks, b) for b in bonds)} sets its {word}; attach {what} to it"
 
 
 def _roots(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> list[int]:
@@ -656,7 +656,7 @@ class Summand(NamedTuple):
 
 
 class Equation(NamedTuple):
-    """A quantity on the left, and the terms whose sum it is; 0 where there are none."""
+    """A quantity on the left, and the terms whose sum it is; 0 if there are none."""
 
     left: Signal
     right: tuple[Summand, ...]
@@ -809,7 +809,7 @@ def _equation(graph: BondGraph, assigned: Causality, known: Inputs, bond: Bond, 
 
 
 def _nonlinear(graph: BondGraph, name: str) -> bool:
-    """True where a resistor's or compliance's law is a function of its own flow or displacement, no factor."""
+    """True if a resistor's or compliance's law is a function of its own flow or displacement, no factor."""
     element = graph.elements[name]
     return graph.is_curve(name) or (element.kind == "C" and isinstance(element.law, Law))
 

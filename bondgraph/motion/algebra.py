@@ -95,7 +95,7 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
 
 
 WEIGHTLESS = (
-    "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
+    "the effective inertia vanishes or is negative at one of the positions (a dead centre without inertia on "
     "the other side?): the acceleration is not determined"
 )
 
@@ -231,7 +231,7 @@ def settle(
     """The flows at which all residuals vanish, sought from `near` on if it is given.
 
     Raises:
-        GraphError: where none are found, with `where` to say which flows these are.
+        GraphError: if none are found, with `where` to say which flows these are.
 
     >>> settle(lambda u: ([u[0] * abs(u[0]) - 4.0], [[2.0 * abs(u[0])]]), 1, (), "pipe")
     [2.0]

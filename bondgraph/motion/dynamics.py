@@ -62,13 +62,13 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
 
 
 def _bends(form: Formulation, group: Group) -> bool:
-    """True where outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
+    """True if outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
     ports = [form.acting[k] for k in group.members]
     curved = [p for p in ports if form.graph.is_curve(p.element.name)]
     moving = [p for p in ports if isinstance(p.element.law, Law)]
     if group.loop and moving:
         where = form.graph.title(moving[0].element.name)
-        raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
+        raise GraphError(f"{where} depends on a flow without inertia: give it as a resistor, or add inertia")
     reads = [p for p in ports if any(form.read(p, name) is not None for name in getattr(p.element.law, "of", ()))]
     if all(isinstance(p.element.law, Function) and p.element.law.is_affine for p in {*curved, *reads}):
         return False
@@ -122,7 +122,7 @@ def _check_rates(tables: Tables) -> None:
             if any(k >= last for k in on):
                 raise GraphError(
                     f"{graph.where(name)} varies with {displacement}, whose rate a store in derivative causality gives: "
-                    f"hang an I or R on {form.name_of(tables.owner_of[displacement])}"
+                    f"attach an I or R to {form.name_of(tables.owner_of[displacement])}"
                 )
 
 
@@ -616,7 +616,7 @@ class Walk:
                 first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
                 other = self.form.followers[k - last] if k >= last else self.form.acting[k - first]
                 where, leads = (self.graph.where(p.element.name) for p in (port, other))
-                raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: hang a C or I between")
+                raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: put a C or I between")
 
     def _weights(self) -> list[Any]:
         """The inertia or compliance of every follower at its own momentum or displacement."""

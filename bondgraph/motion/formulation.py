@@ -50,7 +50,7 @@ _SINGULAR = 1e-12
 
 
 class Port(NamedTuple):
-    """A one-port's bond: sign +1 where power flows into the element, and its variables: what it gives, what it is given.
+    """A one-port's bond: sign +1 if power flows into the element, and its variables: what it gives, what it is given.
 
     `gives` is "f" or "e".
     """
@@ -202,7 +202,7 @@ class Formulation:
             if not sources(block) and any(isinstance(ratio, Function | Modulus) for ratio in ratios(block)):
                 names = ", ".join(dict.fromkeys(self.name_of(v) for v in block.unknown))
                 at = ", ".join(dict.fromkeys(places(graph, block.relations)))
-                raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: take one of them out")
+                raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
             self.steps.append(block)
             self.origins.append(tuple(r.name for r in block.relations))
             known.update(block.unknown)
@@ -227,7 +227,7 @@ class Formulation:
     def untold(self, port: Port) -> list[int]:
         """Columns that what a follower is given cannot depend on: of resistors and followers, whose shares cancel.
 
-        The structure alone does not tell: power is kept, so that what one side gives the other takes back.
+        The structure alone does not give it: power is kept, so that what one side gives the other takes back.
         """
         first, last = len(self.stores), len(self.stores) + len(self.acting)
         of_resistors = {first + k for k, p in enumerate(self.acting) if p.element.kind == "R"}
@@ -244,7 +244,7 @@ class Formulation:
         return (*((port.input,) if kind == "R" else ()), *read)
 
     def read(self, port: Port, name: str) -> int | None:
-        """The variable that a law reads under a name; None where it reads none, but a state or what is declared."""
+        """The variable that a law reads under a name; None if it reads none, but a state or what is declared."""
         if name == self.graph.own(port.element.name):
             return None
         found = self.graph.reading(name)
@@ -489,8 +489,8 @@ def _law_of(expression: Any) -> Any:
 def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
     named = ", ".join(dict.fromkeys(places(graph, relations)))
     return (
-        f"over-constrained: {named} contradict or repeat what the others ask of the same flows and efforts: take one of "
-        "them out, or change a ratio"
+        f"over-constrained: {named} contradict or repeat the conditions of the others on the same flows and efforts: "
+        "remove one of them, or change a ratio"
     )
 
 

@@ -397,8 +397,8 @@ class RateField(NamedTuple):
     """Rates of a motion at many instants at once: `rates(t, states)` for times (n,) and states (k, n) gives (k, n).
 
     `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
-    fastest change must lie ahead for implicit steps to be the cheaper ones: 0 where instants are costly one at a time,
-    infinite where nothing brakes. `plain` are rates that cost next to nothing one at a time: whether these are stiff is
+    fastest change must lie ahead for implicit steps to be the cheaper ones: 0 if instants are costly one at a time,
+    infinite where nothing brakes. `plain` are rates that cost negligible one at a time: whether these are stiff is
     looked into once many steps were taken.
     """
 
@@ -435,7 +435,7 @@ def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
 
 
 def decay(along: RateField, t: float, state: Array) -> float:
-    """The decay rate of the fastest small change of a state, 1/s; 0 where none decays, or where it is unknown."""
+    """The decay rate of the fastest small change of a state, 1/s; 0 if none decays, or where it is unknown."""
     _, slope = slopes(along, np.array([t]), state[:, None])
     scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
     if not np.isfinite(scaled).all():
@@ -504,7 +504,7 @@ class Implicit:
     def _solved(self, h: float, speed: float) -> tuple[Array, Array] | None:
         """The increments of the states by the stages (k, stages), by Newton's method on all, and their rounding (k,).
 
-        The gains become the integrals of the rates; None where that does not settle.
+        The gains become the integrals of the rates; None if that does not settle.
         """
         count, times = self.state.size, self.t + h * _POINTS
         gained = np.zeros((count, STAGES))

@@ -87,7 +87,7 @@ class Run:
             to a run with longer steps and a looser tolerance, never less than the tolerance (fixed steps: to a run with
             steps of 0.382 of the length).
         rtol: what was asked; None for fixed steps.
-        method: by which the motion was found; another than the one asked for where that one's steps were held short by
+        method: by which the motion was found; another than the required one where that one's steps were held short by
             modes that had long decayed.
         messages: what the user should know of how the motion was found.
         audit: the power audit.
@@ -194,7 +194,7 @@ class Run:
         """The power into a one-port (out of a source: negative)."""
         self._check_name(name)
         if self._graph.elements[name].kind not in ONE_PORTS:
-            raise GraphError(f"{self._graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
+            raise GraphError(f"{self._graph.title(name)} is no one-port: it transmits power; name a one-port")
         bond = self._graph.bond_of(name)
         times = self._times(t)
         here = self._instants(times, self._owners(times))
@@ -277,13 +277,13 @@ def simulate(
             flow of a 1-junction that one store alone settles by the junction's; 0 (a declared displacement: its own initial
             value) where nothing is given.
         signals: a number or function of t for every declared signal.
-        rtol: error asked of every state, relative to its greatest absolute value in the run; `Run.reached` says whether it
-            was kept.
+        rtol: required error of every state, relative to its greatest absolute value in the run; `Run.reached` says whether
+            it was kept.
         method: one of "DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", as scipy calls them, or of "euler", "rk2"
             (trapezoidal), "rk4". None: explicit steps of the order that takes least work for rtol, RK45 or DOP853; of
             many linear states with constant sources their "Taylor" series.
             On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
-            motion is found by Radau, and by LSODA where the inertia that the motion sees all but vanishes at a dead centre
+            motion is found by Radau, and by LSODA where the effective inertia almost vanishes at a dead centre
             and a resistor carries it through: `Run.method` and `Run.messages` say so.
         step: length of a fixed step, s.
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
@@ -344,7 +344,7 @@ def _lost_heat(graph: BondGraph) -> Iterator[str]:
         domain = graph.domain(graph.bond_of(element.name))
         if domain is not None and domain.name == "thermal" and f"{element.name}.heat" not in graph.elements:
             yield (
-                f"{graph.where(element.name)} takes power out of a thermal network, as if heat could vanish: give it as RS, "
+                f"{graph.where(element.name)} removes power from a thermal network, but heat cannot vanish: give it as RS, "
                 "with a bond to the 0-junction of the body that it heats"
             )
 
@@ -392,8 +392,8 @@ class _Stepper:
         self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
         if given != self.method:
             self.messages = (
-                f"the inertia that the motion sees all but vanishes at {dead.place}, where {given} makes no headway: the "
-                f"motion was found by {self.method}",
+                f"the effective inertia almost vanishes at {dead.place}, where {given} makes no progress: the "
+                f"motion was computed by {self.method}",
             )
         try:
             return self._tightened(rtol, tolerance)
@@ -401,7 +401,7 @@ class _Stepper:
             raise dead from None
 
     def _stiffly(self, rtol: float, tolerance: float) -> Run:
-        """The motion within rtol; by a method for stiff graphs, where the one asked for takes its steps for stability alone.
+        """The motion within rtol; by a method for stiff graphs, where the required one takes its steps for stability alone.
 
         Which of the two is cheaper is told by a loose run of the other: Radau's steps grow as the fifth root of the
         tolerance, those of a method at its limit of stability do not.
@@ -594,7 +594,7 @@ class _Stepper:
     def _rescale(self, run: Run) -> None:
         """Tolerances of a step from the greatest values that a run reaches, instead of from the value at the time.
 
-        A displacement that goes on growing, as a crank's angle does, would otherwise be followed less and less closely.
+        A displacement that continues growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
         first, last = self.dynamics.state.stores, len(self.dynamics.state.names)
         self.scale = self._scales(run)
@@ -709,7 +709,7 @@ class _DeadCentreError(GraphError):
     def __init__(self, flow: str, place: str, t: float | None) -> None:
         found = "there are no rates at the start" if t is None else f"the motion cannot be followed past t = {t:.6g} s"
         super().__init__(
-            f"{found}: the inertia that the motion sees vanishes at {place}, where nothing weighs the flow of {flow} (a "
+            f"{found}: the effective inertia vanishes at {place}, where the flow of {flow} has no inertia (a "
             f"dead centre without inertia before it): give {flow} an inertia (I), or more resistance (R) to carry it through"
         )
         self.place = place
@@ -792,7 +792,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
         leads, due = form.strokes.follows[port.element.name], float(walk.following()[form.state_name(port)]) if walk else 0.0
         if abs(value - due) > _BALANCED * max(abs(value), abs(due)):
             faults.append(
-                f"initial {name!r}: found {value:g}, but {leads}, which makes it {due:.6g} (off by "
+                f"initial {name!r}: found {value:g}, but {leads}, which makes it {due:.6g} (difference "
                 f"{abs(value - due):.6g}): give the states, {', '.join(names)}"
             )
     refuse(faults)

@@ -4,7 +4,7 @@ Together they hold the body while what acts lies within one set: while a motion 
 above 0, and one backwards with none below 0. Nothing else is known, or needs to be, of the laws: friction of one joint or of
 many, meshes that lose power, a clutch. The body leaves at the instant at which one of the two accelerations passes 0,
 whatever grows: an effort over time, a current, a ramp. The direction that it leaves in is data from then on, until the speed
-comes back to 0: no law reads it off the sign of a speed that is next to nothing.
+comes back to 0: no law reads it off the sign of a speed that is negligible.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Accelerations = Callable[[Array], Array]
 """The accelerations (2, n) at times (n,) with which a body at rest would begin to move: forwards, and backwards."""
 
 ROUNDING = 1e-12  # of the larger of both accelerations: what counts as none
-_LITTLE = 1e-9  # of the largest in a stretch of time: a push from nothing that is less moves next to nothing
+_LITTLE = 1e-9  # of the largest in a stretch of time: a push from nothing that is less moves negligible
 _SHARES, _TO_SERIES = chebyshev_series(16)  # of a stretch of time
 _RESOLVED = 1e-9  # of the accelerations: last terms of their series in a stretch that is looked through
 _MOST = 20_000  # stretches of one rest
@@ -34,21 +34,21 @@ class EitherWayError(GraphError):
 
 
 class Release(NamedTuple):
-    """The end of a rest: when (s), and the direction of the motion after it: 1, -1, or 0 where the body is still held."""
+    """The end of a rest: when (s), and the direction of the motion after it: 1, -1, or 0 if the body is still held."""
 
     time: float
     direction: float
 
 
 def direction(forwards: float, backwards: float) -> float:
-    """The direction in which a body leaves its rest: 1, -1, or 0 where it stays.
+    """The direction in which a body leaves its rest: 1, -1, or 0 if it stays.
 
     Args:
         forwards: acceleration with which a motion forwards would begin.
         backwards: acceleration with which a motion backwards would begin.
 
     Raises:
-        EitherWayError: where both motions would begin.
+        EitherWayError: if both motions would begin.
 
     >>> direction(0.5, 3.0), direction(-2.0, 1.0), direction(-3.0, -0.5)
     (1.0, 0.0, -1.0)
@@ -64,7 +64,7 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
     """The time at which dry laws release a body at rest, within a stretch of time (s) in which all laws are smooth.
 
     The accelerations are resolved by Chebyshev series on stretches of time as short as they ask for, and the first root of
-    each is looked for in one stretch after the other: a push that comes and goes is not passed over.
+    each is searched for in one stretch after the other: a push that comes and goes is not passed over.
 
     Args:
         accelerations: gives those with which either motion would begin.
@@ -72,8 +72,8 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
         end: last time that is looked at.
 
     Raises:
-        GraphError: where the accelerations change too fast for as many stretches as are looked through.
-        EitherWayError: where both motions would begin at once.
+        GraphError: if the accelerations change too fast for as many stretches as are looked through.
+        EitherWayError: if both motions would begin at once.
 
     >>> ramp = lambda t: np.array([30.0 * t - 12.0, 30.0 * t + 12.0])
     >>> found = release(ramp, 0.0, 5.0)
@@ -84,7 +84,7 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
     low, width, least = start, end - start, 1e-300
 
     def margins(times: Array) -> Array:
-        """Both accelerations less what counts as none in the present stretch, above 0 where the motion begins."""
+        """Both accelerations less what counts as none in the present stretch, above 0 if the motion begins."""
         return np.asarray(accelerations(times) * np.array([[1.0], [-1.0]]) - least)
 
     for _ in range(_MOST):
@@ -109,13 +109,13 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
         if high >= end:
             return Release(end, 0.0)
         low, width = high, 2.0 * width
-    raise GraphError(f"what acts on a body at rest changes too fast to follow it from {low:.6g} s to {end:.6g} s")
+    raise GraphError(f"the forces on a body at rest change too fast to be followed from {low:.6g} s to {end:.6g} s")
 
 
 def _first(
     accelerations: Accelerations, margins: Accelerations, side: int, times: Array, values: Array, series: Array
 ) -> float | None:
-    """The root of one of both accelerations before its margin is first above 0; None where it nowhere is."""
+    """The root of one of both accelerations before its margin is first above 0; None if it nowhere is."""
     if values[0] > 0.0:
         return float(times[0])
     start, width, sense = times[0], times[-1] - times[0], 1.0 - 2.0 * side

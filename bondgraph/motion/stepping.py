@@ -48,7 +48,7 @@ class StepError(GraphError):
 class Step(NamedTuple):
     """One accepted step: its dense output, the time it covers, which watched value ended it, if any, the state after it.
 
-    dense: the states at any time within, which several steps may share; None where nobody asks. after: None where it is that
+    dense: the states at any time within, which several steps may share; None if nobody asks. after: None if it is that
     of the dense output.
     """
 
@@ -302,7 +302,7 @@ def through_breaks(
             began = t
             pieces, anchors = {}, {}
             for b in breaks:
-                now = rate(t, state)  # which way the state goes on from where it is; at rest, which way it starts off
+                now = rate(t, state)  # which way the state continues from where it is; at rest, which way it starts off
                 onward = now[b.place] if now[b.place] != 0.0 else rate(t, state + 1e-9 * now)[b.place]
                 low, high = b.around(state[b.place], bool(onward > 0.0 or (onward == 0.0 and now[b.place] == 0.0)))
                 middle = low + 1.0 if np.isinf(high) else 0.5 * (low + high)
@@ -379,9 +379,9 @@ class Events(NamedTuple):
 
     It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the step. `clear` tells of an
     explicit step, without looking closer, that nothing can leave its side there. `residuals` is by how much each may still
-    be on the other side where the stretch begins: the state that goes on is of a higher order than the dense output in which
-    the end of the stretch before was found, and what just changed its side may be short of it there by their difference.
-    A value of no more than its `rounding` is zero.
+    be on the other side where the stretch begins: the state that continues is of a higher order than the dense output in
+    which the end of the stretch before was found, and what just changed its side may be short of it there by their
+    difference. A value of no more than its `rounding` is zero.
     """
 
     values: Callable[[Array, Array], Array]
@@ -430,7 +430,7 @@ def through(
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
     switching = (
         events is not None and events.clear is None
-    )  # which side it goes on to asks for states of the steps' own order
+    )  # which side it continues to asks for states of the steps' own order
     method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
     solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
     taken = 0
@@ -480,7 +480,7 @@ def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, e
 
 
 def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) -> Step | None:
-    """The step made to end where phi leaves the piece, by Newton's method; None where it ends well inside, or turns back.
+    """The step made to end where phi leaves the piece, by Newton's method; None if it ends well inside, or reverses.
 
     None, too, where phi leaves the piece after `until`. What is missing at last is so little that the state changes in
     proportion to it.
@@ -504,7 +504,7 @@ def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) ->
 
 
 def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> tuple[Step, bool]:
-    """A step cut where phi leaves the piece, and whether it does: it may leave it and turn back before the step is over."""
+    """A step cut where phi leaves the piece, and whether it does: it may leave it and reverse before the step is over."""
     dense, start, turns = step.dense, step.start, step.end
     if before * after < 0.0:
         turns = root(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
@@ -553,7 +553,7 @@ def _implicit_steps(
 
 
 _EXPLICIT_SERIES, _IMPLICIT_SERIES = chebyshev_series(9), chebyshev_series(13)  # LSODA's dense output has degree 12
-_NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is looked for
+_NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is searched for
 
 
 def crossing(events: Events, step: Step) -> Step:

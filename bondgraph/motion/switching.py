@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
 
 _TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
-_TRIED = (0.37, -0.71, 1.0)  # values of what a law depends on, at which a jump is looked for
+_TRIED = (0.37, -0.71, 1.0)  # values of what a law depends on, at which a jump is searched for
 _SMALL = 1e-12  # a flow at which a law that jumps is still what it is beside its jump, and one with a pole is not
 _JUMP = 1e-9  # of the law at 1: less is none
 _NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
@@ -331,7 +331,7 @@ class Switched:
         return state
 
     def settled(self, at: Mode, t: float, stored: Mapping[str, float]) -> tuple[Mode, Array]:
-        """The mode that goes on from what stores hold: that given, or another where its conditions contradict it."""
+        """The mode that continues from what stores hold: that given, or another where its conditions contradict it."""
         seen = [at]
         while True:
             state = self.carried(stored, at, t)
@@ -355,8 +355,8 @@ class Switched:
         last = {k for one in seen for two in seen for k, (a, b) in enumerate(zip(one, two, strict=True)) if a != b}
         names = ", ".join(self.graph.where(self.switches[k]) for k in sorted(last))
         raise GraphError(
-            f"the condition of {names} chatters at t = {t:.9g} s: each state of it asks for the other at once; let it read "
-            "what its own change leaves as it is"
+            f"the condition of {names} chatters at t = {t:.9g} s: each state of it requires the other at once; "
+            "let it read quantities that its own change does not affect"
         )
 
     def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:

@@ -59,7 +59,7 @@ from contextlib import suppress
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
 @SCENE
 @json_flag("Print the result as JSON, SI throughout.")
-@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")
 @click.option("--no-simulate", is_flag=True, help="Leave out the time simulation that confirms the result (normal).")
 @click.option(
     "--accuracy",
@@ -283,7 +283,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool
     help='Show the powers, and the energy stored, at a crank angle such as "90 deg" too; the picture shows those.',
 )
 @json_flag()
-@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")
 @plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
 @click.option("--language", type=click.Choice([*LANGUAGES]), help="Of table and picture (default en).")
 def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
@@ -688,7 +688,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
 @click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
 @click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units as well as in SI.")
 @click.option("--cover-sheet", is_flag=True, help="The cover sheet alone, to sign.")
-@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")
 @click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as for size.")
 @click.option(
     "--printed",

@@ -139,7 +139,12 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
 )
 @click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none).")
 @click.option(
-    "--rtol", type=float, default=1e-10, show_default=True, callback=within(*_RTOL), help="Error asked of every figure."
+    "--rtol",
+    type=float,
+    default=1e-10,
+    show_default=True,
+    callback=within(*_RTOL),
+    help="Required relative error of every figure.",
 )
 @click.option(
     "--engine",
@@ -525,7 +530,7 @@ def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[
     help='Price of the flywheel for each kg m^2 of inertia, kg of mass, m of diameter, such as "mass=3.5"; repeatable.',
 )
 @click.option("--skip-faulty", is_flag=True, help="Leave faulty rows of the table out instead of refusing it.")
-@click.option("--rtol", type=float, callback=within(*_RTOL), help="Relative error asked of each flywheel.")
+@click.option("--rtol", type=float, callback=within(*_RTOL), help="Required relative error of each flywheel.")
 @click.option("--rows", type=click.IntRange(1, 10_000), default=_ROWS, show_default=True, help="Motors in the table shown.")
 @json_flag()
 @csv_flag()

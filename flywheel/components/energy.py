@@ -1,4 +1,4 @@
-"""Power and energy of a machine: what its motor gives on the mean and at the peak, with the flywheel and without it."""
+"""Power and energy of a machine: what its motor gives on average and at the peak, with the flywheel and without it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Energy(NamedTuple):
     speed (W). Powers of a motor that brakes are below 0. `rms_torque` is the root of the mean square of the motor's torque
     over time (N m): on the drive's own shaft in a sizing, on the reduction element in `of_cycle`.
 
-    What heats a motor, on the mean over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
+    What heats a motor, averaged over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
     square and by the value that is greatest in size, and the copper heat R i² (W); of an induction motor the heat of its
     rotor (W), torque times slip speed, and by its name plate the line current (A) and the copper heat of its stator (W);
     each as a share of that at the rated point, too. None if they do not apply.

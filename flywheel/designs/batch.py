@@ -239,7 +239,7 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
     np.minimum.at(least, (which, design), at_roots)
     angles, moving, worst = [], [], np.zeros(count)
     for row, extreme, sign in ((FAST, greatest[FAST], 1.0), (SLOW, least[SLOW], -1.0)):
-        # of those that only rounding tells apart, the first by angle: an edge, or a root in a cell before it
+        # of those that differ only by rounding, the first by angle: an edge, or a root in a cell before it
         enough = sign * extreme - cells.SAME * np.maximum(np.abs(greatest[row]), np.abs(least[row]))
         reached = sign * at_edges[row] >= enough
         edge = np.where(reached.any(axis=0), reached.argmax(axis=0), number)

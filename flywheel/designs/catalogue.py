@@ -74,7 +74,7 @@ class StartOfMotor(NamedTuple):
 
     That of a synchronous motor lasts until its speed has settled, in step.
 
-    `time` (s), `turns` of the crank; `current_squared`, the integral of (I/I_n)² dt of the windings (s), None where table or
+    `time` (s), `turns` of the crank; `current_squared`, the integral of (I/I_n)² dt of the windings (s), None if table or
     kind do not tell the current; `allowed`, what the warm motor bears of that by its locked-rotor time (s; the cold one,
     where that time alone is known), None without one; `share`, the one over the other. `route` is how it was followed: in
     "time", or through the torque "map".
@@ -93,7 +93,7 @@ class StartOfMotor(NamedTuple):
 
 
 class MotorChoice(NamedTuple):
-    """A motor of the table in the machine: whether it does, or else the `reason` why not; None where that was not found out.
+    """A motor of the table in the machine: whether it does, or else the `reason` why not; None if that was not found out.
 
     `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None
     where none was found; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated
@@ -231,9 +231,9 @@ def suitable_motors(
             two of a scene that asks for a wheel by its `shape`.
         wheel_prices: price of the flywheel in the table's currency, for each kg m² of its inertia, kg of its mass and m of
             its diameter, by the same names.
-        rtol: relative error asked of each flywheel; the scene's own if None.
+        rtol: required relative error of each flywheel; the scene's own if None.
         skip_faulty: whether rows at fault are left out.
-        progress: whether to show a bar on standard error; None where that is a terminal.
+        progress: whether to show a bar on standard error; None if that is a terminal.
 
     Raises:
         SceneError: for faults of the table, and a scene that has no drive or asks for no flywheel.
@@ -463,7 +463,7 @@ def _breaks_away(machine: Machine, at: float) -> bool:
 
 
 def _started(choice: MotorChoice, found: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
-    """The motor with its start, followed through the torque map, or in time where that does not tell it."""
+    """The motor with its start, followed through the torque map, or in time where that does not give it."""
     motor = machine.scene.motor
     assert motor is not None
     if not maps(motor) or motor.keeps_step:
@@ -637,7 +637,7 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:
-    """Heat and torque of a motor over those of its rated point, as far as it has them; over the duty where there is one."""
+    """Heat and torque of a motor over those of its rated point, as far as it has them; over the duty if there is one."""
     if sizing.duty is not None:
         known = {"motor_heat": sizing.duty.heat_share, "motor_rms": sizing.duty.rms_torque_share}
         return {name: share for name, share in known.items() if share is not None}

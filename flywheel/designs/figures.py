@@ -116,9 +116,9 @@ def sized(
         scene: one that was read; see `flywheel.reading.paths`.
         paths: of the numbers that vary.
         columns: their values in SI (paths, designs).
-        rtol: relative error asked of every figure.
+        rtol: required relative error of every figure.
         engine: one of `ENGINES`.
-        progress: whether to show a bar where many are sized one by one; None where standard error is a terminal.
+        progress: whether to show a bar where many are sized one by one; None if standard error is a terminal.
 
     """
     if engine == "size":
@@ -164,7 +164,7 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
 
 
 class Chunks(NamedTuple):
-    """Figures of designs by their names with their errors, and how often their cells were halved; -1 where none is known."""
+    """Figures of designs by their names with their errors, and how often their cells were halved; -1 if none is known."""
 
     values: dict[str, Array]
     errors: dict[str, Array]
@@ -230,7 +230,7 @@ def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[s
 
 @np.errstate(all="ignore")
 def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: cycles.Engine) -> Any:
-    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed.
+    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 if rtol is missed.
 
     -2 where finer cells are not tried, as no motion was found.
     """
@@ -332,7 +332,7 @@ def empty(count: int) -> Batch:
 
 
 def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
-    """The figures of one sizing, each with its error; nan where there is none."""
+    """The figures of one sizing, each with its error; nan if there is none."""
     own = {name: ((one.column and one.column.value) or one.of)(sizing) for name, one in _OF_SIZING.items()}
     if sizing.scene.wheel is not None:
         own |= wheel_figures(sizing.scene.wheel, sizing.built and sizing.built.wheel)

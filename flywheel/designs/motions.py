@@ -45,7 +45,7 @@ _MOST_CUTS = 10  # rounds in which cells are cut anew where meshes change the si
 _CUT_MOVE = 1e-12  # of the cycle: what moves less has settled
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
-_LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what fades in the first cell behind a jump; halvings towards it
+_LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behind a jump; halvings towards it
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
@@ -54,7 +54,7 @@ _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond the
 
 
 class StagePart(NamedTuple):
-    """A stage of many designs with its place, and I* and dI*/dphi (kg m²) of what hangs on it, (designs, cells, nodes)."""
+    """A stage of many designs with its place, and I* and dI*/dphi (kg m²) of its parts, (designs, cells, nodes)."""
 
     stage: Stage
     place: int
@@ -206,7 +206,7 @@ class DesignMoments(Moments):
 def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Constant crank speeds (rad/s) at which the net work is zero, the unknowns there, and which of them are certain.
 
-    Where there is a balance the speed is the one asked for. Else it is the greatest stable one of those that
+    Where there is a balance the speed is the required one. Else it is the greatest stable one of those that
     `constant_speed.steady_speeds` would find; where a hump of the net work might reach zero between two speeds tried,
     nothing is certain.
 
@@ -255,7 +255,7 @@ def closed(
 
 
 class _Table:
-    """Figures of designs by their names, NaN where nothing is known, that are put in group by group."""
+    """Figures of designs by their names, NaN if nothing is known, that are put in group by group."""
 
     def __init__(self, size: int) -> None:
         self.size, self.rows = size, dict[str, Array]()
@@ -310,7 +310,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     by_speed = moments.constant(speed, unknown[:, None, None]).by_speed
 
     def fading(some: Index, inertia: Array) -> Array:
-        """The exponents by which torques fade a change of the constant speed in each cell."""
+        """The exponents by which torques decay a change of the constant speed in each cell."""
         total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
         return np.asarray((-by_speed[some] / total).max(axis=-1) * 2.0 * moments.mesh.half[some, :, 0])
 
@@ -336,7 +336,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
         worst[tried[found]] = missing[found]
         return tried[found]
 
-    # the motion: with the flywheel that is given or sought, or with none where none is found
+    # the motion: with the flywheel that is given or sought, or with none if none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
     ways = [False, True] if given is None else [False]
     for alone, first in [(way, first) for way in ways for first in (first_guess, balanced_guess)]:
@@ -488,7 +488,7 @@ def _motions(
         speed: constant speeds (rad/s) from which the motions are found.
         unknown: the values of the scene's unknown there.
         guess: of the flywheels, kg m² on the crank.
-        inertia: of those that are given; None where one is sought for the irregularity.
+        inertia: of those that are given; None if one is sought for the irregularity.
         start: the first guess of the motion.
 
     """

@@ -188,12 +188,12 @@ def optimize(
             numbers that vary (`reduced_inertia_greatest - reduced_inertia_least`).
         maximize: the same, to be made greatest.
         over: of each path the bounds (low, high); SI, or texts with units.
-        subject_to: of figures or expressions the limits (low, high), None where open. The allowable stress of a wheel that
+        subject_to: of figures or expressions the limits (low, high), None if open. The allowable stress of a wheel that
             the scene asks for is kept without being asked.
         samples: quasi-random designs among which searches begin, a power of two.
         starts: how many searches.
         seed: of the designs.
-        rtol: relative error asked of the figures.
+        rtol: required relative error of the figures.
         engine: as of a sweep.
 
     Raises:
@@ -312,7 +312,7 @@ class _Optimization:
         self.points: list[tuple[Array, Array, int]] = []
 
     def rows(self, columns: Array) -> Array:
-        """The objective, to be least, and breaches of limits relative to them; NaN where a design is refused."""
+        """The objective, to be least, and breaches of limits relative to them; NaN if a design is refused."""
         try:
             values, _ = self.family(columns)
         except KeyboardInterrupt:
@@ -352,7 +352,7 @@ class _Optimization:
         return descent(self.rows, best, self.low, self.high)
 
     def gain(self, best: Array, i: int) -> float:
-        """Increase of the objective by a step back from a bound of the i-th number; 0 where it changes nothing."""
+        """Increase of the objective by a step back from a bound of the i-th number; 0 if it changes nothing."""
         moved = best.copy()
         width = self.high[i] - self.low[i]
         moved[i] += _STEP_BACK * width if best[i] - self.low[i] < self.high[i] - best[i] else -_STEP_BACK * width
@@ -580,7 +580,7 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
 
 
 def _at_ends(problem: _Optimization, best: Array) -> Array:
-    """The design with numbers that are at a bound but for rounding put there, unless that makes it worse by what counts."""
+    """The design with numbers within rounding of a bound set to the bound, unless that makes it worse."""
     width = problem.high - problem.low
     moved = np.where(best - problem.low <= 1e-6 * width, problem.low, best)
     moved = np.where(problem.high - moved <= 1e-6 * width, problem.high, moved)

@@ -114,7 +114,7 @@ class Tolerance:
         return f"Tolerance({notebook.quoted(self.scene.title)}{len(self.spreads)} figures by {by})"
 
     def __getitem__(self, figure: str) -> Spread:
-        """Spread of a figure; SceneError where there is no such figure."""
+        """Spread of a figure; SceneError if there is no such figure."""
         name = figure_name("figure", figure)
         if name not in self.spreads:
             raise SceneError([Fault(figure, "no figure of this scene", f"one of {', '.join(self.spreads)}")])
@@ -183,11 +183,11 @@ def tolerance(
         figures: by their names, all that there are if None.
         samples: points, a power of two at least 64; times the count of paths and 2 are sized for the shares.
         seed: of the points.
-        rtol: relative error asked of the figures.
+        rtol: required relative error of the figures.
         engine: as of a sweep.
 
     Raises:
-        SceneError: where the scene itself is refused, a number or figure is not there, or an interval is none.
+        SceneError: if the scene itself is refused, a number or figure is not there, or an interval is none.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
@@ -422,7 +422,7 @@ def _spread(
 
 
 def _fitted(basis: Array, values: Array) -> Array:
-    """The weights of the basis (terms, designs) whose sum all but is the values; none where they are not, or not known."""
+    """The weights of the basis (terms, designs) whose sum all but is the values; none if they are not, or not known."""
     nothing = np.zeros(len(basis))
     if not np.isfinite(values).all():
         return nothing
@@ -510,8 +510,8 @@ def _share(values: Array, at: Array, side: Literal["left", "right"]) -> Array:
 def _search_extremes(family: Variation, known: _SizedDesigns, chosen: list[int]) -> None:
     """Searches for the least and the greatest value of figures from the best points known, where gradients point inwards.
 
-    Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search goes on from
-    the best point; what it finds counts for every figure.
+    Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search continues
+    from the best point; what it finds counts for every figure.
     """
     bounds, ends = known.bounds, _ends(known.bounds)
     known.add(ends, *family(ends))
@@ -549,7 +549,7 @@ class _SizedDesigns:
         self.errors = np.concatenate([self.errors, errors], axis=1)
 
     def best(self, figure: int, sign: float) -> int | None:
-        """The first design with the greatest (sign +1) or the least figure; None where none is known."""
+        """The first design with the greatest (sign +1) or the least figure; None if none is known."""
         row = sign * self.values[figure]
         return None if bool(np.isnan(row).all()) else int(np.nanargmax(row))
 

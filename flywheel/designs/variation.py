@@ -97,8 +97,8 @@ class Variation:
 
     Args:
         scene: one that was read.
-        paths: of the numbers that vary; SceneError for one that there is not, with the nearest.
-        rtol: relative error asked of every figure.
+        paths: of the numbers that vary; SceneError for one that does not exist, with the nearest.
+        rtol: required relative error of every figure.
         engine: what sizes designs, as of a sweep.
 
     """
@@ -159,7 +159,7 @@ class Variation:
         return size(with_numbers(self.scene, there), self.rtol, simulate=False)
 
     def __call__(self, columns: Array) -> tuple[Array, Array]:
-        """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN where refused.
+        """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN if refused.
 
         Raises KeyboardInterrupt where the user ends it; what is done by then is `finished`.
         """
@@ -251,7 +251,7 @@ def quantity(value: object, dimension: str, path: str) -> float:
 
 
 def _without_wheel(scene: Scene) -> Scene | None:
-    """The scene without the wheel that is to be chosen; None where there is none, or where its arms ask for the motion."""
+    """The scene without the wheel that is to be chosen; None if there is none, or where its arms ask for the motion."""
     wheel = scene.wheel
     if wheel is None or scene.irregularity is None or scene.document is None:
         return None
@@ -291,7 +291,7 @@ _BINDING |= dict.fromkeys((*OF_WHEEL, "angle_speed_max", "angle_speed_min"), _BI
 class Derivative(NamedTuple):
     """The derivative of a figure by a number (SI), with its estimated absolute error.
 
-    `value` is NaN where there is none, and `reason` says why; `left` and `right` are then those of one side, as far as there
+    `value` is NaN if there is none, and `reason` says why; `left` and `right` are then those of one side, as far as there
     are any. Elsewhere all three are the same.
     """
 
@@ -327,7 +327,7 @@ class Sensitivities:
         return f"Sensitivities({notebook.quoted(self.scene.title)}{many})"
 
     def derivative(self, figure: str, path: str) -> Derivative:
-        """The derivative of a figure by a number; SceneError where there is no such figure or number."""
+        """The derivative of a figure by a number; SceneError if there is no such figure or number."""
         own, name = self.derivatives[self._known(figure)], dotted(path)
         if name not in own:
             raise SceneError([Fault(path, "no number of these", f"one of {', '.join(own)}")])
@@ -339,7 +339,7 @@ class Sensitivities:
         return self.derivative(figure, path).value * self.numbers[dotted(path)] / value if value else float("nan")
 
     def as_dict(self) -> dict[str, Any]:
-        """The derivatives for JSON, SI throughout; null where there is none."""
+        """The derivatives for JSON, SI throughout; null if there is none."""
         return {
             "title": self.scene.title,
             "rtol": self.rtol,
@@ -383,11 +383,11 @@ def sensitivities(
         scene: one that was read.
         paths: of numbers, such as "mechanism.crank.length" or "load.0.from"; all of them if None.
         figures: by their names, all that there are if None.
-        rtol: relative error asked of the figures themselves.
+        rtol: required relative error of the figures themselves.
         engine: as of a sweep.
 
     Raises:
-        SceneError: where the design itself is refused, or a number or a figure is not there.
+        SceneError: if the design itself is refused, or a number or a figure is not there.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},

@@ -39,10 +39,10 @@ _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not de
 class Instant(NamedTuple):
     """State of a machine at one instant, at its crank: acceleration (rad/s²), M* less losses (N m), I* + J (kg m²).
 
-    `loss` is what the meshes take of the moment (N m), `rates` those of a motor's own states (per second). The energy of the
-    machine changes by moment * omega. `passed` is what the mesh of every stage passes outwards (N m), and `factors` what the
-    crank gives for what a stage takes for itself: of each mesh on the way 1/efficiency where power goes outwards, efficiency
-    where it comes back. `friction` is that of rough joints: it is part of
+    `loss` is the moment lost in the meshes (N m), `rates` those of a motor's own states (per second). The energy of the
+    machine changes by moment * omega. `passed` is the moment through the mesh of every stage, outwards (N m), `factors` the
+    moment of the crank for each N m of a stage: for each mesh on the way 1/efficiency where power flows outwards, efficiency
+    where it flows back. `friction` is that of rough joints: it is part of
     the moment; NaN if it leaves no motion.
     """
 
@@ -60,10 +60,10 @@ PlainInstant = Callable[[float, float, float, Any], tuple[float, float, float, t
 
 
 class Stiction(NamedTuple):
-    """Friction that holds a machine at rest: M* without it (N m), and how much friction a motion from there would meet.
+    """Friction that holds a machine at rest: M* without it (N m), and the friction against a motion from there.
 
     The latter is infinite where no driving action would move the mechanism. `locking` are the loads, by path, that push but
-    do not move it however large they are: the friction that follows each alone is as large as what it pushes with.
+    do not move it at any size: the friction due to each alone is as large as its push.
     """
 
     moment: float
@@ -72,7 +72,7 @@ class Stiction(NamedTuple):
 
 
 _Row = tuple[Any, Any, Any, dict[str, Any] | None]
-"""Inertia, its slope and moment of a stage without flywheel and circuit, and efforts of loads by path where joints rub."""
+"""Inertia, its slope and moment of a stage without flywheel and circuit; efforts of loads by path with joint friction."""
 
 
 def _rows(found: Sequence[Any]) -> list[_Row]:
@@ -84,11 +84,11 @@ class _Contribution(NamedTuple):
     inertia: Any
     slope: Any
     moment: Any
-    efforts: dict[str, Any] | None = None  # of loads, by path, where joints rub
+    efforts: dict[str, Any] | None = None  # of loads, by path, where joints have friction
 
 
 def _interior(ends: tuple[float, float]) -> tuple[float, float]:
-    """The ends of a piece, drawn in to where its laws are defined."""
+    """The ends of a piece, moved to where its laws are defined."""
     inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
     return ends[0] + inset, ends[1] - inset
 
@@ -110,7 +110,7 @@ class Dynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
     `joint_friction` is the friction in its joints at the actual motion, None if nothing rubs or its moment is given;
-    `circuit` is that of its motor where this has states of its own, such as a current, else None.
+    `circuit` is that of its motor if this has states of its own, such as a current, else None.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class Dynamics:
         return self.machine.is_dry
 
     def _by_direction(self, anchor: Anchor, omega: Any) -> list[tuple[Machine, Any]]:
-        """The machine as its laws are in each direction of the motion, and where it goes that way."""
+        """The machine with its laws in each direction of the motion, and the instants with that direction."""
         machine = self.machine
         if machine.backwards is machine:
             return [(machine, True)]
@@ -158,7 +158,7 @@ class Dynamics:
         """The instant at a position within the smooth piece around `middle`; `ends` are that piece's.
 
         Branches that depend on speed or time are decided at `anchor` if there is one, else here. Where a law stops being
-        defined at a piece's end, it is read just inside. Past the end of a stroke, where a step that finds the end may try,
+        defined at a piece's end, it is read just inside. Past the end of a stroke, which a step may try,
         there is no mechanism: I* continues along its tangent.
         """
         place = anchor or Anchor(middle, None, None)
@@ -188,8 +188,8 @@ class Dynamics:
         """The result of `at` in the piece of an anchor as a function of plain numbers.
 
         From phi, omega, t and a motor's states to acceleration, moment, inertia and their rates (see `Instant`). Where a law
-        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None if joints rub, on a
-        stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
+        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None if joints have friction, on
+        a stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
         """
         machine, circuit, ratio = self.machine, self.circuit, self.ratio
         if (
@@ -233,7 +233,7 @@ class Dynamics:
     ) -> Instant:
         """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers.
 
-        With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`. What decides the
+        With the `ends` of a piece, a law that is not defined there is read just inside, as by `at`. The signs that decide
         branches of friction is told where it is `watched`.
         """
         phi = np.asarray(self._inside(phi)[0])
@@ -255,7 +255,7 @@ class Dynamics:
         )
 
     def surplus(self, phi: Array, anchor: Anchor, omega: Array, time: Array, acceleration: Array) -> Array:
-        """The moment (N m, on the crank) that a machine has left, after losses, at accelerations of a motion forwards."""
+        """The remaining moment (N m, on the crank) of a machine, after losses, at accelerations of a motion forwards."""
         parts = self._parts(phi, anchor, omega, time, ())[0]
         own = [part.inertia * acceleration + part.slope * (0.5 * omega * omega) - part.moment for part in parts]
         one: tuple[Any, ...] = tuple(np.ones(phi.shape) for _ in own)
@@ -273,7 +273,7 @@ class Dynamics:
         *,
         rubbing: bool = True,
     ) -> dict[str, Array]:
-        """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers.
+        """The moments (N m, on the crank) by part: loads, weights, springs, dampers.
 
         now: the instants there, as `along` gives them, if they are known; rubbing: with friction in joints.
         """
@@ -314,7 +314,7 @@ class Dynamics:
     ) -> list[Array]:
         """Values that change their signs where a stretch of motion ends: switches, and the moments of meshes with losses.
 
-        there: at the anchor itself, where the sign of what a mesh passes chose its side, however little that is.
+        there: at the anchor itself, where the sign of the moment through a mesh decided its side, however small it is.
         """
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
         if anchor.factors is not None or self.joint_friction is not None:
@@ -332,7 +332,7 @@ class Dynamics:
         return self.holds or len(self.machine.stages) > 1 or self.machine.switches_at_speeds
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
-        """The position, or the end of the stroke that it lies past, and by how much it does."""
+        """The position, or the end of the stroke that it has passed, and the distance beyond it."""
         if self.machine.scene.stroke is None:
             return phi, 0.0
         held = np.clip(phi, 0.0, self.machine.scene.cycle)
@@ -381,7 +381,7 @@ class Dynamics:
         return parts
 
     def _recorded_parts(self, machine: Machine, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[_Row] | None:
-        """All parts by the recorded walk, in a piece that is asked for often enough; None if the walk itself serves."""
+        """All parts by the recorded walk, in a piece that is evaluated often enough; None if the walk itself is used."""
         if not (isinstance(anchor.phi, float) and isinstance(anchor.omega, float | None)):
             return None
         asked = self._asked[anchor.phi] = self._asked.get(anchor.phi, 0) + 1
@@ -417,7 +417,7 @@ class Dynamics:
         return reduced.inertia, reduced.slope, moment, pressing
 
     def _moving(self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any) -> Iterator[tuple[str, Any]]:
-        """Part and moment of what depends on speed or on time."""
+        """Part and moment of the laws that depend on speed or on time."""
         if stage.reduction.moves:
             for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
                 if not self._of_circuit(element.name):
@@ -439,7 +439,7 @@ class Dynamics:
     ) -> Instant:
         """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
 
-        Which way the meshes pass power, and how friction acts, is found in turn where the anchor does not give it.
+        Directions of power in the meshes and sides of friction are found by iteration if the anchor does not give them.
         """
         friction = self.joint_friction
         assert friction is not None
@@ -471,8 +471,8 @@ class Dynamics:
         """The accelerations (rad/s²) with which a machine at rest would move forwards, and with which backwards: (2, n).
 
         At times (n,) it does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the
-        pieces on either side of the position, and what time decides is decided at `decided` (s), or at every time itself.
-        0 stands where friction leaves no motion.
+        pieces on either side of the position, and branches by time are decided at `decided` (s), or at every time itself.
+        0 if friction leaves no motion.
         """
         onset, found = ONSET * self.machine.typical_speed, list[Array]()
         deciding = times if decided is None else np.full(times.shape, decided)
@@ -610,7 +610,7 @@ def later(step: Step, time: float) -> Step:
 
 
 class Along(NamedTuple):
-    """States at some times of a motion, with what its laws need to know there: positions are those within the cycle."""
+    """States at some times of a motion, with the arguments of its laws: positions are those within the cycle."""
 
     phi: Array
     anchor: Anchor
@@ -622,10 +622,10 @@ class Along(NamedTuple):
 class Trail(NamedTuple):
     """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
 
-    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for ever; `cycles` is how
+    `goal` is the kind of its end, if that was not time; `stuck` says where it stands still for ever; `cycles` is how
     often it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by
     which the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from. `left` is
-    the share of the typical speed that a motion that swings ever less about a place still had where it counted as at rest.
+    the share of the typical speed left in a decaying swing that counts as rest.
     """
 
     dynamics: Dynamics
@@ -680,7 +680,7 @@ class Trail(NamedTuple):
         return offset, Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides, direction)
 
     def along(self, times: Array, owners: Index) -> Iterator[tuple[slice, Array, Along]]:
-        """Times in portions: which, their states, and what laws need there; `owners` are the stretches they belong to."""
+        """Times in portions: their indices, states, and arguments of laws; `owners` are the stretches they belong to."""
         for k in range(0, times.size, _TOGETHER):
             portion = slice(k, k + _TOGETHER)
             states = self.states(times[portion], owners[portion])
@@ -719,7 +719,7 @@ class Trail(NamedTuple):
         return low if low == high or faster(low) >= 0.0 else root(faster, low, high)  # equal on both sides of a switch
 
     def __repr__(self) -> str:
-        """Names the number of steps and how they end, instead of all of them."""
+        """The number of steps and their end, instead of all of them."""
         return f"Trail({len(self.stretches)} steps to t = {self.t[-1]:.6g} s, goal={self.goal!r}, cycles={self.cycles})"
 
     def ends(self) -> Array:

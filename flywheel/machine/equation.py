@@ -1,7 +1,7 @@
 """The equation of motion of a machine with losses in its meshes, and its moments on a mesh of crank angles.
 
 A machine is its crank and parts in a tree, each on the crank or on another part through a mesh of an efficiency. With I of
-a part and M on it, both reduced to the crank (angle phi, speed omega), what its mesh passes to it is
+a part and M on it, both reduced to the crank (angle phi, speed omega), the moment through its mesh is
 
     tau = I alpha + ½ dI/dphi omega² - M + sum of k tau over the parts connected to it,
 
@@ -11,8 +11,8 @@ all meshes from the crank to it, alpha follows from
 
     sum over the parts of K (I alpha + ½ dI/dphi omega² - M) = 0.
 
-`Moments` walks what depends on position alone once, on a whole mesh, and evaluates what depends on speed there as often as
-wanted, with its slope: series and cells of the steady regime rest on it. `machine.dynamics` gives the same at instants.
+`Moments` evaluates laws of position alone once, on a whole mesh, and laws of speed there as often as
+needed, with slopes: series and cells of the steady regime use it. `machine.dynamics` gives the same at instants.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ def solved(
     stages: Sequence[Stage],
     outwards: Callable[[Any], Any] | None,
 ) -> tuple[Any, tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
-    """The equation of motion (see `balanced`) with the factors K that belong to what the meshes pass.
+    """The equation of motion (see `balanced`) with the factors K for the directions of power in the meshes.
 
-    What each mesh passes grows with alpha, and so does the sum, whichever way the meshes pass power: one set of directions
+    The moment through each mesh grows with alpha, and so does the sum, in any directions of power: one set of directions
     fits. As a function of alpha the sum is convex (concave backwards), so that Newton's method, which this is, ends.
 
     Args:
@@ -107,7 +107,7 @@ def solved(
         bare: ½ I' omega² - M of every part (N m).
         factors: K of every part to begin with.
         stages: of the parts, whose meshes lose.
-        outwards: whether a mesh that passes some moment (N m) passes power outwards; None to keep the factors.
+        outwards: tests whether a mesh with some moment (N m) passes power outwards; None to keep the factors.
 
     Returns:
         The acceleration d(omega²/2)/dphi, the residual of each part (N m), what its mesh passes to it, and what the crank
@@ -132,9 +132,9 @@ def alike(ones: Sequence[Any], others: Sequence[Any]) -> bool:
 def passed_by(
     own: Sequence[Any], stages: Sequence[Stage], factors: tuple[Any, ...], outwards: Callable[[Any], Any] | None
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The moment that each mesh passes (N m, on the crank), summed from the far ends inwards, and K.
+    """The moment through each mesh (N m, on the crank), summed from the far ends inwards, and K.
 
-    With `outwards`, what the nearer side of a mesh gives follows from what it passes; else it is that of the factors K.
+    With `outwards`, the moment on the nearer side of a mesh follows from the moment through it; else from the factors K.
     """
     passed, given = list(own), [factors[0]] * len(own)
     for k in range(len(own) - 1, 0, -1):
@@ -153,11 +153,11 @@ def passed_by(
 
 
 class Moments:
-    """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
+    """A machine on a mesh, which gives F at any speeds, flywheels and values of its unknown.
 
     `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
-    makes up the latter. What a law or a mesh does at a speed is decided in the middle of every cell, or, where cells do not
-    end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
+    contributions to the latter. Branches of laws and meshes at a speed are decided in the middle of every cell, or, if cells
+    do not end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
     """
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
@@ -177,7 +177,7 @@ class Moments:
 
     @cached_property
     def locally(self) -> Moments:
-        """The same, with branches decided at every node."""
+        """The same machine, with branches decided at every node."""
         found = copy(self)
         found.local = True
         return found
@@ -252,7 +252,7 @@ class Moments:
 
     @cached_property
     def _still(self) -> Array:
-        """The work over the cycle of what does not depend on speed; by the unknown; and of resistance, by the speed."""
+        """Work over the cycle of laws without speed; its derivative by the unknown; that of resistance by the speed."""
         rows = [[part.moment, part.per_unknown, part.resistance] for part in self.parts]
         return cells.total(np.sum(rows, axis=0), self.mesh.half)
 
@@ -275,7 +275,7 @@ class Moments:
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
         """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.
 
-        Of a motor that keeps step at one speed alone they are there those that carry the mean load.
+        Of a motor that keeps step at one speed alone they are those that carry the mean load there.
         """
         if self.circuit is None:
             return ()
@@ -372,7 +372,7 @@ class Moments:
 
 
 def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moments:
-    """The machine on cells between edges (rad): the last few are kept, as one search asks for the same again and again."""
+    """The machine on cells between edges (rad): the last few are kept, because a search needs the same ones repeatedly."""
     kept, key = machine.kept.setdefault("moments", {}), edges.tobytes()
     if key not in kept:
         if len(kept) >= _KEPT:
@@ -409,7 +409,7 @@ def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None 
 
 
 def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
-    """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
+    """The fault of a load, or else the mechanism, that has no finite value at a position, or too large a one.
 
     Args:
         machine: the machine.

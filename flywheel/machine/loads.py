@@ -1,4 +1,4 @@
-"""Loads, springs, tables and friction in joints as laws of position, and of speed and time where they depend on them."""
+"""Loads, springs, tables and friction in joints as laws of position, speed and time."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Senses(NamedTuple):
 
 
 class TableCurve:
-    """A table as polynomials between its knots: values see the piece that their anchor lies in."""
+    """A table as polynomials between its knots: a value is that of the piece of its anchor."""
 
     def __init__(self, table: Table) -> None:
         starts, polynomials = [], []  # of every run without jumps: left ends and coefficients, highest power first
@@ -59,7 +59,7 @@ class TableCurve:
                 continue
             starts.append(angle[:-1])
             if table.interpolation == "pchip" and angle.size > 2:
-                from scipy.interpolate import PchipInterpolator  # only scenes with such a table pay for it
+                from scipy.interpolate import PchipInterpolator  # only scenes with such a table need it
 
                 polynomials.append(np.asarray(PchipInterpolator(angle, value).c))
             else:
@@ -85,7 +85,7 @@ class TableCurve:
 class Effort:
     """The law of one load: its value where it is active, 0 elsewhere; `unknown` names the scene's balance, if any.
 
-    `direction` is the crank's: with -1 `while` and drag turn round, and so does v where a law reads its sign alone.
+    `direction` is the crank's: with -1 `while` and drag reverse, and so does v if a law reads its sign alone.
     """
 
     direction = 1.0
@@ -143,7 +143,7 @@ class Effort:
         )
 
     def backwards(self) -> Effort:
-        """The law as it is where the crank turns backwards."""
+        """The law for a crank that turns backwards."""
         found = copy(self)
         found.direction = -1.0
         return found
@@ -199,8 +199,8 @@ class Effort:
     def speed_switches(self, here: Here, anchor: Here) -> list[Any]:
         """Values whose signs decide the branches of the law, as far as they depend on speed or time; `here` is moving.
 
-        Where v or omega alone change their sign is known beforehand, except for a machine that comes to rest, which is
-        watched apart; where time alone decides is known beforehand too: stepping starts afresh there.
+        Sign changes of v or omega alone are known beforehand, except for a machine that comes to rest, which is
+        watched separately; switches by time alone are known beforehand too: stepping restarts there.
         """
         law = self._law
         if not isinstance(law, Expression):
@@ -298,8 +298,8 @@ def moving_switches(law: Expression) -> tuple[Expression, ...]:
 class FrictionCurve:
     """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
 
-    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle. `speed` is the constant
-    one (rad/s) that it was found at; None of one that was found along a motion with speeds of its own.
+    It is not smooth at `breakpoints`. `error` (J) bounds the error of its fit in the work of the cycle. `speed` is the
+    constant one (rad/s) at which it was computed; None if along a motion with speeds of its own.
     """
 
     def __init__(self, mesh: Cells, values: Array, corners: Array, speed: float | None = None) -> None:
@@ -319,7 +319,7 @@ class FrictionCurve:
 
 
 def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
-    """Effort that a spring takes up, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
+    """Effort of a spring, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
 
     def effort(here: Here, anchor: Here) -> Any:
         return spring.stiffness * (place.displacement(here) - spring.rest)

@@ -1,7 +1,7 @@
 """From a scene to its machine: loads as laws of position, the bond graph, and the angles between which everything is smooth.
 
-What breaks and what is steep comes from proven bounds (intervals) of positions, influence coefficients and expressions,
-walked through the same bond graph; nothing is sampled. Only scenes with expressions, or loads that act one way, pay for it.
+Breakpoints and steep places come from proven bounds (intervals) of positions, influence coefficients and expressions,
+computed through the same bond graph; nothing is sampled. Only scenes with expressions, or loads that act one way, need it.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Anchor(NamedTuple):
 
     Without a speed and a time those that depend on them are decided at every instant itself.
     `factors` are those of the meshes there (see `Instant`); None if they are to be found at every instant. `sides` are
-    signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
+    signs in rough joints there, (..., 3 actions): of their rates, against which friction acts, and of the forces
     that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None if they are to be found
-    at every instant. `direction` is that of the motion: 1, -1, or 0 of a machine that rests, which dry laws then hold; None
+    at every instant. `direction` is that of the motion: 1, -1, or 0 for a machine held at rest by dry laws; None
     where it is the sign of the speed at every instant.
     """
 
@@ -104,17 +104,17 @@ class Anchor(NamedTuple):
 
 
 class Machine:
-    """A machine of one degree of freedom: its scene, its bond graph, and the crank angles that it breaks at.
+    """A machine of one degree of freedom: its scene, its bond graph, and its breakpoints (crank angles).
 
-    Its coordinate runs from 0 to the cycle. On a stroke it is the driver's way from where the stroke begins, so that the
+    Its coordinate runs from 0 to the cycle. On a stroke it is the driver's travel from the start of the stroke, so that the
     scene's `origin` added to it gives the driver's own coordinate, and the reduction element `slide` stands for the crank
     where that driver slides: I* is then a mass m* (kg), M* a force F* (N), and angles are lengths (m).
 
-    `graph` is the physical chain of transformers from the crank; `reduction` walks it. `omitted` lists what the scene
-    names but the machine does not need (bodies without mass that nothing hangs on, shafts that carry nothing).
+    `graph` is the physical chain of transformers from the crank; `reduction` evaluates it. `omitted` lists parts that the
+    scene names but the machine does not need (bodies without mass and loads, shafts without load).
 
-    `friction` is the moment of friction in the joints, where it is known: it follows from the forces in a regime, so that
-    `flywheel.regime.joint_friction` finds it and gives the machine that has it. A machine is pickled as its scene and that
+    `friction` is the moment of friction in the joints, if it is known: it follows from the forces in a regime, so that
+    `flywheel.regime.joint_friction` computes it and gives the machine with it. A machine is pickled as its scene and that
     moment.
 
     >>> import flywheel, pickle
@@ -164,12 +164,12 @@ class Machine:
 
     @cached_property
     def is_dry(self) -> bool:
-        """Tests whether something may hold it at rest: laws that jump with the direction, meshes that lose, rough joints."""
+        """Tests whether friction may hold it at rest: laws that jump with the direction, lossy meshes, rough joints."""
         return self.has_joint_friction or len(self.stages) > 1 or any(effort.is_dry for effort in self.efforts)
 
     @cached_property
     def backwards(self) -> Machine:
-        """The same machine with its laws as they are where the crank turns backwards; itself where none differs there."""
+        """The same machine with its laws for a crank that turns backwards; itself if none differs."""
         if not any(effort.reverses for effort in self.efforts):
             return self
         found = copy(self)
@@ -188,7 +188,7 @@ class Machine:
 
     @cached_property
     def reduction(self) -> Reduction:
-        """The graph compiled for the crank's angle; a SceneError where shafts twist, so that one angle is not enough."""
+        """The graph compiled for the crank's angle; a SceneError if shafts twist, so that one angle is not enough."""
         if not self.scene.compliances:
             return self.rigid
         found = "a compliant shaft, with which the motion has several angles"
@@ -204,7 +204,7 @@ class Machine:
 
     @cached_property
     def kinematics(self) -> Reduction:
-        """The chain without loads, with every shaft and port: also those that the model leaves out as not needed."""
+        """The chain without loads, with every shaft and port, also those that the model leaves out."""
         return Reduction(self._graph(bare=True, rigid=True), self.scene.reduction_element)
 
     @cached_property
@@ -238,7 +238,7 @@ class Machine:
 
     @cached_property
     def one_ports(self) -> dict[str, set[str]]:
-        """The names of the graph's inertias, sources, springs and dampers by the shaft that they hang on."""
+        """The names of the graph's inertias, sources, springs and dampers by their shaft."""
         shafts = {mechanism.name: mechanism.shaft for mechanism in self.scene.mechanisms}
         found: dict[str, set[str]] = {}
         for name, element in self.graph.elements.items():
@@ -252,7 +252,7 @@ class Machine:
     def with_values(self, balance: float, flywheel: float, *, moved: bool = False) -> BondGraph:
         """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit.
 
-        moved: a source of flow moves the driver, at unit speed, and with it every shaft and port: causality of what has no
+        moved: a source of flow moves the driver, at unit speed, and with it every shaft and port: causality of parts without
         inertia then follows from that.
         """
         return self._graph(balance=balance, flywheel=flywheel, circuit=True, moved=moved)
@@ -290,7 +290,7 @@ class Machine:
 
     @property
     def motor_speeds(self) -> list[Any]:
-        """Speeds of the crank (rad/s) that the motor is known by: without load, at the ends of its running branch, rated."""
+        """Characteristic speeds of the motor (rad/s, of the crank): without load, ends of its running branch, rated."""
         motor, drive = self.scene.motor, self.scene.drive
         if motor is None or drive is None:
             return []
@@ -322,14 +322,14 @@ class Machine:
 
     @property
     def omitted(self) -> tuple[str, ...]:
-        """Velocities that the model leaves out because nothing hangs on them and nothing is reached through them."""
+        """Velocities that the model leaves out because no element and no other velocity depends on them."""
         chains = self._families.items()
         inner = [f"{name}.{velocity.name}" for name, family in chains for velocity in family.velocities]
         return tuple(name for name in (*self.scene.shafts, *inner) if name not in self.graph.elements)
 
     @property
     def pivoted(self) -> dict[str, tuple[str, float]]:
-        """Points of bodies on a fixed pivot, whose velocity is their tangential speed: what turns them, and radius (m)."""
+        """Points of bodies on a fixed pivot, whose velocity is their tangential speed: the turning body, and radius (m)."""
         found = {}
         for mechanism in self.scene.mechanisms:
             velocities = {velocity.name: velocity for velocity in self._families[mechanism.name].velocities}
@@ -362,11 +362,11 @@ class Machine:
 
     @cached_property
     def landmarks(self) -> Array:
-        """The breakpoints, and the edges that close in on narrow features of expressions.
+        """The breakpoints, and edges around narrow features of expressions.
 
         Cells are added wherever a load's expression is too steep for the cell that it lies in; what depends on speed is
-        taken at the machine's typical one. An expression that is infinite at the end of a cell is refused; one that is only
-        not defined there is another matter.
+        taken at the machine's typical one. An expression that is infinite at the end of a cell is refused; one that is
+        not defined there is not.
         """
         edges = self.breakpoints
         for effort in self.efforts:
@@ -396,7 +396,7 @@ class Machine:
 
     @property
     def breaks(self) -> bytes:
-        """The data that breakpoints and landmarks follow from, as bytes: machines with equal bytes have the same."""
+        """The data of breakpoints and landmarks as bytes: machines with equal bytes have equal ones."""
         scene = self.scene
         parts: list[Any] = [scene.mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
         for effort in self.efforts:
@@ -455,7 +455,7 @@ class Machine:
         return merged([0.0, self.scene.cycle, *(angle for _, angle in self._own_breakpoints())], self.scene.cycle)
 
     def corners_of(self, mechanism: Mechanism) -> tuple[float, ...]:
-        """Positions of a mechanism's own driver (rad or m) at which it is not smooth, or near to a lock."""
+        """Positions of a mechanism's own driver (rad or m) at which it is not smooth, or near a lock."""
         return tuple(self._families[mechanism.name].breakpoints)
 
     @property
@@ -523,12 +523,12 @@ class Machine:
         return Senses(found, np.broadcast_to(np.sign(gain), halfway.shape))
 
     def _dead_centres(self, place: str, smooth: Array) -> Array:
-        """Crank angles between smooth pieces' edges at which a place turns back, where no closed form gives them."""
+        """Crank angles between smooth pieces' edges at which a place reverses, where no closed form gives them."""
         solved = any(mechanism.linkage is not None for mechanism in self.scene.mechanisms)
         return dead_centres(self.kinematics, self.places[place].junction, smooth, solved=solved)
 
     def undefined(self, path: str, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> str:
-        """The term that makes the expression of a load, by its path, not finite at a position, in words; or an empty text.
+        """The term that is not finite in the expression of a load, by its path, at a position, in words; or an empty text.
 
         At a crank angle (rad) in the piece of an anchor, a speed (rad/s; None: the typical one) and a time (s).
         """
@@ -551,8 +551,8 @@ class Machine:
     def _names(self, effort: Effort, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
         """A function from crank angles, their anchors and a namespace to the values of the names in a load's expression.
 
-        They are jets by the crank's angle, but plain values in numpy's. Which turn of the load's angle they lie in is the
-        anchor's to say, as at the end of a turn rounding could not. The crank's `speed` (rad/s) is the machine's typical one
+        They are jets by the crank's angle, but plain values in numpy's. The anchor decides the turn of the load's angle,
+        because rounding could not at the end of a turn. The crank's `speed` (rad/s) is the machine's typical one
         if none is given.
         """
         place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
@@ -641,7 +641,7 @@ class Machine:
         return builder.build(loose=bare or moved)
 
     def _needed(self, places: Iterable[str]) -> set[str]:
-        """Junctions at these places, those that carry something, and those that lead to them."""
+        """Junctions at these places, those with elements, and those on the way to them."""
         carrying = {self.places[place].junction for place in places}
         parents: dict[str, tuple[str, ...]] = {name: (self.scene.near(name),) for name in self.scene.transmissions}
         for mechanism in self.scene.mechanisms:
@@ -658,7 +658,7 @@ class Machine:
         return carrying
 
     def _hang(self, builder: Builder, mechanism: Mechanism, needed: set[str]) -> None:
-        """A mechanism's velocities as far as they are needed, its masses and their weights."""
+        """The needed velocities of a mechanism, its masses and their weights."""
         family, name, motion = self._families[mechanism.name], mechanism.name, self._motions[mechanism.name]
         rotating = {"crank": self._domain == "rotation"}
         for velocity in family.velocities:
@@ -686,7 +686,7 @@ class Machine:
                 yield weight.velocity, force, weight.body
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
-        """Loads, drive, friction, springs and dampers; the motor's own graph, where it has one, in place of its law."""
+        """Loads, drive, friction, springs and dampers; the motor's own graph, if it has one, in place of its law."""
         scene = self.scene
         for effort in self.efforts:
             if circuit and effort.load is scene.drive and scene.motor is not None:
@@ -740,7 +740,7 @@ class Machine:
             return family.position(q + phase, ns, q_anchor + phase)
 
         def along_stroke(q: Any, ns: Any, q_anchor: Any) -> Any:
-            """Rounding, and a time step that finds the stroke's end, must not leave it: there may be no position there."""
+            """The coordinate limited to the stroke: beyond it, by rounding or a time step, there may be no position."""
             psi = np.clip(q + phase, *stroke) if ns is np and stroke is not None else q + phase
             return family.position(psi, ns, q_anchor + phase)
 
@@ -748,7 +748,7 @@ class Machine:
 
 
 def circuit_of(scene: Scene) -> Circuit | None:
-    """The circuit of the drive's motor, where it has states of its own."""
+    """The circuit of the drive's motor, if it has states of its own."""
     return None if scene.motor is None else scene.motor.circuit
 
 
@@ -798,7 +798,7 @@ def _unresolved(effort: Effort, error: SwitchingError) -> SceneError:
 
 
 def _free(builder: Builder, name: str) -> str:
-    """The name, or with a number behind it where a body has more of a kind at one place."""
+    """The name, with a number after it if a body has several of a kind at one place."""
     numbered = (f"{name}_{k}" for k in count(2))
     return name if name not in builder else next(other for other in numbered if other not in builder)
 
@@ -820,7 +820,7 @@ def _displaced(position: Callable[[Any], Any]) -> Callable[[Here], Any]:
 
 
 def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of a machine with its flywheel, which is a parameter where it is to be sized; and what it leaves out."""
+    """The graph of a machine with its flywheel, a parameter if it is to be sized; and the omissions."""
     loaded = machine.scene
     sized = loaded.irregularity is not None or bool(loaded.limits)
     heavy = [e for e in machine.graph.elements.values() if e.kind == "I"]

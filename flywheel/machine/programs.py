@@ -1,22 +1,22 @@
 """The reduction of a machine as recorded straight-line programs, of positions and speeds, or of a scene's numbers as well.
 
-A walk over the graph with recorded numbers (`bondgraph.recording`) leaves a program behind that gives the same sums thirty
+A walk over the graph with recorded numbers (`bondgraph.recording`) gives a program that computes the same sums thirty
 times as fast, for one position or arrays of them.
 
 `Programs` are those of one machine, one for each smooth piece. Loads that do not act in a piece cost nothing there. Branches
 are decided at the piece's anchor, as by the walk itself; where speed or time decide them, a program holds for all anchors
-that keep its guards. What cannot be recorded is left to the walk, and `why` says what that was. What moves the machine is
+that keep its guards. What cannot be recorded is left to the walk, and `why` is the reason. The program of the motion is
 compared with the walk as soon as it is recorded, at positions all over its piece, and refused where it differs.
 
 `RecordedMachine` is a machine whose numbers are recorded too. Where a plain machine proves by bounds at which angles a law
-switches or a place turns back, the recorded one starts from those angles of its plain twin, the machine at the values that
-its numbers have now, and follows each by a fixed number of Newton's steps. That the last step is negligible is a guard;
-so are the order of all angles, and every decision there.
+switches or a place reverses, the recorded one starts from those angles of its plain twin, the machine at the values that
+its numbers have now, and follows each by a fixed number of Newton's steps. A guard tests that the last step is negligible;
+others test the order of all angles, and every decision there.
 
 `Structure` serves designs of one scene: its pieces, and the walk in each as a program of the numbers that vary, recorded
 all the way from reading. Every comparison that reading, mechanisms and breakpoints make with them is a guard. Designs that
-keep all guards have the same pieces with the same programs; the first that does not is recorded again. A structure is taken
-when at two more designs it gives what the plain machine gives: no angle at which that breaks lies inside a cell, and all
+keep all guards have the same pieces with the same programs; the first that does not is recorded again. A structure is
+accepted if at two more designs it agrees with the plain machine: no breakpoint of that lies inside a cell, and all
 values at the nodes are the same. Where a design cannot be recorded, the reason is given in words, and it is sized alone.
 """
 
@@ -74,9 +74,9 @@ class Piece(NamedTuple):
 
 
 class Programs:
-    """Programs of a machine, recorded when they are first asked for.
+    """Programs of a machine, recorded at their first use.
 
-    `why` says what could not be recorded, empty if everything could so far.
+    `why` is the part that could not be recorded; empty if there is none so far.
 
     >>> import flywheel
     >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 10}, "flywheel": {"inertia": 1}}
@@ -127,7 +127,7 @@ class Programs:
         (`function("math")`) it raises ValueError or ArithmeticError where a law is not defined.
 
         Raises:
-            SceneError: if the program is not the walk, which is an error of ours.
+            SceneError: if the program differs from the walk, which is a defect of this package.
 
         """
         key = float(anchor.phi), anchor.omega is None
@@ -171,7 +171,7 @@ class Programs:
                 yield effort + unknown * factor
 
     def _compare(self, program: Program, anchor: Anchor) -> None:
-        """Refuses a program that is not the walk all over the piece of its anchor, where both are defined."""
+        """Refuses a program that differs from the walk in the piece of its anchor, where both are defined."""
         edges = self.machine.breakpoints
         k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
         phi = edges[k] + _SHARES * (edges[k + 1] - edges[k])
@@ -220,7 +220,7 @@ class RecordedMachine(Machine):
 
     @cached_property
     def landmarks(self) -> Array:
-        """The breakpoints, and what closes in on narrow features, at the same share of its smooth piece as in the twin."""
+        """The breakpoints, and edges around narrow features, at the same share of their smooth piece as in the twin."""
         own, plain = self.breakpoints, self.twin.breakpoints
         if own.size != plain.size:
             raise UnrecordedError("angles at which loads break meet within rounding")
@@ -231,7 +231,7 @@ class RecordedMachine(Machine):
         return np.concatenate((own, between))[np.argsort(np.concatenate((plain, inner)))]
 
     def decided(self, effort: Effort, part: Expression, phi: Any, anchor: Any) -> Jet:
-        """The value, and its slope, of what decides a branch of a load's law; its own branches are decided at the anchor."""
+        """Value and slope of a function that decides a branch of a load's law; its own branches are those at the anchor."""
         names = self._names(effort)
         found = part.evaluate(names(phi, anchor, NAMESPACE), _JETS, names(anchor, anchor, np))
         return found if isinstance(found, Jet) else Jet(found, 0.0)
@@ -287,7 +287,7 @@ class RecordedMachine(Machine):
 
 
 def deciders(effort: Effort) -> list[Expression]:
-    """The parts of a load's law at whose zeros a branch of it changes, as far as position decides it."""
+    """The parts of a load's law at whose zeros a branch of it changes, if position decides it."""
     law = effort.load.law
     if not isinstance(law, Expression):
         return []
@@ -356,9 +356,9 @@ class Narrow(NamedTuple):
 class StretchWalk(NamedTuple):
     """Common program of a stretch between landmarks: from (phi, *columns) to parts of `Reduced`, with its decisions.
 
-    `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
-    `laws` are those that act there and may be narrow. Where torques depend on speed, `rate` is the program from (phi,
-    *columns, omega, unknown) to those of `RATE`.
+    `decided` are the functions that decide branches of laws and vary with the columns; their signs are `signs` in the whole
+    stretch. `laws` are those that act there and may be narrow. Where torques depend on speed, `rate` is the program from
+    (phi, *columns, omega, unknown) to those of `RATE`.
     """
 
     program: Program
@@ -372,10 +372,10 @@ class StretchWalk(NamedTuple):
 class Structure:
     """Smooth pieces that designs share; its programs are functions of (phi, *columns), columns being the numbers that vary.
 
-    conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
+    conditions: common properties of the designs. landmarks: edges between which one walk holds and nothing is narrow.
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
-    crank's; NaN if there is none; then the typical speed and those of the crank that a motor is known by. zeros: an angle
+    crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. zeros: an angle
     (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
     that it was recorded from.
     """
@@ -392,7 +392,7 @@ class Structure:
     zeros: tuple[Program, ...] = ()
 
     def speeds(self, columns: Array) -> Array:
-        """The typical speed of every design, then those of the crank that its motor is known by, rad/s."""
+        """The typical speed of every design, then the characteristic speeds of its motor, rad/s."""
         return _at(self.numbers, columns)[_TYPICAL:]
 
     def edges(self, columns: Array) -> Array:
@@ -525,7 +525,7 @@ def _kept(conditions: Conditions, columns: Array) -> Mask:
 
 
 class UnrecordableError(UnrecordedError):
-    """Numbers that a machine needs as they are, such as a count of teeth, or the lengths of a linkage."""
+    """Numbers that cannot be recorded, such as a count of teeth, or the lengths of a linkage."""
 
 
 def recorded(
@@ -539,7 +539,7 @@ def recorded(
     Raises:
         SceneError: for a scene with these values that is at fault.
         LostError: if the numbers at these paths cannot be recorded.
-        UnrecordedError: if the machine cannot be followed with recorded numbers, whichever they are.
+        UnrecordedError: if the machine cannot be followed with any recorded numbers.
 
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
@@ -594,7 +594,7 @@ def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[s
 
 
 def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
-    """Conditions shared by designs refused as that with these values is; None if they cannot be recorded."""
+    """Conditions shared by designs that are refused like the one with these values; None if they cannot be recorded."""
     recorder = Recorder()
     recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
@@ -671,7 +671,7 @@ def _rate(
 
 
 def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:
-    """The walk in the piece of an anchor, and what decides branches there, as far as it varies from design to design."""
+    """The walk in the piece of an anchor, and the functions that decide branches there, if they vary between designs."""
     reduced = machine.reduction(phi, anchor, NAMESPACE)
     rows = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
     decided, signs, laws = [], [], []
@@ -741,7 +741,7 @@ def differs(structure: Structure, scene: Scene, values: Array) -> str:
 
 
 class Structures:
-    """The structures of a scene whose numbers at some paths vary; they are found as designs need them."""
+    """The structures of a scene whose numbers at some paths vary; they are recorded as designs need them."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
         self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
@@ -750,7 +750,7 @@ class Structures:
         self._tries = self._poor = 0
 
     def sorted(self, columns: Array) -> list[tuple[Structure, Index]]:
-        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` says why others are left over."""
+        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` has the reason why others remain."""
         columns = np.asarray(columns, dtype=float)
         left: Index = np.arange(columns.shape[1])
         groups: list[tuple[Structure, Index]] = []
@@ -774,7 +774,7 @@ class Structures:
         return groups
 
     def _record(self, columns: Array, values: Array) -> bool:
-        """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
+        """Records the structure of a design, checked at two others that share it, or the reason of its refusal."""
         self._tries += 1
         try:
             structure = self._of(values.tolist()).widened(columns)

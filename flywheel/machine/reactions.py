@@ -2,7 +2,7 @@
 
 Passive resistances are friction in the joints of linkages at the actual speed, with the reactions of the same instant.
 The law is that of `mechanisms.linkages.statics`: Coulomb's, mu N or r R mu/sqrt(1 + mu²), against the motion of the joint.
-In the direct problem the acceleration alpha is not known, and reactions and friction depend on it as it does on them. The
+In the direct problem the acceleration alpha is unknown, and depends on reactions and friction as they depend on it. The
 forces z_j that friction follows are linear in all that acts: with p the friction of all joints,
 
     z = z_0 + z_w omega + z_ww omega² + z_a alpha + z_L loads + Z p,     p_j = -c_j sign(g_j omega) |z_j|,
@@ -63,7 +63,7 @@ BY_ONE, BY_SPEED, BY_SQUARE, BY_ACCELERATION = range(4)  # the first columns of 
 _CELL_ERROR = 1e-13  # of the largest coefficient of a column: error of a cell that is left as it is
 _MOST_CELLS = 4000
 _WIDEST = np.pi / 4  # of a cell to begin with, rad; of a stroke an eighth
-_COMING = 1e-9  # rad, or m of a stroke: how far on a joint that turns back has turned back
+_COMING = 1e-9  # rad, or m of a stroke: how far on a joint that reverses has reversed
 _SIZE_ROUNDING = 1e-12  # of the largest: what is smaller is rounding
 _FORCE_ROUNDING = 1e-12  # of the largest force, or rate: what is smaller has no sign
 _MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
@@ -78,7 +78,7 @@ _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
 
 
 class MachineMotion(NamedTuple):
-    """The motion that forces belong to: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
+    """The motion of the forces: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
 
     `time` (s) is known of a motion in time; `gone` is the part of the angle in complete cycles. Branches of laws are decided
     at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it moves
@@ -134,7 +134,7 @@ def port_forces(
 
 
 def close_positions(machine: Machine, count: int) -> Array:
-    """Coordinates at which hardly a largest force is missed: `count` evenly, and both sides of every edge of a load.
+    """Coordinates dense enough for the largest forces: `count` evenly spaced, and both sides of every edge of a load.
 
     Angles in rad or positions in m, ascending, from the first to the last of the cycle or the stroke.
     """
@@ -243,7 +243,7 @@ class Coefficients(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """The forces z that friction follows at n instants, each (x, y) of a pin or (normal, 0), and how their joints slide.
+    """The forces z that friction follows at n instants, each (x, y) of a pin or (normal, 0), and the slip of their joints.
 
     free: without friction and acceleration, (n, forces, 2); by_acceleration: for a unit of the crank's, (n, forces, 2);
     pull: for a unit of each passive action, (n, forces, 2, forces); ways: rate of the friction's joint by the crank's,
@@ -298,8 +298,8 @@ class Rubbing(NamedTuple):
 
     moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
     (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none if it is not watched.
-    Of a single instant without sides to begin with, `solutions` is how many motions there are, and `joint` what makes it so
-    that there is not one.
+    Of a single instant without initial sides, `solutions` is the number of motions, and `joint` the joint for which
+    that does not exist one.
     """
 
     moments: Array
@@ -492,7 +492,7 @@ class JointFriction:
     def _sliding(self, phi: Array, ways: Array, sense: Any) -> Array:
         """Sign (n, forces) of each joint's motion where the crank, at angles (n,), moves in a sense (1, -1).
 
-        Of a joint that turns back there it is that to come; 0 if the crank is at rest, and of joints that never move.
+        Of a joint that reverses there it is that to come; 0 if the crank is at rest, and of joints that never move.
         """
         moving = np.abs(ways) > _SIZE_ROUNDING * self.rates
         if (turning := (~moving & (self.strengths > 0.0)).any(axis=1)).any():
@@ -676,7 +676,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
 
 
 def _beyond_rounding(largest: Array, whole: Array) -> Array:
-    """The largest entries of columns (entries,), 0 if they are nothing beside what the column adds up from."""
+    """The largest entries of columns (entries,), 0 if they are rounding compared with the terms of the column."""
     return np.where(largest > _SIZE_ROUNDING * whole, largest, 0.0)
 
 
@@ -686,8 +686,8 @@ def _coefficients(
     """Coefficients at n positions of the driver, by Newton's and Euler's equations of all bodies with one load alone.
 
     Powers and ways are by the driver's coordinate. Beside the coefficients and the passive actions: the largest reaction in
-    any joint under each input alone, (inputs + forces,), and the largest of what each input's power adds up from, (inputs,).
-    What is far smaller in that input's column is rounding.
+    any joint under each input alone, (inputs + forces,), and the largest term of each input's power, (inputs,).
+    Much smaller values in that input's column are rounding.
     """
     poses, solution, ratio = poses_of(mechanism, psi), followed(mechanism).solution, machine.scene.shafts[mechanism.shaft]
     parts = unknowns(poses, (poses.linkage.driver,), np.ones(psi.size), friction=True)

@@ -17,7 +17,7 @@ __all__ = ["KINDS", "Kinds", "register"]
 
 
 class Kinds(Mapping[str, "Kind"]):
-    """Families of mechanisms by the `type` that scenes call them; a file of ours is imported when its family is needed."""
+    """Families of mechanisms by the `type` in scenes; a file of this package is imported when its family is needed."""
 
     def __init__(self, homes: Mapping[str, str]) -> None:
         self.homes: dict[str, str | Kind] = dict(homes)
@@ -52,9 +52,9 @@ KINDS = Kinds(
 
 
 def register(kind: Kind) -> None:
-    """Makes a family of mechanisms known to scenes, reference texts, sizing, reactions and pictures of this process.
+    """Registers a family of mechanisms for scenes, reference texts, sizing, reactions and pictures of this process.
 
-    Raises ValueError where another family bears its name.
+    Raises ValueError if another family has its name.
     """
     if kind.name in KINDS and KINDS[kind.name] is not kind:
         raise ValueError(f"there is a family of mechanisms called {kind.name!r} already")

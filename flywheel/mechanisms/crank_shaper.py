@@ -1,4 +1,4 @@
-"""Crank-shaper: the crank's pin slides in a slotted rocker, whose end drives a ram straight along +y."""
+"""Crank-shaper: the crank's pin slides in a slotted rocker, whose end drives a ram along +y."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from flywheel.scene.scene import Mechanism
 class ShaperPosition(f.Position):
     """Positions of a crank-shaper with crank r, frame d and rocker L (m).
 
-    The pin stands at (d + r cos psi, r sin psi) from the rocker's pivot, at the distance s. Sums are taken by the half
-    angle, so that they keep their digits where the pin passes close to that pivot (psi = 180 deg, r near d).
+    The pin is at (d + r cos psi, r sin psi) from the rocker's pivot, at the distance s. Sums are computed by the half
+    angle, so that they keep their digits when the pin passes close to that pivot (psi = 180 deg, r near d).
     """
 
     def __init__(self, crank: float, frame: float, rocker: float, psi: Any, ns: Any, anchor: Any = None) -> None:
@@ -107,7 +107,7 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
 
 
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
-    """Chain of a crank-shaper: crank -> rocker -> ram; the block rides on the crank's pin, turning as the rocker."""
+    """Chain of a crank-shaper: crank -> rocker -> ram; the block is on the crank's pin and turns with the rocker."""
     lengths = crank, frame, arm = _lengths(mechanism)
     block, rocker = f.body(mechanism, "block"), f.line("rocker")
     parts = f.joined(
@@ -131,7 +131,7 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:
-    """A crank as long as the frame brings the pin onto the rocker's pivot, where the rocker may turn either way."""
+    """The fault of a crank as long as the frame: its pin meets the rocker's pivot, where the rocker's direction is open."""
     r, d, _ = _lengths(mechanism)
     if not (angles := lock_angles(mechanism)):
         return []
@@ -146,7 +146,7 @@ def lock_angles(mechanism: Mechanism) -> list[float]:
 
 
 def skeleton(mechanism: Mechanism, position: ShaperPosition) -> f.Skeleton:
-    """The block slides on the rocker; the pin at the rocker's end slides across the ram in a slot of it."""
+    """Skeleton: the block slides on the rocker; the pin at the rocker's end slides across the ram in a slot of it."""
     crank, frame, rocker = _lengths(mechanism)
     members = {
         "frame": f.Member({"pivot": (frame, 0.0), "rocker_pivot": f.HERE, "guide": f.HERE}),

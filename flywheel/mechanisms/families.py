@@ -2,8 +2,8 @@
 
 A family is one file with a `Kind`, and one line of `flywheel.mechanisms.KINDS` (or `flywheel.mechanisms.register(kind)`).
 Its formulas are written once against a namespace `ns` (numpy, mpmath, sympy, or the project's intervals):
-`Family.position(psi, ns)` does the geometry for one angle or an array, and everything else picks from it. What follows the
-records are parts that chains share, limits where a crank locks, and the ends of a port's stroke.
+`Family.position(psi, ns)` computes the geometry for one angle or an array; everything else uses it. After the
+records come parts that chains share, limits where a crank locks, and the ends of a port's stroke.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Ratio(NamedTuple):
 
 
 class Term(NamedTuple):
-    """One transformer: the velocity it starts from (`crank` is the mechanism's own shaft) and its ratio."""
+    """One transformer: its source velocity (`crank` is the mechanism's own shaft) and its ratio."""
 
     source: str
     ratio: float | Ratio
@@ -76,8 +76,8 @@ class Weight(NamedTuple):
 class Port(NamedTuple):
     """A place for loads, springs and added inertia: a velocity, and the displacement that is its integral.
 
-    `returns` is False if the displacement gains a constant each turn, so that no spring can hang on it. At `kinks`
-    (rad of psi in [0, period)) the velocity jumps, so that no inertia can sit on it. `dead_centres` are all the angles
+    `returns` is False if the displacement gains a constant each turn, so that no spring can act on it. At `kinks`
+    (rad of psi in [0, period)) the velocity jumps, so that it can have no inertia. `dead_centres` are all the angles
     (rad of psi in [0, 2 pi), ascending) at which the velocity changes its sign, where a closed form gives them.
     """
 
@@ -89,7 +89,7 @@ class Port(NamedTuple):
 
 
 class Family(NamedTuple):
-    """One mechanism of a family, ready to be hung on a shaft.
+    """One mechanism of a family, for a shaft.
 
     `position(psi, ns, anchor=None)` gives the positions at the mechanism's own crank angle psi (rad). `anchor` is
     the angle in the middle of the smooth piece that psi lies in, where a law decides its branches (the other
@@ -107,7 +107,7 @@ class Family(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A table of a mechanism: its geometry, then what it may weigh; `alias` is another name under which it may stand."""
+    """A table of a mechanism: its geometry, then its masses; `alias` is another name of it."""
 
     name: str
     about: str
@@ -135,7 +135,7 @@ class Part(NamedTuple):
 
 
 class Displacement(NamedTuple):
-    """A port in words: its name, whether it rotates, and what its displacement is."""
+    """A port in words: its name, true if it rotates, and its displacement."""
 
     name: str
     rotating: bool
@@ -143,7 +143,7 @@ class Displacement(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A body of a skeleton: its joints' places in its own frame (m), its angle as far as known (rad).
+    """A body of a skeleton: its joints' places in its own frame (m), its angle if known (rad).
 
     Its centre of mass counts from a line that lies `tilt` (rad) from its own x axis.
     """
@@ -162,7 +162,7 @@ class Pin(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """A slide of the second member along a line of the first, `direction` (rad) in its frame; it stands `at` (m)."""
+    """A slide of the second member along a line of the first, `direction` (rad) in its frame; its coordinate is `at` (m)."""
 
     name: str
     first: str
@@ -172,9 +172,9 @@ class Slide(NamedTuple):
 
 
 class Skeleton(NamedTuple):
-    """Members and joints of a mechanism: what reactions, friction, bodies in motion and pictures are found from.
+    """Members and joints of a mechanism, from which reactions, friction, bodies in motion and pictures are computed.
 
-    The first member is the frame, the first joint drives. A joint bears the name of its place in both members. Each side
+    The first member is the frame, the first joint drives. A joint has the name of its place in both members. Each side
     is a point (member, place), then two more on a line, and +1 if the first lies left of it, -1 if it lies right.
     """
 
@@ -191,7 +191,7 @@ Arm = tuple[str, str, str, str]
 
 
 class Derivation(Protocol):
-    """Positions of a mechanism as the books derive them, step by step, at one position: a family writes, a report keeps.
+    """Positions of a mechanism as books derive them, step by step, at one position: written by a family, kept by a report.
 
     Formulas are texts of symbols; a prime is the derivative by the mechanism's own coordinate, whose symbol is `driver`.
     """
@@ -226,24 +226,24 @@ class Derivation(Protocol):
 
 
 class Kind(NamedTuple):
-    """A family of mechanisms: all that the toolkit knows of it.
+    """A family of mechanisms with all its data.
 
     name: the `type` in scenes. about: one line for the reference.
     family: the mechanism as a chain, from its record and the scene's parameters (SI).
-    parts, keys: its tables, and its own keys beside those of every mechanism, as scenes write them; lengths and angles reach
-        `Mechanism.geometry` as "PART.KEY", what weighs reaches `Mechanism.bodies`.
+    parts, keys: its tables, and its own keys in addition to those of every mechanism; lengths and angles reach
+        `Mechanism.geometry` as "PART.KEY", masses reach `Mechanism.bodies`.
     ports: the displacements that loads, springs and inertia may act on.
     locks: the faults of lengths with which it cannot turn, or go through its stroke.
     skeleton: its members and joints, from its record and its position where it starts; without one there is no picture, no
         reaction and no friction. guides: the slide along which a port moves; other ports are members that turn.
     driver: "turns" in cycles, or from one end of a stroke to the other; "slides" along a stroke; or "either".
-    lock_angles: the angles in a turn at which a crank locks that does not turn fully.
-    symbols: of its lengths and angles in formulas and beside dimension lines, by their keys. heights: those that count from
+    lock_angles: the angles in a turn at which a crank that cannot turn fully locks.
+    symbols: of its lengths and angles in formulas and dimension lines, by their keys. heights: those measured from
         the x axis.
     derivation: its loop equations, their solution and two derivatives for the report, in its symbols.
-    main: what of its motion or its joints is shown first; its ports in their order where nothing is named.
-    nouns: usual names of its bodies beside those of its tables, which pictures translate.
-    smooth: whether a mechanism moves without jumps of its acceleration within its period.
+    main: motions or joints to show first; its ports in their order if none is named.
+    nouns: usual names of its bodies in addition to those of its tables, which pictures translate.
+    smooth: true if a mechanism moves without jumps of acceleration within its period.
     starter: a scene to begin with as TOML, of a family that has no file among `flywheel.starters`.
     """
 
@@ -268,12 +268,12 @@ class Kind(NamedTuple):
 
     @property
     def all_nouns(self) -> tuple[str, ...]:
-        """Names of its bodies as pictures translate them."""
+        """Names of its bodies that pictures translate."""
         return (*self.nouns, *(part.name for part in self.parts))
 
     @property
     def shown_first(self) -> tuple[str, ...]:
-        """Names of motions or joints of which one is shown where none is chosen."""
+        """Names of motions or joints, one of which is shown by default."""
         return self.main or tuple(self.guides.get(port.name, port.name) for port in self.ports)
 
 
@@ -310,7 +310,7 @@ def _unrolled(angles: Iterable[float], low: float, high: float) -> list[float]:
 
 
 def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) -> None:
-    """Refuses a stroke on which the mechanism locks, or cannot be put together."""
+    """Refuses a stroke on which the mechanism locks, or cannot be assembled."""
     assert mechanism.stroke is not None
     low, high = mechanism.stroke
     met = _unrolled(locks, low - TOUCH, high + TOUCH)
@@ -412,7 +412,7 @@ CRANK = Line("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), l
 
 
 def block_on_pin(made: Derivation, radius: str) -> None:
-    """The derivation of a block that sits on the crank's pin."""
+    """The derivation of a block on the crank's pin."""
     made.pinned("block", _("Block on the crank's pin"), (radius, made.driver, "1", "0"), "crank.pin")
 
 
@@ -434,12 +434,12 @@ def driven(name: str, rotating: bool, source: str = "crank") -> Velocity:
 
 
 def carried(velocity: str, value: float, body: str) -> tuple[Mass, ...]:
-    """Mass or inertia on a velocity; nothing where it is zero."""
+    """Mass or inertia on a velocity; empty if it is zero."""
     return () if value == 0 else (Mass(velocity, value, body),)
 
 
 def body(mechanism: Mechanism, name: str) -> Body:
-    """A part's body; one without weight where the mechanism says nothing of it."""
+    """A part's body; one without mass if the mechanism has none."""
     return mechanism.bodies.get(name, Body())
 
 
@@ -487,7 +487,7 @@ def pivoted(line: Line, mechanism: Mechanism, name: str) -> Parts:
 def floating(line: Line, mechanism: Mechanism, name: str, offset: float, carrier: Line = CRANK) -> Parts:
     """Body whose first pin is the end of a carrier's arm, `offset` (m) from the carrier's fixed pivot.
 
-    Its centre of mass moves as that pin does, plus its own turning about it.
+    The velocity of its centre of mass is that of the pin, plus that of its rotation about it.
     """
     part, at = body(mechanism, name), f"{name}.com"
     own = [] if part.com == 0 else [arm(line, part.com, part.com_angle)]
@@ -516,9 +516,9 @@ def exceeds(a: float, b: float) -> bool:
 
 
 def graded(centre: float, distance: float, reach: float = 1.0) -> list[float]:
-    """Breakpoints about a complex singularity that hovers `distance` (rad) above the real angle `centre` (rad).
+    """Breakpoints about a complex singularity at `distance` (rad) above the real angle `centre` (rad).
 
-    They stand at the centre and at distance, 2.5 distance, 6.25 distance... to both sides within `reach` (rad), so that
+    They are at the centre and at distance, 2.5 distance, 6.25 distance... to both sides within `reach` (rad), so that
     a polynomial of order 16 follows 1/z on every cell to about 1e-10. None if the singularity is beyond reach/2.
 
     >>> graded(3.0, 0.25)
@@ -573,7 +573,7 @@ _FLAT = 1e-12  # of a stroke: rounding
 
 
 class Ends(NamedTuple):
-    """A port's stroke: every place where it may turn back, as coordinate psi of its mechanism and displacement x.
+    """A port's stroke: every place where it may reverse, as coordinate psi of its mechanism and displacement x.
 
     Between neighbours it moves one way. psi is the mechanism's own crank angle (rad; m where the driver slides), x is in m
     or rad. `period` (rad) is that after which the rows repeat, None on a one-way stroke; `displacement` gives x at any psi.
@@ -599,8 +599,8 @@ class Ends(NamedTuple):
     def before(self, high: bool, angle: float) -> float | None:
         """Distance (m or rad) that the port covers on the last `angle` (rad of psi) before its high or its low end.
 
-        None if it does not move towards that end all along. An end that is reached several times counts where it is
-        reached first.
+        None if it does not move towards that end throughout. An end that is reached several times counts at its
+        first passage.
 
         >>> yoke = Mechanism("scotch-yoke", "yoke", geometry={"crank.length": 0.1})
         >>> round(ends_of(yoke, "yoke").before(True, np.pi / 3), 12)
@@ -619,12 +619,12 @@ class Ends(NamedTuple):
 
 
 def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
-    """Every place where a port may turn back on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
+    """Every place where a port may reverse on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
 
     With recorded lengths the roots are those of their present values, each followed by Newton's method.
 
     Args:
-        mechanism: with the lengths for which it turns.
+        mechanism: with lengths for which it turns.
         port: name of one of its ports.
         parameters: SI values of names in a law's expressions.
 
@@ -683,7 +683,7 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
 
 
 def _flow(family: Family, velocity: str, position: Any) -> tuple[Any, Any]:
-    """Ratio of a velocity to the crank's, and its slope by psi: the chain of transformers walked back to the crank."""
+    """Ratio of a velocity to the crank's, and its slope by psi: the product of the chain of transformers."""
     if velocity == "crank":
         return 1.0, 0.0
     gain: Any = 0.0

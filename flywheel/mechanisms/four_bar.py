@@ -29,7 +29,7 @@ class Bars(NamedTuple):
 class FourBarPosition(f.Position):
     """Positions of a four-bar with ground d, crank r, coupler c and rocker L (m).
 
-    The diagonal D from the rocker's pivot to the crank's pin cuts it into a triangle that never flattens: 4 x its area,
+    The diagonal D from the rocker's pivot to the crank's pin gives a triangle of positive area: 4 x its area,
     `area4`, is K. Angles are continuous in psi and lie in (-pi, pi] at psi = 0.
     """
 
@@ -51,7 +51,7 @@ class FourBarPosition(f.Position):
     def area4(self) -> Any:
         """K = sqrt[((D + L)² - c²)(c² - (D - L)²)], Heron's form, in m².
 
-        Each factor is a gap that the lengths leave at psi = 0 or 180 deg plus what D has moved since, never a
+        Each factor is a gap of the lengths at psi = 0 or 180 deg plus the change of D since, never a
         difference, so that K keeps its digits close to a change point.
         """
         d, r, c, L = self.d, self.r, self.c, self.L
@@ -162,7 +162,7 @@ def _bars(mechanism: Mechanism) -> Bars:
 
 
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
-    """Chain of a four-bar: coupler and rocker each straight from the crank, the coupler's mass at its centre."""
+    """Chain of a four-bar: coupler and rocker each directly from the crank, the coupler's mass at its centre."""
     bars = _bars(mechanism)
     parts = f.joined(
         f.pivoted(f.CRANK, mechanism, "crank"),
@@ -190,7 +190,7 @@ def _cosine(bars: Bars, diagonal: float) -> float:
 
 
 def _dead_centres(bars: Bars) -> tuple[float, ...]:
-    """The rocker's where it rocks, with crank and coupler in one line from the crank's pivot to the joint, c ± r apart.
+    """Dead centres of a swinging rocker: crank and coupler in one line from the crank's pivot to the joint, c ± r apart.
 
     That line stands at beta from the ground: tan²(beta/2) = (L² - (d - m)²)/((d + m)² - L²), m = c ± r.
     """

@@ -1,4 +1,4 @@
-"""Law: outputs whose positions are written down, as expressions of phi or as tables.
+"""Law: outputs whose positions are given as expressions of phi or as tables.
 
 A curve is a position with its two derivatives, by an expression or by a periodic spline.
 """
@@ -87,12 +87,12 @@ class SplineCurve(Samples):
 
 
 def spline_curve(table: Table, period: float) -> SplineCurve:
-    """The periodic cubic spline (C²) through a table that spans the period, from whatever angle it starts.
+    """The periodic cubic spline (C²) through a table that spans the period, from any angle.
 
-    Where its last value differs from the first, the steady part of the motion is taken off before the spline is laid,
-    and put back after.
+    If its last value differs from the first, the uniform part of the motion is subtracted before the interpolation,
+    and added again after it.
     """
-    from scipy.interpolate import CubicSpline  # only scenes with such a table pay for it
+    from scipy.interpolate import CubicSpline  # only scenes with such a table need it
 
     start = table.angle[0]
     drift = (table.value[-1] - table.value[0]) / period
@@ -143,7 +143,7 @@ class LawPosition:
 
 
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
-    """Outputs of a law, each straight from the crank: ratio dx/dpsi, slope d²x/dpsi².
+    """Outputs of a law, each directly from the crank: ratio dx/dpsi, slope d²x/dpsi².
 
     Raises SceneError for a position that is not finite, that jumps, or that does not return; and for one whose slope
     jumps while it carries mass, since the reduced inertia would jump with it.
@@ -219,7 +219,7 @@ def _key(output: Output, path: str) -> str:
 
 
 def _port(output: Output, curve: PositionCurve, period: float, path: str) -> Port:
-    """The output's port, once its curve is known to be finite, not to jump, to return and, with mass, to have no corner."""
+    """The output's port, after its curve is checked: finite, without jumps, returning and, with mass, without corners."""
     path, unit = _key(output, path), "rad" if output.rotating else "m"
     edges = np.unique([0.0, *curve.breakpoints, period])
     phi = edges[:-1, None] + np.diff(edges)[:, None] * _NODES  # each row by its piece's formula, its ends included

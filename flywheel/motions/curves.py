@@ -1,6 +1,6 @@
 """Curves of everything that moves in a machine: bodies, joints, points, centres of mass, slides, shafts.
 
-What moves is found once, against the driver's coordinate q: its place x, the influence coefficient g = dx/dq and
+Every motion is computed once over the driver's coordinate q: the position x, the influence coefficient g = dx/dq and
 g' = d²x/dq². With the driver's rate and acceleration they give v = g q̇ and a = g q̈ + g' q̇².
 """
 
@@ -31,9 +31,9 @@ POINTS = 361
 
 
 class Place(NamedTuple):
-    """Moving quantity: an angle (rad), a point (x and y, m) or the way of a slide (m), with g and g'.
+    """Moving quantity: an angle (rad), a point (x and y, m) or the displacement of a slide (m), with g and g'.
 
-    `unit` (m, or 1 of angles) and `per` (m, or 1 of a driver that turns) are sizes that its rounding is counted in.
+    `unit` (m, or 1 of angles) and `per` (m, or 1 of a driver that turns) are the scales of its rounding.
     """
 
     kind: str
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 def places(
     scene: Scene, mechanisms: Sequence[Mechanism], own: Array, anchor: Array
 ) -> tuple[dict[str, Place], dict[str, str]]:
-    """All moving places at own coordinates (rad or m, from the start of the machine's), by name; and other names of them.
+    """All moving quantities at own coordinates (rad or m, from the machine's start), by name; and other names of them.
 
     anchor: inside the smooth piece that every coordinate belongs to, where a law decides its branches.
     """
@@ -153,7 +153,7 @@ def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Plac
 
 
 def edges_of(scene: Scene) -> Array:
-    """Own coordinates between which everything moves smoothly: 0, where a law or a cam's lift goes over, the cycle."""
+    """Own coordinates between which everything moves smoothly: 0, switches of laws and of cams' lifts, the cycle."""
     cycle = scene.cycle
     found = [np.array([0.0, cycle])]
     for mechanism in scene.mechanisms:
@@ -253,7 +253,7 @@ class Moving:
         return places(self.scene, self.scene.mechanisms, *self._own(q))
 
     def errors(self, q: Array, found: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:
-        """Estimated absolute errors of x, g and g' by rounding: found again a few roundings aside, lengths a few off."""
+        """Estimated absolute errors of x, g and g': computed again with positions and lengths changed by a few roundings."""
         own, anchor = self._own(q)
         size, again = max(self.scene.cycle, float(np.abs(q).max())), []
         for mechanisms, share in zip(self.others, (1.0, 0.4), strict=True):
@@ -302,7 +302,7 @@ def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Arr
 
 
 def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
-    """A curve with what the errors of place, g, g' and of the driver's motion come to."""
+    """A curve with its errors, from those of position, g, g' and of the driver's motion."""
     x, v, a, parts = _moved(place.track, driver)
     if driver.rate is None or driver.acceleration is None:
         return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, errors)

@@ -44,7 +44,7 @@ UNSURE = state.ROUNDINGS * ROUNDING
 class Course(NamedTuple):
     """Course of the driver: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
 
-    Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative;
+    Between `edges` (values of the variable) it moves smoothly. `exactly` is the relative smoothness of its curves;
     `cyclic` is true if it restarts at its end.
     """
 
@@ -295,7 +295,7 @@ def imposed(
         law: an expression of `t` (its value the driver's coordinate, rad or m), the path of a CSV file with times and
             positions, a pair of such arrays, or a function of t that gives position, rate and acceleration.
         until: duration (s); of a table its last time, if None.
-        limits: what the driver may not pass (rad or m), by what is there, in words.
+        limits: coordinates that the driver may not pass (rad or m), by their description.
 
     Raises:
         SceneError: for a law that is not finite, or that jumps; for one that passes a limit, with the first instant.
@@ -496,7 +496,7 @@ _JETS = jet_namespace(NAMESPACE)
 
 def _table(scene: Scene, times: Array, positions: Array, until: float | None, words: str) -> _Law:
     """A law by the cubic spline through a table (C², not periodic, not-a-knot ends)."""
-    from scipy.interpolate import CubicSpline  # only a table pays for it
+    from scipy.interpolate import CubicSpline  # only a table needs it
 
     if times.size != positions.size:
         found = f"{times.size} times and {positions.size} positions"
@@ -602,7 +602,7 @@ def course_of(
     transient: Transient | Motion | None,
     limits: Callable[[], Mapping[str, tuple[float, float]]] | None = None,
 ) -> tuple[Course, str]:
-    """The course that is asked for, and what its curves are drawn over."""
+    """The requested course, and the axis of its curves."""
     scene = scene_of(machine)
     given = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
     named = [name for name, value in given.items() if value is not None]
@@ -631,7 +631,7 @@ def course_of(
 
 
 def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Array:
-    """Values of a course's variable: those of positions or times that are wanted, or so many evenly.
+    """Values of a course's variable: those of given positions or times, or evenly spaced ones.
 
     Positions of a motion in time are those that the driver passes first.
     """

@@ -1,7 +1,7 @@
 """Forces in the joints of a scene's mechanisms, as the machine runs: kinetostatics with the scene's own loads.
 
-Every mechanism is taken as a linkage, and whatever acts on its ports acts on its bodies. What its crank asks of the shaft
-is the driving action. The motion is the steady regime, the stroke's own, one at a constant speed, or one that was followed
+Every mechanism is taken as a linkage, and the loads on its ports act on its bodies. The torque that its crank needs
+is the driving action. The motion is the steady regime, the stroke's own, one at a constant speed, or one followed
 in time: a run-up, a run-down, any transient.
 """
 
@@ -59,9 +59,9 @@ class MotionErrors(NamedTuple):
 class JointForces(NamedTuple):
     """Forces in the joints of every mechanism of a machine, by the mechanism's name, over a motion.
 
-    `machine` is the one that moves, with friction in joints as it is in that motion. `condition` says in words which motion;
-    `errors` are its estimated errors, `balance` the value (SI) of the scene's unknown. `messages` say what a reader must not
-    miss; `inertia` whether inertia forces are in them.
+    `machine` is the moving one, with friction in joints of that motion. `condition` describes the motion in words;
+    `errors` are its estimated errors, `balance` the value (SI) of the scene's unknown. `messages` are important
+    notes; `inertia` is true if inertia forces are included.
     """
 
     motion: MachineMotion
@@ -102,7 +102,7 @@ def joint_forces(
         phi: crank angles (rad), shape (n,), taken modulo the cycle; 360 over the cycle if None. On a stroke the driver's own
             coordinates (rad or m), 181 from end to end if None.
         speed: constant crank speed (rad/s, or m/s); if None that of the steady regime with the scene's flywheel, exact
-            where one is asked for, with the acceleration that belongs to it; without a flywheel, the scene's speed or the
+            one for an irregularity, with its acceleration; without a flywheel, the scene's speed or the
             machine's own, constant. On a stroke the scene's.
         acceleration: beside a given `speed`, rad/s² or m/s².
         inertia: False leaves inertia forces out: quasi-static. A speed is then needed for loads that depend on it alone:
@@ -166,7 +166,7 @@ def _with_joints(given: Machine | Scene) -> Scene:
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
-        raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
+        raise SceneError([Fault("mechanism", "no mechanism", "at least one, as joints are requested")])
     for mechanism in scene.mechanisms:
         if not has_joints(mechanism):
             linkage_of(mechanism)  # which says why
@@ -182,7 +182,7 @@ def _found(
     inertia: bool,
     friction: bool,
 ) -> JointForces:
-    """The forces in a motion, and what is to be said of standstill."""
+    """The forces in a motion, and a message on standstill."""
     mechanisms = machine.scene.mechanisms
     found = {m.name: port_forces(machine, motion, balance, m, inertia=inertia, friction=friction) for m in mechanisms}
     messages = []
@@ -239,7 +239,7 @@ def _at_speed(machine: Machine, positions: Array, speed: float | None, accelerat
 def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
     """The value (SI) of the scene's unknown and its error: at the scene's speed, or without one at that of the motion.
 
-    Where it acts on no port, no joint depends on it.
+    If it acts on no port, no joint depends on it.
     """
     scene = machine.scene
     if not any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts):
@@ -337,7 +337,7 @@ def _unit_of_speed(scene: Scene) -> str:
 
 
 def _errors_along(run: Transient, motion: MachineMotion, states: States) -> MotionErrors:
-    """Errors of angle, speed and acceleration by the error of a run: the last computed again with the others off."""
+    """Errors of angle, speed and acceleration by the error of a run: the last computed again with the others changed."""
     trail, anchor, time = run.motion.trail, motion.anchor, motion.time
     assert trail is not None
     assert anchor is not None
@@ -360,7 +360,7 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Moti
 
 
 def close_times(run: Transient) -> tuple[Array, Indices]:
-    """Times in every stretch of a motion, close to both its ends and between, and the stretches: few forces slip through."""
+    """Times in every stretch of a motion, dense enough for the largest forces, also close to its ends; and the stretches."""
     trail = run.motion.trail
     assert trail is not None
     count = int(np.clip(_CLOSELY // len(trail.stretches), *_IN_A_STRETCH))
@@ -378,7 +378,7 @@ DRIVING, RESULTANT = "driving", "resultant"
 COMPONENTS = (
     "x", "y", "normal", "moment", RESULTANT, DRIVING, "friction", "front", "rear", "tangential", "radial",
 )  # fmt: skip
-"""What may be asked for of a joint: `x` and `y` (of the whole force, in the frame's axes) of every one."""
+"""Components that a joint may have: `x` and `y` (of the whole force, in the frame's axes) exist for every one."""
 
 
 class ForceCurve(NamedTuple):
@@ -401,7 +401,7 @@ def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequen
         components: of `COMPONENTS`; what each joint has, and the resultant, if empty.
 
     Raises:
-        SceneError: for a joint that there is not, with the nearest; for a component that none of the joints has.
+        SceneError: for a joint that does not exist, with the nearest; for a component that none of the joints has.
 
     """
     places = joints_named(forces, of)
@@ -418,15 +418,15 @@ def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequen
     if missing:
         known = dict.fromkeys(name for place in places for name in _parts(forces.mechanisms[place[0]], place[1]))
         raise SceneError(
-            [Fault("component", f"{n!r}, which no joint asked for has", f"one of {', '.join(known)}") for n in missing]
+            [Fault("component", f"{n!r}, which no requested joint has", f"one of {', '.join(known)}") for n in missing]
         )
     return found
 
 
 def close_angles(forces: JointForces, count: int) -> Array:
-    """Coordinates so close to one another that hardly a largest force is missed: both sides of every jump among them.
+    """Coordinates dense enough for the largest forces, with both sides of every jump.
 
-    Those of loads, and where a joint with friction turns back.
+    Jumps are those of loads, and reversals of joints with friction.
     """
     machine = forces.machine
     assert machine is not None
@@ -472,7 +472,7 @@ def _extreme_places(
     """Places at which every curve is least and greatest, with those on either side, and the samples nearest.
 
     places: of the forces; before, after: the neighbours of each. along: gives forces at other places, with those samples.
-    Samples as low or as high as the extreme one, except for as much as a curve changes beside them, are looked at as well.
+    Samples that differ from the extreme one by less than the curve changes near them are refined as well.
     """
     values = _both_ways(forces)
     sides = np.maximum(values - values[:, before], values - values[:, after])
@@ -499,7 +499,7 @@ def _both_ways(forces: JointForces) -> Array:
 
 
 def _highest(values: Array, which: Indices) -> Indices:
-    """The few of some samples with the greatest values."""
+    """The samples with the greatest values."""
     return np.asarray(which[np.argsort(values[which], kind="stable")[-_TOPS:]])
 
 
@@ -588,14 +588,14 @@ def joint_errors(
 
     As with `flywheel.regime.state.state_errors` they are found again a few roundings aside, with lengths a few roundings
     off: linkages' positions and the equations of equilibrium then answer by other roundings. What it makes of them that
-    angle, speed, acceleration or unknown are as far off as they may be is added, each by itself, and what equilibrium and
+    angle, speed, acceleration or unknown have errors is added, each by itself, and the residuals of equilibrium and of
     the iteration of friction leave.
 
     Args:
         machine: the machine.
         forces: as `joint_forces` found them.
-        inertia: as they were asked for.
-        friction: as they were asked for.
+        inertia: as for the forces.
+        friction: as for the forces.
 
     """
     motion, off, origin = forces.motion, forces.errors, machine.scene.origin
@@ -644,7 +644,7 @@ def joint_errors(
 
 
 def _sum(errors: Any, there: Any, here: Any) -> Any:
-    """Errors, and how far figures of another motion are from these, with a tenth for what is not linear."""
+    """Errors, and differences of figures of another motion from these, with a tenth for nonlinearity."""
     if isinstance(errors, Mapping):
         return {name: _sum(value, there[name], here[name]) for name, value in errors.items()}
     return errors + 1.1 * np.abs(there - here)

@@ -62,8 +62,8 @@ class Kinematics:
         curves: by name: bodies `rod`, centres of mass `rod.com`, points `rod.P`, joints `crank_pin`, angles between the
             bodies that a pin joins `crank_pin.angle`, slides `guide`, shafts `crank`; of several mechanisms `NAME.rod`.
         errors: estimated absolute errors of t, q, rate and acceleration.
-        messages: what is to be said beside.
-        other_names: names of the same curves that they may be asked by.
+        messages: notes.
+        other_names: other names of the same curves.
         course: how the driver moves, everywhere.
 
     """
@@ -181,7 +181,7 @@ def motion(
 
     Args:
         machine: a `Scene`, or a `Machine` of one.
-        of: names of the curves that are wanted; all if empty.
+        of: names of the selected curves; all if empty.
         over: "driver" or "time"; time of a law and of a transient, else the driver, if None.
         at: positions of the driver (rad, or m where it slides), or times (s) where it is over time.
         points: how many, evenly from the beginning to the end, in place of `at`; 361 if None.
@@ -194,8 +194,8 @@ def motion(
         transient: along a motion that `flywheel.transient` or `flywheel.simulate` followed.
 
     Raises:
-        SceneError: for a name that there is not, with the nearest; for a law that leaves the stroke, or locks, with the
-            first instant; for what cannot move so.
+        SceneError: for a name that does not exist, with the nearest; for a law that leaves the stroke, or locks, with the
+            first instant; for a motion that is impossible.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 1.0}, "rod": {"length": 2.0}}
@@ -242,7 +242,7 @@ _WIDEST = TURN / 8  # of a cell, in the angle of the fastest shaft: 21 nodes the
 _FEWEST, _SIZE = 16, 20_000_000  # cells; values of all curves at the nodes of all cells
 _JUMP = 1e-6  # of the greatest value: least jump at a breakpoint
 _INSIDE = 1e-6  # of half a cell: distance from its ends at which their errors are taken
-_STILL = 1e-7  # of the greatest speed: greatest speed of a point that turns back
+_STILL = 1e-7  # of the greatest speed: greatest speed of a point that reverses
 
 
 class Survey(NamedTuple):
@@ -268,7 +268,7 @@ class _Row(NamedTuple):
 def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> Survey:
     """Extremes, dead centres and breakpoints of curves over a whole course, by Chebyshev series on cells.
 
-    Cells are halved until the series of all velocities and accelerations agree with them to what the course is smooth to.
+    Cells are halved until the series of all velocities and accelerations agree with them as closely as the course is smooth.
     """
     most = _SIZE // (cells.ORDER * 12 * max(len(names), 1))
     edges, close = _cell_edges(moving, course, most // 2)
@@ -325,7 +325,7 @@ def _component(vector: Array, component: str) -> Array:
 
 
 def _noise(curve: Curve, row: _Row) -> float:
-    """Accuracy of a function's values at the edges of cells, where it is worst."""
+    """Accuracy of a function's values at the edges of cells, where it is least."""
     error = _component(curve.errors[row.order], row.component)
     if row.component == "total":
         value = amount((curve.position, curve.velocity, curve.acceleration)[row.order])
@@ -438,7 +438,7 @@ def _turns_at_seam(series: Array, level: Array) -> bool:
 class _Turning(NamedTuple):
     """Ends of cells and zeros of slopes where rows may have their extremes: row, variable and its share t of a cell, value.
 
-    half: of the cell; bend: second derivative; wide: how far the place is open, for a series that is off by its level.
+    half: of the cell; bend: second derivative; wide: error of the position, for a series with an error of its level.
     """
 
     row: NDArray[np.intp]

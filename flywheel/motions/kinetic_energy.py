@@ -1,4 +1,4 @@
-"""Energy in the stores of a machine, and Quinn's shares: what part of the kinetic energy each body holds.
+"""Energy in the stores of a machine, and Quinn's shares: each body's share of the kinetic energy.
 
 Shares depend on position alone, not on speed.
 
@@ -138,7 +138,7 @@ class StoredEnergy(NamedTuple):
 
     kinetic: of every body with mass or inertia, and of what is fixed on places; p²/(2 m), as ½ I_j* omega².
     potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, which is
-        where a weight's is zero. A law, whose outputs have no place in the frame, has no weights.
+        where a weight's is zero. A law, whose outputs have no position in the frame, has no weights.
     errors: estimated absolute errors under the same names.
     """
 
@@ -148,7 +148,7 @@ class StoredEnergy(NamedTuple):
 
     @property
     def total(self) -> Array:
-        """All of it, J, shape (n,)."""
+        """The total, J, shape (n,)."""
         return np.asarray(sum((*self.kinetic.values(), *self.potential.values()), np.zeros(1)))
 
 
@@ -228,7 +228,7 @@ def _machine(given: Machine | Scene) -> Machine:
 def _moving(
     machine: Machine, phi: ArrayLike, flywheel: float, scale: float | None = None
 ) -> tuple[Array, Array, dict[str, Array]]:
-    """Positions, I* with the flywheel there, and what every body adds to it; a SceneError where nothing with mass moves."""
+    """Positions, I* with the flywheel there, and the contribution of every body; a SceneError if nothing with mass moves."""
     phi, total, parts = _inertia(machine, phi, flywheel)
     scene = machine.scene
     path = scene.mechanisms[0].path if scene.mechanisms else "inertia"

@@ -1,6 +1,6 @@
-"""Records of a motion, and what the machine does along it.
+"""Records of a motion, and works, heats and extremes along it.
 
-In order: the motion as followed (`Motion`); samples, works, heats and greatest values along it; what `transient` finds
+In order: the motion as followed (`Motion`); samples, works, heats and greatest values along it; the result of `transient`
 (`Transient`); the steady cycle of a sizing as a motion (`speed_at`, `time_along`, `steady_motion`).
 """
 
@@ -52,10 +52,10 @@ class Motion(NamedTuple):
 
     `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
     difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
-    Where the speed at phi = 0 must return, each cycle starts from that speed: `drift` is the share of the kinetic energy by
-    which stepping one cycle is off, which is so kept from adding up.
+    If the speed at phi = 0 must return, each cycle starts from that speed: `drift` is the relative change of kinetic energy
+    in one stepped cycle, which then does not accumulate.
     `states` are a motor's own by name, such as its `current` (A). `trail` is the motion as it was stepped, `rough` the run
-    before it and `share` how much of the difference to that run may be left.
+    before it and `share` the part of the difference to that run that may remain.
     """
 
     t: Array
@@ -106,11 +106,11 @@ class Motion(NamedTuple):
 def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
     """The works (J) along a motion: of every part, what meshes lost, and of all together up to the end of every step.
 
-    They are what positions and speeds make of them: the integral of moment times speed over every step.
+    They are integrals of moment times speed over every step.
 
     By Gauss quadrature of the dense output. The law of every load is evaluated apart: where stepping decides a branch once
     for a stretch, at an anchor, in a direction, it is decided here at every instant by position, speed and time themselves.
-    A law that was taken in the wrong branch, or against the motion, leaves a difference to the kinetic energy.
+    A law in the wrong branch, or against the motion, leaves a difference to the kinetic energy.
     """
     times, owners, lasting = trail.gauss()
     rows = [np.zeros(0)]
@@ -143,10 +143,10 @@ class Peak(NamedTuple):
 class Energy(NamedTuple):
     """Energy balance of a motion (J): works of drive and loads, heat, and kinetic energy gained.
 
-    `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
-    leave is the kinetic energy gained, except for `residual`, a share of the largest of them or of the greatest kinetic
+    `works` are by part, those of dampers and friction below 0; `meshes` is the loss in meshes. The sum of drive, loads and
+    meshes is the kinetic energy gained, except for `residual`, a share of the largest of them or of the greatest kinetic
     energy. `copper` is the heat in a DC motor's armature, `rotor_heat` that in an induction motor's rotor, torque times slip
-    speed. Neither is part of that balance: the drive's work is what its shaft gives.
+    speed. Neither is part of that balance: the drive's work is that at its shaft.
     """
 
     drive: float
@@ -170,7 +170,7 @@ class Peaks(NamedTuple):
 class Samples(NamedTuple):
     """A motion at times t (s): phi (rad, not reduced), omega (rad/s), acceleration (rad/s²), moment M* less losses (N m).
 
-    `drive` is the drive's torque at its own shaft (N m), `power` what it gives (W), `loss` what meshes lose (W), `kinetic`
+    `drive` is the drive's torque at its own shaft (N m), `power` its power (W), `loss` that lost in meshes (W), `kinetic`
     the kinetic energy (J), `current` a motor's (A; None if its kind does not give it), `states` a motor's own by
     name, None without any. On a stroke whose driver slides: m, m/s, N.
     """
@@ -256,9 +256,9 @@ def samples_of(trail: Trail) -> tuple[Samples, Indices]:
 
 
 def energy_of(trail: Trail, kinetic: Array) -> Energy:
-    """Works and heats of a motion with its kinetic energy (J) at times from start to end, and how far they close.
+    """Works and heats of a motion with its kinetic energy (J) at times from start to end, and their closure.
 
-    Works are those of `works_of`, apart from what time stepping itself adds up.
+    Works are those of `works_of`, separate from the sums of time stepping itself.
     """
     motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
     works, meshes, _ = works_of(trail)
@@ -289,12 +289,12 @@ def peak(trail: Trail, name: str, samples: Samples, owners: Indices) -> Peak:
 
 
 def column(samples: Samples, name: str) -> Array:
-    """A column of samples; of the speed its size, as a machine that swings back is fastest either way."""
+    """A column of samples; of the speed its size, because a machine that swings is fastest in either direction."""
     return np.asarray(np.abs(samples.omega) if name == "omega" else getattr(samples, name))
 
 
 def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
-    """A column of samples, by no more than it takes: a speed needs no laws, and what drives no friction in joints."""
+    """A column of samples, with only the necessary laws: a speed needs none, a drive no friction in joints."""
     dynamics = trail.dynamics
     if name == "omega":
         return np.asarray(np.abs(trail.states(times, owners)[1]))
@@ -310,12 +310,12 @@ def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
 def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
     """The greatest values about each of the highest samples; the very greatest sample first.
 
-    The highest are those that no neighbour in their stretch exceeds. Each is then refined on times ever closer.
+    The highest are those that no neighbour in their stretch exceeds. Each is then refined.
     """
     times, values = samples.t, column(samples, name)
 
     def beside(which: Indices, side: int) -> Indices:
-        """The neighbours of samples, or they themselves where their stretch ends."""
+        """The neighbours of samples, or the samples themselves at the ends of their stretch."""
         other = np.clip(which + side, 0, owners.size - 1)
         return np.where(owners[other] == owners[which], other, which)
 
@@ -336,9 +336,9 @@ def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
 class Transient:
     """A machine followed from a start to an end.
 
-    `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall` (its drive pushes,
-    and is too weak), `creep` (it slows down without end), `limit` (the given end is not reached), `stroke`. `time` (s),
-    `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in turns. On a
+    `ended` is its end in words, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall` (its drive
+    pushes, but is too weak), `creep` (it slows down without end), `limit` (the given end is not reached), `stroke`. `time`
+    (s), `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is the travel, `turns` the same in turns. On a
     stroke whose driver slides, m.
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None if there is
@@ -374,14 +374,14 @@ class Transient:
 
     @cached_property
     def energy(self) -> Energy:
-        """Works and heats from start to end, and how far they close."""
+        """Works and heats from start to end, and their closure."""
         assert self.motion.trail is not None
         with np.errstate(all="ignore"):
             return energy_of(self.motion.trail, self.samples[0].kinetic)
 
     @cached_property
     def start_heat(self) -> StartHeat | None:
-        """Heat of the motor's start, against what it bears; None if it is not started, or its kind does not give it."""
+        """Heat of the motor's start relative to its limit; None without a start, or if its type does not give it."""
         assert self.motion.trail is not None
         return None if self.from_regime else start_heat(self.motion.trail)
 

@@ -1,4 +1,4 @@
-"""Motion of a machine from any state, by time stepping, and what the machine does along it.
+"""Motion of a machine from any state, by time stepping, with its works, heats and extremes.
 
 A machine with compliant shafts, which one angle does not describe, is followed by its whole bond graph. Along a motion are
 its samples (`sampled`), works and heats (`energy_of`) and greatest values (`peak`); along the steady cycle that a machine
@@ -47,7 +47,7 @@ _COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared,
 _WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
 _SAME_STEP = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings within which the net work of a cycle counts as zero
-_STANDING = 1e-9  # of the greatest speed: slower than this a shaft does not turn back
+_STANDING = 1e-9  # of the greatest speed: slower than this a shaft does not reverse
 SAFETY = 2.0  # factor on the error of a run, which between steps does not fall in proportion to its tolerance
 
 
@@ -78,11 +78,11 @@ def simulate(
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
         phi: crank angle at t = 0, rad. On a stroke the driver's coordinate, rad, or m where it slides.
-        omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and turn back. On a stroke the driver's
+        omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and reverse. On a stroke the driver's
             speed, m/s where it slides.
         until: time to simulate, s.
         inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None. On a stroke
-            what moves with the driver beside the machine: 0 if None, kg where it slides.
+            mass or inertia that moves with the driver in addition: 0 if None, kg if it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
         rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
         states: a motor's own at t = 0 by name (SI); 0 if they are not given.
@@ -91,7 +91,7 @@ def simulate(
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
             stroke, or at an end of it that it is pushed out of; if friction in joints never lets it start, or leaves no
-            acceleration or several; if shafts twist where joints rub.
+            acceleration or several; if shafts twist where joints have friction.
 
     >>> import flywheel
     >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": 6}, "regime": {"speed": 1},
@@ -140,7 +140,7 @@ def simulate(
 
 
 def actual(given: Machine | Scene) -> Machine:
-    """The machine of a scene, or the one given, whose joints rub as they move: not by a moment at a constant speed.
+    """The machine of a scene, or the given one, with friction of the actual motion, not a moment at a constant speed.
 
     Raises:
         SceneError: if shafts twist in a scene with friction in joints.
@@ -166,7 +166,7 @@ def motion_from(
 ) -> Motion:
     """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
 
-    `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
+    `passing` is called at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
     `watching` receives the stretches of every run.
     """
     first = _FIRST_LOOSE if runge_kutta.method(_FIRST * rtol).order == 5 else _FIRST

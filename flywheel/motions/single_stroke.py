@@ -1,4 +1,4 @@
-"""What a machine that works stroke by stroke asks of its flywheel, clutch, brake and motor (`single_stroke`)."""
+"""The load of flywheel, clutch, brake and motor of a machine that works stroke by stroke (`single_stroke`)."""
 
 from __future__ import annotations
 
@@ -113,10 +113,10 @@ class SingleStroke:
     `period` is the time from one engagement of the clutch to the next (of `continuous` strokes together). `keeps_up`: the
     motor is loaded within its rating (by the root of the torque's mean square and, where known, by its heat). `irregularity`
     is (greatest - least speed)/mean of the two. `slip_time` and `lock_angle` are those of the clutch, `clutch_torque` the
-    greatest torque that it passes while it holds. `clutch_heat` and `brake_heat` are of one period. `brake_angle` is what
-    the crank turns from the brake's application to rest, in `stopping_time`; `overrun` how far beyond `stop_at` it rests.
-    `recovery_time` is that from the least speed until 95 % of the drop is made up. `greatest_rate` (1/s) is that at which
-    `decides` comes to its limit. `shares` are loads of what has a limit, over that limit. `error` holds absolute errors,
+    greatest torque while it is locked. `clutch_heat` and `brake_heat` are of one period. `brake_angle` is the angle that
+    the crank turns from the brake's application to rest, in `stopping_time`; `overrun` its angle beyond `stop_at` at rest.
+    `recovery_time` is that from the least speed until 95 % of the drop is recovered. `greatest_rate` (1/s) is that at which
+    `decides` reaches its limit. `shares` are the limited loads over their limits. `error` has absolute errors,
     those of `shares` and `energy` under these names, and for `keeps_up` that of the motor's greatest share.
     `formulas` are what the formulas of presses give for some of the figures (`components.press_work`).
     `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor.
@@ -208,7 +208,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates:
         rates: False to leave out the search of the greatest rate, which then is None.
 
     Raises:
-        SceneError: for a stroke that does not go through, with where and when: a clutch that never locks or slips again, a
+        SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks or slips again, a
             machine that stalls, a brake that does not stop or hold the crank, a rate that leaves no time for the stroke.
 
     """
@@ -328,12 +328,12 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
 
 
 class Course(NamedTuple):
-    """A period at times (s), each jump twice: before it and behind it. Works (J) count from the engagement of the clutch.
+    """A period at times (s), each jump twice: before and after it. Works (J) count from the engagement of the clutch.
 
     `driving` is the speed of the clutch's shaft, `crank` that of the crank as if at that shaft (rad/s), `phi` the crank
     angle (rad). `clutch` is the torque that the clutch gives to the crank, `brake` that of the brake on its shaft, at rest
-    the one that it holds with, `drive` that of the drive at its own shaft (N m). `drive_work` is what the drive has given,
-    `wheel_work` what the inertia of the driving side has given of its kinetic energy.
+    the holding torque, `drive` that of the drive at its own shaft (N m). `drive_work` is the work of the drive,
+    `wheel_work` the kinetic energy given by the inertia of the driving side.
     """
 
     time: Array
@@ -444,7 +444,7 @@ def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
 
 
 def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
-    """The torque (N m) of the brake on its shaft: against the motion, and at rest what it holds with."""
+    """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
     brake, found = strokes.brake, np.zeros(times.size)
     since, released = times - phases.brake_time, times < min(brake.fall, phases.lock_time)
     acts = (since >= 0.0) & (times <= phases.stop_time)
@@ -475,7 +475,7 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
 def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
     """The longest stop from a signal while the clutch holds, and the distance that a hand needs meanwhile (ISO 13855).
 
-    At the signal the clutch holds for its `fall`; then it lets go, and the brake is put on.
+    After the signal the clutch transmits torque for its `fall`; then it is released, and the brake is applied.
     """
     plan = strokes.plan
     if plan.approach is None:
@@ -503,11 +503,11 @@ def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
 
 
 _Side = tuple[Trail, float, float]
-"""A motion of the driving side, what its speed is to be multiplied with to be the clutch shaft's, and when it begins (s)."""
+"""A motion of the driving side, the factor from its speed to the clutch shaft's, and its starting time (s)."""
 
 
 def _driving_sides(strokes: Strokes, found: Phases) -> list[_Side]:
-    """The driving side over a whole period; of the slip, what there is until the clutch locks."""
+    """The driving side over a whole period; of the slip, the part until the clutch locks."""
     return [
         (_until(found.driving, found.lock_time), 1.0, 0.0),
         (found.locked, strokes.ratio, found.lock_time),
@@ -550,7 +550,7 @@ def _speed(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
 
 
 def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
-    """The time (s) from the least speed until most of the drop is made up."""
+    """The time (s) from the least speed until most of the drop is recovered."""
     least, when = speeds_of.least, speeds_of.when
     level = least + _RECOVERED * (found.speed - least)
     for trail, factor, begin in sides:
@@ -573,7 +573,7 @@ def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
 
 
 def _gauss(sides: list[_Side], ratio: float) -> tuple[Array, Array]:
-    """Speeds of the motor (rad/s) over a period, and what each weighs (s); `ratio`: of its speed over the clutch shaft's."""
+    """Speeds of the motor (rad/s) over a period, and their weights (s); `ratio`: of its speed over the clutch shaft's."""
     speeds, weights = list[Array](), list[Array]()
     for trail, factor, _begin in sides:
         times, owners, lasting = trail.gauss()
@@ -656,7 +656,7 @@ def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict
 
 
 def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
-    """Works and heats of one period, J, and what is missing between them.
+    """Works and heats of one period, J, and their residual.
 
     By quadrature of every law over the motions apart from the stepping; the clutch's heat by the speeds of both its sides.
     """
@@ -700,9 +700,9 @@ _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
 def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str | None]:
-    """The smallest flywheel (kg m² at its own shaft) that keeps what is asked, each limit with its own, and which decides.
+    """The smallest flywheel (kg m² at its own shaft) that keeps all limits, that for each limit, and the deciding limit.
 
-    Every limit is kept the better the heavier the flywheel is: the largest of those that keep one alone keeps all.
+    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all.
     """
     last: list[SceneError] = []
     begin: list[Phases] = []  # the last stroke that returns, from which the next is searched for
@@ -783,7 +783,7 @@ def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str,
 
 
 def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
-    """The greatest rate (1/s) that everything bears, what decides it, and its error.
+    """The greatest rate (1/s) within all limits, the load that decides it, and its error.
 
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
     driving side has it again is the period, so that no rate has to be tried at which no stroke returns.

@@ -1,4 +1,4 @@
-"""A motor's start: the load at rest on its shaft, the run-up through its torque map, and the heat of it all.
+"""A motor's start: the load at rest on its shaft, the run-up through its torque map, and its heat.
 
 In order: what acts at rest, and the torque that carries the machine there (`load_at_rest`); the run-up through a table of
 net moment by angle and speed (`mapped_run_up`), which is quick and good to about a thousandth; and the heat of a start along
@@ -68,8 +68,8 @@ def torque_at_rest(motor: Motor) -> float:
 def load_at_rest(machine: Machine, phi: Array) -> Array:
     """The torque (N m, on the motor's shaft) that just carries a machine at rest at crank angles (rad), about to start.
 
-    What every part needs passes through each mesh between it and the motor, and each takes its share: on the way from the
-    motor a mesh of efficiency eta asks for 1/eta of what it gives, one that gets power back gives eta of it.
+    The torque of every part passes through each mesh between it and the motor, with a loss in each: on the way from the
+    motor a mesh of efficiency eta needs 1/eta of its output, one with reversed power returns eta of it.
 
     Valid for rigid shafts; friction in joints is left out. Source: the balance of powers at a vanishing speed.
 
@@ -107,7 +107,7 @@ def _with_mesh_losses(passed: Array, efficiency: float) -> Array:
 
 
 def moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
-    """M* as the machine sets out from rest at t (s), and how large the moments in it are, there and over the cycle.
+    """M* at the start from rest at t (s), and the sizes of its moments, there and over the cycle.
 
     It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.
     """
@@ -135,8 +135,8 @@ def _around(machine: Machine) -> Array:
 def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
     """Tests whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed of the motion.
 
-    One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine
-    stop; any other was too weak.
+    If time has switched it off (to a hundredth of its greatest push), or it brakes, the machine
+    stops; otherwise the drive was too weak.
     """
     machine = dynamics.machine
     speeds = np.unique(np.append(np.abs(trail.ends()[1]), 0.0))
@@ -154,11 +154,11 @@ def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
 
 
 class RunUp(NamedTuple):
-    """A run-up: how long it takes (s), its turns of the crank, and the integral of (I/I_n)² dt of the windings (s).
+    """A run-up: its time (s), its turns of the crank, and the integral of (I/I_n)² dt of the windings (s).
 
     current_squared: None if the motor's kind or plate does not tell its current.
-    speed: of the crank at the end, rad/s: the one that was to be reached, 0 if the machine stops, or where it stays.
-    reached: whether that speed was reached; None if it would take more turns than are followed.
+    speed: of the crank at the end, rad/s: the target, 0 if the machine stops, or the speed at which it stays.
+    reached: true if the target was reached; None if it would take more turns than are followed.
     stop: crank angle (rad) at which it stops again; None if it does not.
     """
 
@@ -259,7 +259,7 @@ def _driven_by(machine: Machine, motor: Motor) -> Machine:
 
 
 class _Steps(NamedTuple):
-    """A stretch of a run-up: how long each step lasts (s), its first and last speed (rad/s), and how the stretch ends."""
+    """A stretch of a run-up: the time of each step (s), its first and last speed (rad/s), and the kind of its end."""
 
     lasting: Array
     omega: Array
@@ -330,13 +330,13 @@ class StartHeat(NamedTuple):
     """Load of a start on its motor, from switching on to the rated speed in its last connection.
 
     Args:
-        title: how it is started.
+        title: kind of start.
         times: of its switches, s.
-        time: how long it lasts, s.
-        over: whether it came to that speed; else the figures are those of the whole motion.
+        time: its duration, s.
+        over: true if it reached that speed; else the figures are those of the whole motion.
         current_squared: integral of (I/I_n)² dt of the windings, s; None without a rated current to relate to.
         winding: heat in the rotor of an induction motor or the armature of a DC motor itself, J.
-        added: heat in the resistors beside it, J.
+        added: heat in added resistors, J.
         stator: copper heat of an induction motor's stator, J; None if the plate does not give it.
         allowed: (I_L/I_n)² times the time for which the warm motor bears the current I_L of its locked rotor, s.
         allowed_cold: the same of the cold motor, s.
@@ -358,22 +358,22 @@ class StartHeat(NamedTuple):
 
     @property
     def share(self) -> float | None:
-        """Share of what the warm motor bears that the start takes."""
+        """Load of the start over the limit of the warm motor."""
         return _ratio(self.current_squared, self.allowed)
 
     @property
     def share_cold(self) -> float | None:
-        """Share of what the cold motor bears that the start takes."""
+        """Load of the start over the limit of the cold motor."""
         return _ratio(self.current_squared, self.allowed_cold)
 
     @property
     def starts(self) -> int | None:
-        """Number of such starts in succession that the warm motor can stand."""
+        """Permissible number of such starts in succession of the warm motor."""
         return None if self.share is None else math.floor(1.0 / self.share + _WHOLE_START)
 
     @property
     def starts_cold(self) -> int | None:
-        """Number of such starts that the cold motor can stand."""
+        """Permissible number of such starts of the cold motor."""
         return None if self.share_cold is None else math.floor(1.0 / self.share_cold + _WHOLE_START)
 
     def as_dict(self) -> dict[str, Any]:
@@ -398,10 +398,10 @@ def _ratio(part: float | None, whole: float | None) -> float | None:
 def start_heat(trail: Trail) -> StartHeat | None:
     """The heat of the start that a motion begins with; None for other motors than induction and DC, and with own states.
 
-    Nothing is taken off for what the motor gives to its surroundings meanwhile, so that the figures hold for starts of some
+    Heat given to the surroundings meanwhile is neglected, so the figures hold for starts of some
     seconds. The start ends at the rated speed after the last switch, where the current comes down to the rated one.
 
-    With t_L the time for which the motor bears its locked rotor, what it bears is (I_L/I_n)² t_L, and a start that takes a
+    With t_L the permissible time of the locked rotor, the limit is (I_L/I_n)² t_L, and a start that takes a
     share q of that may follow another 1/q times. Source: IEC 60079-7 and IEEE 620 (time of the locked rotor, I² t as a
     thermal limit); NEMA MG 1, part 12 (two starts of a cold motor, one of a warm one).
     """

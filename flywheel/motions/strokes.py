@@ -1,8 +1,8 @@
 """The motion of a machine stroke by stroke: clutch, work, brake, standstill, and the periodic one among such strokes.
 
 While the clutch slips, its torque depends on neither speed. So the driving side and the driven side are two machines of one
-freedom each, which share nothing but that torque, until their speeds are equal; from there to the release of the clutch they
-are one machine. Each is followed by `free_motion.follow`, phase by phase (`Strokes.stroke`). A stroke takes two figures to
+freedom each, which share only that torque, until their speeds are equal; from there to the release of the clutch they
+are one machine. Each is followed by `free_motion.follow`, phase by phase (`Strokes.stroke`). A stroke passes two figures to
 the next one: the speed of the driving side where it begins, and the angle at which the crank stands. `periodic` finds those
 that return, by Newton's method.
 """
@@ -30,7 +30,7 @@ _RPM = 30.0 / math.pi
 _SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between them where the torque is looked at
 _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
-_BACKWARDS = 1e-6  # of the typical speed: a crank that turns back by this falls back
+_BACKWARDS = 1e-6  # of the typical speed: a crank that reverses by this falls back
 _MOST_STEPS = 25  # of Newton's method
 _TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
@@ -101,7 +101,7 @@ def _last(trail: Trail) -> tuple[float, float]:
 class Strokes:
     """A machine that works stroke by stroke, with a flywheel (kg m² at its own shaft), at a relative tolerance of a step.
 
-    Raises SceneError where the scene is not one that can be followed so.
+    Raises SceneError if the scene cannot be followed so.
     """
 
     def __init__(self, scene: Scene, inertia: float, rtol: float) -> None:
@@ -299,7 +299,7 @@ class Strokes:
         return driving, self._run(self.taken, Start(rest, 0.0), goals, last)
 
     def _taken_along(self, driving: Trail, slipping: Trail, rest: float) -> tuple[Trail, Trail]:
-        """The same two motions, refused where the clutch did not lock."""
+        """The same two motions, refused if the clutch did not lock."""
         phi, omega = _last(slipping)
         if slipping.goal == "lock" and omega > _BACKWARDS * self.typical:
             return driving, slipping
@@ -352,7 +352,7 @@ class Strokes:
         return locked
 
     def _check_grip(self, locked: Trail, time: float) -> None:
-        """Refuse a clutch that would slip again while it is locked."""
+        """Refuses a clutch that would slip again while it is locked."""
         when, most = extreme(locked, lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))
         if most > self.clutch.static_torque:
             phi = float(locked.states(np.array([when]))[0, 0])
@@ -364,7 +364,7 @@ class Strokes:
             raise SceneError([Fault(path, found, "a clutch that holds through the work", advice)])
 
     def locked_torque(self, locked: Trail, times: Array, owners: Index) -> Array:
-        """The torque (N m) that the locked clutch passes at times (s): what its driving side does not need for itself."""
+        """The torque (N m) of the locked clutch at times (s): the part that its driving side does not need for itself."""
         found = np.zeros(times.size)
         for portion, states, here in locked.along(times, owners):
             alpha = self.whole.at_many(*here).acceleration
@@ -426,7 +426,7 @@ class Strokes:
 def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float, float]:
     """Time (s) and size of the greatest value along a motion, by its dense output.
 
-    `value` is that at times (s) and the stretches that they lie in. All tops among instants within each step are refined,
+    `value` is that at times (s) and the stretches that they lie in. All maxima among instants within each step are refined,
     each between its neighbours of the same step.
     """
     times, owners = trail.within(NODES)
@@ -551,7 +551,7 @@ def _at(phi: float) -> str:
 
 
 def check(scene: Scene) -> None:
-    """Refuse what strokes cannot be followed with, each with its reason."""
+    """Refuses the scene's parts with which strokes cannot be followed, each with its reason."""
     plan = scene.single_stroke
     assert plan is not None
     clutch, faults = plan.clutch, list[Fault]()

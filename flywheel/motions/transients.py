@@ -61,7 +61,7 @@ _DIMENSIONS: tuple[tuple[Kind, str, bool | None], ...] = (
     ("speed", "speed", False),
     ("speed", "velocity", True),
 )
-"""What ends a motion, by its dimension, and whether the driver then slides."""
+"""Kinds of ends of a motion by their dimension, and true if the driver then slides."""
 _TURNS = re.compile(r"\s*([-+.\deE]+)\s*turns?\s*")
 _SHARE = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
 _EXPECTED = '"regime", "stop", or a time, a way, a speed or a share of the regime\'s, such as "5 s", "90 deg" or "95 %"'
@@ -70,7 +70,7 @@ _EXPECTED = '"regime", "stop", or a time, a way, a speed or a share of the regim
 class Until(NamedTuple):
     """The end of a motion: time (s), way (rad), speed (rad/s), share of the regime's speed; m and m/s where a driver slides.
 
-    `sliding` tells a way or a speed of a driver that slides from one of a crank; None if a number says neither.
+    `sliding` is true for a travel or a speed of a driver that slides, false of a crank; None if a number leaves it open.
     """
 
     kind: Kind
@@ -154,20 +154,20 @@ def transient(
             "95 %" (of the regime's mean speed), "regime" (its speed at phi = 0 repeats to 1e-6), "stop". A machine that
             settles before it comes to a speed ends with that: `reason` is "limit". If None the regime; without a drive, or
             on a stroke, a stop.
-        drive: whether the drive drives; without it the machine runs down.
+        drive: False for a run-down without the drive.
         inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to; 0 if the
             scene has no flywheel.
         balance: value (SI) of the scene's unknown; if None the one that balances the regime.
         rtol: error allowed of position and speed.
-        watching: is told time (s) and position (rad) as the motion continues; a motion is followed twice at least, so that
-            both begin again.
+        watching: called with time (s) and position (rad) as the motion continues; a motion is followed twice at least, so
+            that both begin again.
 
     Raises:
         SceneError: if the machine does not start, has no regime where one is asked for, or cannot be followed.
 
-    For a time, the machine is followed wherever it goes, through rests, back and forth; at rest dry laws hold it until
-    something drives it away (forwards, where either way were possible). With any other end the motion ends early where the
-    machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop` without one, or where it is off by
+    For a time, the machine is followed through rests and reversals; at rest dry laws hold it until
+    a load drives it away (forwards, if both directions are possible). With any other end the motion ends early if the
+    machine stops, with its angle: `stall` if the drive pushes but is too weak, `stop` without a drive, or if it is off by
     then or brakes. Stepping restarts at a step of load or drive (an expression of `t`).
 
     >>> import math, flywheel
@@ -208,7 +208,7 @@ def transient(
     reason, ended = _ending(setting, trail, motion, goal, limit)
     regime, scene = setting.regime, setting.machine.scene
     if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
-        ended += f"; it did not come to {goal.told(scene.reduction_element == 'slide')}"
+        ended += f"; it did not reach {goal.told(scene.reduction_element == 'slide')}"
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
@@ -271,7 +271,7 @@ def run_down(
 
 
 def _reversal(setting: TransientSetting, trail: Trail, goes_on: bool) -> list[str]:
-    """Messages on a driven machine that turns back: the place, and the opposing moment."""
+    """Messages on a driven machine that reverses: the place, and the opposing moment."""
     states, machine = trail.ends(), setting.machine
     back = np.flatnonzero(states[1] < -_CREEPING * np.abs(states[1]).max())
     if not goes_on or machine.scene.drive is None or not back.size:
@@ -336,7 +336,7 @@ def _is_driven_freely(scene: Scene) -> bool:
 
 
 class TransientSetting(NamedTuple):
-    """A machine as it is followed, and what is known of it before, with relative errors of flywheel and balance."""
+    """A machine to follow with its regime, and relative errors of flywheel and balance."""
 
     machine: Machine
     dynamics: Dynamics
@@ -348,19 +348,19 @@ class TransientSetting(NamedTuple):
     balance_error: float
 
     def needed(self) -> Regime:
-        """The regime, or a SceneError that says why there is none."""
+        """The regime, or a SceneError with the reason why there is none."""
         if self.regime is None:
             raise SceneError([Fault("regime", self.no_regime, "a machine that has a regime", "name a speed or a time")])
         return self.regime
 
     @property
     def motor(self) -> Motor | None:
-        """The drive's motor, as it runs."""
+        """The drive's motor in its normal connection."""
         motor = self.machine.scene.motor
         return None if motor is None else as_started(motor).own
 
     def started(self, times: Sequence[float]) -> TransientSetting:
-        """The same with its motor as it is started, switched at `times` (s) so far."""
+        """The same with its motor in the start, switched at `times` (s) so far."""
         scene, motor = self.machine.scene, self.motor
         assert motor is not None
         assert motor.start is not None
@@ -377,7 +377,7 @@ class TransientSetting(NamedTuple):
 def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> TransientSetting:
     """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value.
 
-    regimes: whether the regime is searched for.
+    regimes: true to search for the regime.
     """
     scene = machine.scene
     inertia_error = balance_error = 0.0
@@ -429,9 +429,9 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
 def _switched(
     setting: TransientSetting, begin: Start, goal: Until, rtol: float, watching: Watching | None
 ) -> tuple[TransientSetting, str]:
-    """A machine whose motor goes through its connections at known times, and what is to be said where one does not end.
+    """A machine whose motor goes through its connections at known times, and a message if one does not end.
 
-    A switch at a speed is found by following the motion up to it, by all that it takes: its time is as good as rtol.
+    A switch at a speed is located by following the motion up to it: its time has an error of rtol.
     """
     motor, times = setting.motor, list[float]()
     assert motor is not None
@@ -466,7 +466,7 @@ def _switched(
 def _start(setting: TransientSetting, start: float | str, at: float | None, goes_on: bool) -> Start:
     """The start; a SceneError for a released machine that stays at rest, or moves backwards without end.
 
-    goes_on: whether it is followed wherever it goes.
+    goes_on: true if it is followed through rests and reversals.
     """
     machine, dynamics, circuit = setting.machine, setting.dynamics, setting.dynamics.circuit
     scene = machine.scene
@@ -497,7 +497,7 @@ def _start(setting: TransientSetting, start: float | str, at: float | None, goes
 
 
 def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
-    """The fault of a machine that nothing sets going."""
+    """The fault of a machine that no moment starts."""
     if scene.drive is None:
         speed = "0.1 m/s" if scene.sliding else "200 rpm"
         regime = "" if scene.stroke is not None or _is_driven_freely(scene) else "--from regime, or "
@@ -506,7 +506,7 @@ def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
 
 
 def _own_states(setting: TransientSetting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
-    """A motor's own states at the start: the regime's own, as steady as the speed (rad/s) is, or of one just switched on."""
+    """A motor's own states at the start: those of the regime, steady at the speed (rad/s), or just switched on."""
     dynamics, circuit = setting.dynamics, setting.dynamics.circuit
     if circuit is None:
         return ()
@@ -534,7 +534,7 @@ def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start
 
 
 def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
-    """The fault of a machine that dry friction holds at rest to the end of the time that was looked at."""
+    """The fault of a machine that dry friction holds at rest to the end of the time followed."""
     machine, last = setting.machine, trail.ends()[:, -1]
     phi = within(machine, float(last[0]))
     held = held_by(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
@@ -543,9 +543,9 @@ def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
 
 
 def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
-    """End conditions of the motion, with a stop where no time was wanted; and that time (s), or the limit of the search.
+    """End conditions of the motion, with a stop unless a time is given; and that time (s), or the limit of the search.
 
-    What starts from rest may go back at first: a stop is then one beyond the start.
+    A machine that starts from rest may go back at first: a stop is then one beyond the start.
     """
     if goal.kind == "time":
         return [], goal.value
@@ -643,8 +643,8 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     if trail.goal == "settled":
         return "limit", f"settled to its regime without reaching {speed(setting.target(goal))}: {speed(omega)} {at}"
     if trail.goal == "limit" or (trail.goal is None and goal.kind != "time"):
-        wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "what was asked for")
-        return "limit", f"did not come to {wanted} within {turns:.6g} turns and {last:.6g} s"
+        wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "its end")
+        return "limit", f"did not reach {wanted} within {turns:.6g} turns and {last:.6g} s"
     if trail.goal == "steady":
         return "limit", f"does not slow down to a stop: {omega:.6g} {unit} {at}, as a cycle before"
     if trail.goal == "regime":
@@ -679,8 +679,8 @@ _COLUMNS = {"speed": "omega", "torque": "drive", "power": "power", "current": "c
 def estimates(transient: Transient) -> dict[str, Any]:
     """Errors in the figures' own units, by the names of the JSON; None without a figure, or where nothing is known of it.
 
-    They compare the motion with the run before it, of wider tolerance, and add the effect of the error of position and
-    speed. They hold for the flywheel and the balance as printed, whose own errors stand beside them.
+    They compare the motion with the run before it, of greater tolerance, and add the effect of the error of position and
+    speed. They hold for the flywheel and the balance as printed, whose own errors are given with them.
     """
     motion, energy = transient.motion, transient.energy
     fine, other, share = motion.trail, _rough(motion), motion.share

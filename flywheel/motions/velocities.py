@@ -1,4 +1,4 @@
-"""Velocities by instant centres: of every point of a scene's mechanisms, beside those by influence coefficients.
+"""Velocities by instant centres: of every point of a scene's mechanisms, and those by influence coefficients.
 
 The two are independent: the centre of a body comes from the velocity of one of its points and its angular rate, and gives
 the velocity of every other one as omega r, across the ray from the centre.
@@ -42,8 +42,8 @@ class PointVelocity(NamedTuple):
 class Centres(NamedTuple):
     """The instant centres of a mechanism at n positions, and the velocities of its points by them.
 
-    `poses` are those of its bodies; `centres` by the names of two bodies, the frame first; `rate` is what the mechanism's
-    own driver turns (or slides) by, per unit of the machine's driver or per second, shape (n,).
+    `poses` are those of its bodies; `centres` by the names of two bodies, the frame first; `rate` is that of the mechanism's
+    own driver, per unit of the machine's driver or per second, shape (n,).
     """
 
     poses: Poses
@@ -68,7 +68,7 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
     """Instant centres of every two bodies of every mechanism, and velocities of all points by them.
 
     Centres lie at positions alone; their errors are found as those of
-    `flywheel.motion`: found again a few roundings aside, with lengths a few roundings off.
+    `flywheel.motion`: computed again with positions and lengths changed by a few roundings.
 
     Args:
         machine: a `Scene`, or a `Machine` of one.

@@ -32,7 +32,7 @@ FINE = 2.0**-20  # of a variable's scale: the step of `gradient`
 class Slopes(NamedTuple):
     """Derivatives of figures and their absolute errors, each of shape (figures, variables); NaN if there is none.
 
-    `both` holds on both sides; `left` and `right` are those of one side each, wanted where there is a `corner` in between, a
+    `both` holds on both sides; `left` and `right` are those of one side each, wanted if there is a `corner` in between, a
     `jump`, or points of one side that have no value.
     """
 

@@ -609,7 +609,7 @@ class _ExpressionReader:
             raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self._place(node)}", "less nesting")
         rule = _READERS.get(type(node))
         if rule is None:
-            raise ExpressionError(self._shown(node))
+            raise ExpressionError(self._shown(node), advice=written_here(self._text(node), ()))
         value = rule(self, node, depth + 1)
         self.texts.setdefault(value, self._text(node))
         return value

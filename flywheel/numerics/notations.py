@@ -1,4 +1,4 @@
-"""Other notations of expressions: how what spreadsheets, calculators, C and textbooks write is written here."""
+"""Other notations of expressions (spreadsheets, calculators, C, textbooks), and how they are written here."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Collection
 
 CONDITION = "a condition is written a if c else b"
 PRODUCT = "a product is written *"
+_LETTERS = str.maketrans({"π": "pi", "φ": "phi", "ϕ": "phi", "ω": "omega"})
 _LONGEST = 60  # of a text that is written anew as a whole
 _CHOICES = tuple(
     re.compile(rf"\s*{form}\s*", re.IGNORECASE)
@@ -39,11 +40,12 @@ _HABITS = tuple(
         (r"[−–—]", "a minus is written -"),
         (r"√", "write sqrt(...)"),
         (r"°|\b(?:deg|rad|radians)\s*\(|\d\s*(?:deg|grad)\b", "angles in an expression are in rad: write 30*pi/180"),
+        (r"^e$", "write exp(...)"),
         (r"π|\bPI\b|\bPi\b", "write pi"),
         (r"[φϕθϑ]|\btheta\b", "write phi"),
         (r"ω", "write omega"),
         (r"\btime\b", "write t"),
-        (r"\b(?:np|numpy|math|sympy)\.", "functions have no prefix here: write sin(...)"),
+        (r"(?i)\b(?:np|numpy|c?math|sympy)\.", "functions have no prefix here: write sin(...)"),
         (r"\bln\s*\(", "log is the natural logarithm"),
         (r"\b(?:log10|lg)\s*\(", "write log(...)/log(10)"),
         (r"\b(?:sgn|signum)\s*\(", "write sign(...)"),
@@ -83,7 +85,10 @@ def product(text: str, names: Collection[str]) -> str:
 
     >>> product("2*(3phi + 1)", ["phi"]), product("2.5e3*phi", ["phi"])
     ('a product is written *: 3*phi', '')
+    >>> product("2π", ["pi"])
+    'a product is written *: 2*pi'
     """
+    text = text.translate(_LETTERS)
     for match in re.finditer(r"(?<![\w.])(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+|\))\s*([^\W\d]\w*|\()", text):
         left, right = match.groups()
         if right in names or (right == "(" and left != ")"):

@@ -85,7 +85,7 @@ def roots(
 
     `enclose(lo, hi)` gives enclosures of the function and of its derivative over arrays of cells, `value(phi)` its
     values. A stretch where the enclosure is exactly 0 has no roots; one where the function cannot be told from zero
-    has a single, harmless one. Raises SwitchingError where there are too many to be found, in `most` cells.
+    has a single, harmless one. Raises SwitchingError if there are too many to be found, in `most` cells.
 
     >>> from flywheel.numerics.intervals import NAMESPACE as ns
     >>> found = roots(lambda lo, hi: (ns.sin(Interval(lo, hi)), ns.cos(Interval(lo, hi))), np.sin, 1.0, 7.0)

@@ -179,7 +179,7 @@ def _known(place: Path | None) -> Path:
 def written_as(field: Field, typed: str, like: str = "") -> str:
     r"""TOML value of what is typed into a field; `like` is the value there now.
 
-    A number alone, typed where there is a unit, is in that unit; if there is none, it is a number.
+    A number alone, typed if there is a unit, is in that unit; if there is none, it is a number.
 
     >>> length = Field("a", "", "", "quantity", "80 mm", "80 mm", 80.0, "mm", ("mm",), "length")
     >>> [written_as(length, typed) for typed in ("90", "0.1 m", 'a"\nb')]

@@ -48,7 +48,7 @@ def plot_reduction(scene: Scene, path: str | Path, *, of: Sequence[str] = (), sp
         speed: rad/s or m/s, at which what depends on it is taken; the scene's, or the machine's own, if None.
 
     Raises:
-        SceneError: for a scene without a machine, a name that there is not, a speed that nothing tells.
+        SceneError: for a scene without a machine, a name that does not exist, a speed that nothing tells.
         ValueError: for any other file ending.
 
     """

@@ -129,7 +129,7 @@ def _tornado(panel: Axes, result: Sensitivities, name: str, short: dict[str, str
 
 
 def _sides(result: Sensitivities, name: str, path: str) -> tuple[float, float]:
-    """The changes by the slopes to the left and to the right, the same where there is a derivative."""
+    """The changes by the slopes to the left and to the right, the same if there is a derivative."""
     derivative, whole = result.derivative(name, path), change(result, name, path)
     if not isnan(whole):
         whole = 0.0 if abs(derivative.value) <= derivative.error else whole
@@ -590,7 +590,7 @@ def draw_tradeoff(result: Tradeoff) -> Figure:
 
 
 def _subtitle(result: Tradeoff, shown: int) -> str:
-    best = "No method that was run keeps what is asked"
+    best = "No method that was run meets the tolerance"
     if result.cheapest is not None:
         row = result.row(result.cheapest)
         best = f"Cheapest that keeps {result.rtol:g}: {row.name}, {plain(1e3 * (row.seconds or 0.0), 3)} ms"

@@ -587,7 +587,7 @@ def _speed_levels(sizing: Sizing) -> tuple[Level, ...]:
     if eps is None:
         return (middle,)
     percent = written(50 * eps, 4)
-    return Level(mean * (1 - eps / 2), mean * (1 + eps / 2), _("band asked, ±{percent} %", percent=percent)), middle
+    return Level(mean * (1 - eps / 2), mean * (1 + eps / 2), _("required band, ±{percent} %", percent=percent)), middle
 
 
 def _confirmation(confirmed: Mapping[str, Any] | None) -> Iterable[str]:

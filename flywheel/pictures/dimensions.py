@@ -191,7 +191,7 @@ def length_text(length: float) -> str:
 
 
 def _dimension_line(panel: Axes, view: View, dimension: Dimension, lines: list[Array]) -> tuple[Array, tuple[float, float]]:
-    """A line with arrows beside what it measures, on the side where there is room; and where its text belongs."""
+    """A line with arrows beside what it measures, on the side if there is room; and where its text belongs."""
     unit, start, end = view.sketch.unit, dimension.start, dimension.end
     way = (end - start) / np.hypot(*(end - start))
     across = np.array([-way[1], way[0]])

@@ -161,7 +161,7 @@ def parted(x: Array, values: Array) -> tuple[Array, Array]:
 
 
 def _ended(values: Array, size: int) -> Array:
-    """Values with the first one again at the end, where there is to be one more."""
+    """Values with the first one again at the end, if there is to be one more."""
     return values if values.shape[-1] == size else np.concatenate((values, values[..., :1]), axis=-1)
 
 

@@ -257,7 +257,7 @@ def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: b
 
 
 def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
-    """Dots at extremes, with value and place where there are few lines; else those of the panel alone."""
+    """Dots at extremes, with value and place if there are few lines; else those of the panel alone."""
     factor = scale_of(found, curves, order)[0]
     label = axis_of(found)[1]
     unit = "°" if _turns(found) else f" {label.rpartition(', ')[2]}"

@@ -187,7 +187,7 @@ def _machine(machine: Machine) -> Iterator[str]:
 
 
 def _state(state: MachineState) -> Iterator[str]:
-    """I*, its slope and M* at every angle, and as curves where there are many."""
+    """I*, its slope and M* at every angle, and as curves if there are many."""
     columns = [np.atleast_1d(column) for column in (state.phi, state.inertia, state.slope, state.moment)]
     phi, inertia, slope, moment = columns
     rows = zip(phi, inertia, slope, moment, strict=True)

@@ -71,7 +71,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
 
 
 def _check(found: Reactions, wanted: Sequence[str]) -> None:
-    """Refuses names of joints that there are not, and a single position."""
+    """Refuses names of joints that does not exist, and a single position."""
     unknown = [name for name in wanted if name not in found.forces]
     if unknown:
         near = {name: nearest(name, list(found.forces)) for name in unknown}

@@ -1,7 +1,7 @@
 """A table of motors: from a CSV file to the motors of its rows, or to every fault in it with its line and column.
 
 The columns are the keys of `[drive.motor]`, an induction motor where no column `type` says otherwise, with the unit in the
-header or in every cell; besides `name`, `price`, `currency` and `synchronous_speed`. Other columns are left alone. Where a
+header or in every cell; in addition `name`, `price`, `currency` and `synchronous_speed`. Other columns are ignored. If a
 key means another quantity in another type (`starting_torque`: N m of a line, a share of an induction motor's rated torque),
 it is the row's type that counts.
 """
@@ -35,7 +35,7 @@ _REPORTED = 20
 
 
 class CatalogueMotor(NamedTuple):
-    """A row: the motor's name, the `[drive.motor]` that it stands for, what it is, its price with currency, its line."""
+    """A row: the motor's name, its `[drive.motor]`, its type, its price with currency, its line."""
 
     name: str
     table: Mapping[str, Any]
@@ -46,7 +46,7 @@ class CatalogueMotor(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """The motors of a table in their order, its columns that mean nothing here, the faults of rows left out, its file."""
+    """The motors of a table in their order, its unused columns, the faults of rows left out, its file."""
 
     motors: tuple[CatalogueMotor, ...]
     unused: tuple[str, ...] = ()
@@ -55,7 +55,7 @@ class Catalogue(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """A column: its name, its unit, and the key that it is of each motor's type; none if it means nothing here."""
+    """A column: its name, its unit, and its key for each motor's type; none if it is unused."""
 
     name: str
     unit: str
@@ -72,10 +72,10 @@ def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
 
     Args:
         path: of the file; its first line names the columns, separators are commas, semicolons or tabs.
-        skip_faulty: whether rows at fault are left out, instead of refusing the whole table.
+        skip_faulty: true to leave faulty rows out, instead of refusing the whole table.
 
     Raises:
-        SceneError: with every fault, each with line and column; always where the header is at fault.
+        SceneError: with every fault, each with line and column; always if the header is at fault.
 
     """
     file = Path(path)
@@ -83,7 +83,7 @@ def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
 
 
 def _text(file: Path) -> str:
-    """The text of the file; a fault where it has none."""
+    """The text of the file; a fault if it is empty."""
     advice, wanted = 'save it as "CSV UTF-8"', "a table of motors as CSV in UTF-8"
     try:
         with file.open("rb") as stream:
@@ -215,7 +215,7 @@ def _plain(field: str) -> str:
 def _row(
     number: int, cells: Sequence[str], columns: Sequence[_Column], where: str, faults: list[Fault]
 ) -> CatalogueMotor | None:
-    """The motor of a row; None after noting what is wrong with it."""
+    """The motor of a row; None after noting its faults."""
     if len(cells) != len(columns):
         torn = torn_number(cells)
         advice = "write 1.5, not 1,5, or put a semicolon between columns" if torn or len(cells) > len(columns) else ""
@@ -255,7 +255,7 @@ def _row(
 
 
 def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]) -> Any:
-    """The value of a cell as a scene would have it; None if it is empty, or after noting a fault."""
+    """The value of a cell as in a scene; None if it is empty, or after noting a fault."""
     text, unit = cell.strip(), column.unit
     if not text:
         return None
@@ -290,7 +290,7 @@ def _refused(text: str, unit: str) -> float:
 
 
 def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
-    """Poles and frequency of a motor whose synchronous speed is given, as far as they are not."""
+    """Poles and frequency of a motor whose synchronous speed is given, if they are missing."""
     value = table.pop("synchronous_speed")
     try:
         rpm = parse_quantity(value, "speed") * 60.0 / TURN

@@ -1,4 +1,4 @@
-"""Reading of one table by its list of keys: values in SI, and a fault for everything that does not fit."""
+"""Reading of one table by its list of keys: values in SI, and a fault for every invalid entry."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
 _ROUNDING = 1.0 + 1e-12
 _ROUNDED = 1e-4  # share by which whole turns written with few digits miss them
 REPORTED = 5
-"""How many items of a list, or rows of a file, are noted one by one."""
+"""Number of items of a list, or rows of a file, that are noted one by one."""
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
 
 
 class Quantity(NamedTuple):
-    """A quantity as a scene writes it, its SI value, and what its key says of it."""
+    """A quantity as a scene writes it, its SI value, and its key."""
 
     value: object
     number: float
@@ -49,9 +49,9 @@ class Quantity(NamedTuple):
 
 
 class Faults(list[Fault]):
-    """The faults found so far, and quantities as they were read, by their paths, for remarks.
+    """The faults so far, and the quantities read, by their paths, for remarks.
 
-    `longest` is the greatest angle (rad) that may stand without a unit: a turn, or the cycle. `meant` holds the paths of
+    `longest` is the greatest angle (rad) without a unit: a turn, or the cycle. `meant` has the paths of
     keys that the advice on unknown keys names.
     """
 
@@ -66,7 +66,7 @@ class Faults(list[Fault]):
         self.append(Fault(path, found, expected, advice))
 
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
-        """Notes a name that does not exist here, with the nearest one that does, or the tables where it does."""
+        """Notes an unknown name, with the nearest known one, or the tables that have it."""
         few, table = len(self) < _SUGGESTIONS, path.rpartition(".")[0]
         advice, key = suggestion(name, valid) if few else "", nearest(name, valid) if few else ""
         if what.startswith("key"):
@@ -83,7 +83,7 @@ class Faults(list[Fault]):
         return SceneError(fault for fault in self if not self._is_meant(fault))
 
     def _is_meant(self, fault: Fault) -> bool:
-        """Tests whether a fault is that of a missing key that stands there under another name."""
+        """Tests whether a fault is that of a missing key that is present under another name."""
         if fault.found == "nothing":
             return any(fault.path == key or fault.path.startswith(f"{key}.") for key in self.meant)
         one_of = re.findall(r"\w+", fault.found) if fault.found.startswith("none") else ()
@@ -101,7 +101,7 @@ _TRADE = {
     **dict.fromkeys(("throw", "radius", "r"), ("length",)),
     **dict.fromkeys(("inertia", "mass"), ("value",)),
 }
-"""Other words of the trade for keys, with the keys that they may stand for."""
+"""Other technical words for keys, with the keys that they may mean."""
 
 
 def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]:
@@ -116,7 +116,7 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]
     >>> _home("title", ["on"])
     ('title stands at the top, above every heading', '')
     """
-    word, mechanism = name.replace("-", "_").lower(), "crank" in valid
+    word, mechanism = "_".join(name.replace("-", " ").lower().split()), "crank" in valid
     parts = {part.name: part for kind in KINDS.values() for part in kind.parts}
     here = [part for part in parts if part in valid]
     meant = _TRADE.get(word, ())
@@ -179,9 +179,9 @@ def child(path: str, name: str) -> str:
 
 
 class Item(NamedTuple):
-    """One table as it was read: as written, its values by key, where it stands, the faults so far, its list of keys.
+    """One table: as written, its values by key, its place, the faults so far, its list of keys.
 
-    `before` is how many faults there were before it was read.
+    `before` is the number of faults before its reading.
     """
 
     raw: Mapping[str, Any]
@@ -205,17 +205,17 @@ class Item(NamedTuple):
         return [name for name in names if name in self.raw]
 
     def one(self, *names: str) -> str:
-        """The one of some keys that is there, which the list of keys asks for; empty if there is none, or more."""
+        """The one of some keys that is present; empty if there is none, or more."""
         found = self.given(*names)
         return found[0] if len(found) == 1 else ""
 
     def without(self, names: Iterable[str], because: str, advice: str = "") -> None:
-        """Notes those of some keys that make no sense here."""
+        """Notes those of some keys that are not allowed here."""
         for name in self.given(*names):
             self.add(name, f"{name} {because}", "none", advice)
 
     def needs(self, name: str, because: str = "") -> bool:
-        """Checks that a key is there; notes a fault otherwise."""
+        """Checks that a key is present; notes a fault otherwise."""
         if name not in self.raw:
             key = next(key for key in self.section.keys if key.name == name)
             self.add(name, "nothing", expectation(key), because)
@@ -230,7 +230,7 @@ class Item(NamedTuple):
 def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Faults, rotating: bool | None = None) -> Item:
     """A table by its section: the values of its keys, and exactly one of those that exclude each other.
 
-    rotating: whether it acts on what rotates, which decides between two dimensions; None if that is not known.
+    rotating: true if its place rotates, which decides between two dimensions; None if unknown.
     """
     before = len(faults)
     item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section, before)
@@ -246,7 +246,7 @@ def read_fields(
 ) -> Fields:
     """Every key of a table by its list, with its value or its default; unknown, missing and wrong ones are noted.
 
-    The value is None if it is at fault, and as it was written where it needs its place or other tables.
+    The value is None if it is at fault, and unchanged if its reading needs its place or other tables.
     """
     known = {key.name: key for key in keys}
     for name in raw:
@@ -307,7 +307,7 @@ def read_typed(
 
 
 def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
-    """A list of finite numbers; None after noting what is wrong with it, of its items the first few."""
+    """A list of finite numbers; None after noting its faults, of its items the first few."""
     found = items(raw)
     if found is None:
         faults.add(path, show(raw), "a list of numbers")
@@ -413,7 +413,7 @@ def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: F
 
 
 TOLERANCE = 1e-9
-"""Share of a period by which an angle may miss its end, onto which it is then put exactly; of a count, from an integer."""
+"""Share of a period within which an angle counts as its end; of a count, within which it counts as an integer."""
 
 
 class Setting(NamedTuple):
@@ -495,9 +495,9 @@ def whole(count: float) -> int | None:
 
 
 def default_period(travel: float, cycle: float) -> float | None:
-    """The angle after which a load or a law repeats unless the scene says otherwise.
+    """The angle after which a load or a law repeats by default.
 
-    It is the cycle where that divides the travel of the angle, else the travel where that divides the cycle.
+    It is the cycle if that divides the travel of the angle, else the travel if that divides the cycle.
     """
     if repeats := whole(travel / cycle):
         return travel / repeats

@@ -1,6 +1,6 @@
 """The scene format as a JSON Schema (draft 7), for editors: completion, explanations and red lines while a scene is typed.
 
-It is made from the lists that the reader reads by, and refuses what they alone can tell: unknown and missing keys, wrong
+It is made from the reader's lists of keys, and refuses the faults that these determine: unknown and missing keys, wrong
 types, choices, ranges of bare numbers, keys that exclude each other. Whatever depends on other tables (places, units,
 laws, lengths that lock) is the reader's.
 """
@@ -90,12 +90,12 @@ def _object(properties: Schema, required: Iterable[str] = (), about: str = "") -
 
 
 def _beside(name: str, excluded: Iterable[str]) -> Schema:
-    """Tables that make no sense beside another one."""
+    """Tables that exclude another one."""
     return {"if": {"required": [name]}, "then": {"properties": dict.fromkeys(excluded, False)}}
 
 
 def _repeated(section: Section) -> Schema:
-    """A table of the scene, which may have a name or stand several times."""
+    """A table of the scene, which may have a name or be repeated."""
     if section.free:
         names: Schema = {"pattern": r"^[A-Za-z_][A-Za-z_0-9]*$"}
         return _named({"type": ["string", "number"]}, names) | {"description": section.about}
@@ -128,7 +128,7 @@ def _table(section: Section) -> Schema:
 
 
 def _way(names: tuple[str, ...], group: Iterable[tuple[str, ...]]) -> Schema:
-    """Keys that stand together, without those of the other ways."""
+    """Keys of one alternative, without those of the others."""
     others = dict.fromkeys((name for way in group for name in way if name not in names), False)
     return {"required": list(names), "properties": others}
 
@@ -151,7 +151,7 @@ def _typed(section: Section, kind: str) -> Schema:
 
 
 def _mechanism(name: str) -> Schema:
-    """The table of one type of mechanism; it says nothing of an array of mechanisms."""
+    """The table of one type of mechanism, for a single mechanism and not an array."""
     kind = KINDS[name]
     keys = (*MECHANISM.keys, *kind.keys)
     schema = _typed(Section(name, kind.about, keys), name)

@@ -127,7 +127,7 @@ def read_pair(raw: object, path: str, faults: Faults) -> tuple[float, float] | N
 
 
 def find_point(text: object, path: str, bodies: Bodies, faults: Faults) -> tuple[str, Point] | None:
-    """The body and the point that `body.point` names; None after noting a fault, or where no body is known."""
+    """The body and the point that `body.point` names; None after noting a fault, or if no body is known."""
     if not bodies:
         return None
     if not isinstance(text, str):
@@ -165,9 +165,9 @@ _NOWHERE = ("", Point(ORIGIN))
 
 
 class Joints(NamedTuple):
-    """Joints by name, those with faults among them: a body that is not known is called "", and so is a kind.
+    """Joints by name, also those with faults: an unknown body or kind is "".
 
-    `paths` tells where each stands; `complete` is False if a joint without a name hides.
+    `paths` has the place of each; `complete` is False if a joint has no name.
     """
 
     named: Mapping[str, Joint]
@@ -260,7 +260,7 @@ _NOT_TAKEN = {FIXED: "a fixed joint has no coordinate", SLOT: "a pin in a slot h
 
 
 def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setting: Setting) -> tuple[Coupling, ...]:
-    """Every coupling that is free of faults; each has a unique name, which no joint bears."""
+    """Every coupling without faults; each has a unique name, different from those of joints."""
     taken = dict.fromkeys(joints.named, "a joint")
     good = []
     for where, table in listed(raw, path, MOST_JOINTS, setting.faults):
@@ -370,7 +370,7 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
     if law is not None and all(abs(value) < math.inf for value in setting.parameters.values()):
         output = fitted(Output(key, rotating, law, 1.0), TURN, item.path, item.faults)
         if len(item.faults) == before:  # it repeats with every turn, and is smooth and back where it was
-            from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it
+            from flywheel.mechanisms.law import followed  # only scenes with a cam need it
 
             try:
                 lift = Lift(followed(output, TURN, setting.parameters, item.path), TURN)
@@ -380,7 +380,7 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
 
 
 class Drawn(NamedTuple):
-    """A linkage as far as it could be read: which of its ports rotate is known even where it has faults.
+    """A linkage as far as it could be read: its rotating ports are known even if it has faults.
 
     `complete` is False if a joint could not be read, so that there may be more ports than these.
     """
@@ -394,7 +394,7 @@ class Drawn(NamedTuple):
 def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Setting, *, several: bool = False) -> Drawn:
     """The linkage in a mechanism's table, whose keys are in `fields`; faults are noted in the setting.
 
-    several: whether any pins and slides may drive, as many as there are degrees of freedom.
+    several: true if any pins and slides may drive, as many as there are degrees of freedom.
     """
     faults = setting.faults
     bodies = read_bodies(raw["bodies"], f"{path}.bodies", faults) if "bodies" in raw else {}
@@ -441,7 +441,7 @@ def _start(raw: object, driver: Joint, path: str, faults: Faults) -> float:
 
 
 def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) -> tuple[Driver, ...]:
-    """The pins and slides that drive, by a name or a list of names, and where they start; none after noting faults."""
+    """The pins and slides that drive, by a name or a list of names, and their starts; none after noting faults."""
     before, names, starts = len(faults), raw.get("driver"), raw.get("start", 0.0)
     names = [names] if isinstance(names, str) else items(names)
     if not names:
@@ -468,7 +468,7 @@ def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) 
 
 
 def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint | None:
-    """The joint that drives: a pin of the frame, which is its first body, or a slide, where there is a stroke."""
+    """The joint that drives: a pin with the frame as its first body, or a slide, if there is a stroke."""
     faults = setting.faults
     joint = None if name is None else joints.find(name, path, faults)
     if joint is None or not joint.kind:
@@ -530,7 +530,7 @@ def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict
 
 
 def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, joints: Joints, faults: Faults) -> None:
-    """Ports have names of their own: bodies that can turn, slides and slots, points; none is called as the driver is."""
+    """Checks the names of ports (bodies that can turn, slides and slots, points): unique, and not that of the driver."""
     path = linkage.path
     seen: dict[str, str] = {}
     still = straight(linkage.joints)

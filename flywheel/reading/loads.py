@@ -1,7 +1,7 @@
-"""Loads, springs, added inertias and the drive of a scene: where they act, when, and by what law.
+"""Loads, springs, added inertias and the drive of a scene: their places, windows and laws.
 
-`LOAD_MODELS` has a line for each kind of load that is known, `[[load]] model = {type = ..., ...}`: its keys and its reader,
-which checks the values and gives the law that follows from them.
+`LOAD_MODELS` has a line for each known kind of load, `[[load]] model = {type = ..., ...}`: its keys and its reader,
+which checks the values and gives the law.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _MOST_ROWS = 100  # of an indicator diagram against the piston's position
 
 
 class Site(NamedTuple):
-    """Place of a model, its load's window and period (rad); None if it always acts, or where that is unknown."""
+    """Place of a model, its load's window and period (rad); None if it always acts, or if unknown."""
 
     place: Place
     places: Places
@@ -69,7 +69,7 @@ class Site(NamedTuple):
         return "N m" if self.place.rotating else "N"
 
     def ends(self, item: Item) -> Ends | None:
-        """The ends of the stroke of the port; None after noting that it has none, or where other faults were noted.
+        """The ends of the stroke of the port; None after noting that it has none, or if other faults were noted.
 
         A mechanism that cannot be built, or has a parameter at fault, has been noted by its own reading.
         """
@@ -101,7 +101,7 @@ class Modelled(NamedTuple):
 
 
 def read_model(raw: object, path: str, site: Site | None, faults: Faults) -> Modelled | None:
-    """The law of a load's model; None after noting faults, of its own keys alone where its place is not known."""
+    """The law of a load's model; None after noting faults, of its own keys alone if its place is not known."""
     if site is None:  # which keys exclude each other is left until its place is right
         read_typed(raw, TYPE, {name: model._replace(one_of=()) for name, model in LOAD_MODELS.items()}, path, faults)
         return None
@@ -279,7 +279,7 @@ def _energy(item: Item, source: str) -> float:
 
 
 def _press_on_port(item: Item, site: Site, source: str, by_sheet: bool) -> Modelled | None:
-    """A force (or a torque, where the port rotates) over the last of the way to the end of the stroke."""
+    """A force (or a torque, if the port rotates) over the last part of the travel to the end of the stroke."""
     if "angle" not in item.raw and not by_sheet:
         because = "the force acts over the sheet's thickness, or over an angle before the end of the stroke"
         item.needs("angle" if site.place.rotating else "thickness", because)
@@ -359,7 +359,7 @@ def _slides(item: Item, site: Site) -> bool:
 
 
 def _piston(item: Item) -> tuple[float, float]:
-    """Area of the bore without and with the rod taken off."""
+    """Area of the bore without and with the rod subtracted."""
     bore, rod = item.number("bore"), item.number("rod")
     if rod >= bore:
         item.add("rod", f"{rod:.6g} m", f"less than the bore of {bore:.6g} m")
@@ -371,7 +371,7 @@ def _space(area: float, ends: Ends, cover: str) -> load_models.Space:
 
 
 def _indicator(item: Item, site: Site) -> Modelled | None:
-    """Pressure of an indicator diagram, against angle or against the piston's way."""
+    """Pressure of an indicator diagram, against angle or against the piston's travel."""
     area, gauge = _piston(item)[1], item.fields["gauge"]
     if gauge:
         item.without(["atmosphere"], "together with gauge pressures", "they are above it already")
@@ -440,7 +440,7 @@ def _pressures(item: Item, name: str, column: load_models.Array) -> load_models.
 
 
 def _check_pressures(item: Item, name: str, pressure: load_models.Array) -> None:
-    """Absolute pressures are not below 0, and none is beyond what can be computed with."""
+    """Notes absolute pressures below 0 or beyond the range of computation."""
     if np.abs(pressure).max() > LARGEST:
         item.add(name, f"{np.abs(pressure).max():.6g} Pa", f"at most {LARGEST:g} Pa")
     elif pressure.min() < 0.0 and not item.raw.get("gauge"):
@@ -449,7 +449,7 @@ def _check_pressures(item: Item, name: str, pressure: load_models.Array) -> None
 
 
 def _compressor(item: Item, site: Site) -> Modelled | None:
-    """A reciprocating compressor, single- or double-acting, which must draw in and deliver."""
+    """A reciprocating compressor, single- or double-acting, which must draw in and deliver gas."""
     bore, crank_end = _piston(item)
     double, side = item.fields["double_acting"], item.fields["side"]
     if not double:
@@ -496,7 +496,7 @@ _TYPES = (
 )  # fmt: skip
 TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(model.name for model, _ in _TYPES))
 LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys), begin=begin) for model, begin in _TYPES}
-"""What a load's model may be: its keys, what reads a law from them, and how it begins on a form."""
+"""Models of loads: keys, reader of the law, and initial values on a form."""
 
 
 _SAME_ANGLE = 1e-12  # share of a period within which two angles are one
@@ -510,7 +510,7 @@ UNREAD = (math.nan, math.nan)
 
 
 def _listed(raw: object, section: Section, places: Places, setting: Setting) -> Iterator[tuple[Item, Place | None]]:
-    """The tables of an array, `load[0]`, `load[1]`..., as read, each with its place; a lone table is a fault, but read."""
+    """The tables of an array, `load[0]`, `load[1]`..., each with its place; a single table is a fault, but read."""
     name, faults = section.name, setting.faults
     if isinstance(raw, Mapping):
         faults.add(name, "a table", "an array of tables", f"write [[{name}]]")
@@ -696,7 +696,7 @@ def _multiplied(law: Law, factor: float) -> Law:
 def _law(
     item: Item, place: Place | None, places: Places, acting: tuple[Window, float | None], setting: Setting
 ) -> tuple[Law | None, str, float | None]:
-    """The law of a load; where it comes from a model, what it is in words, and the area of its piston."""
+    """The law of a load; if it comes from a model, its description, and the area of its piston."""
     raw, path, key = item.raw, item.path, item.one("force", "torque", "table", "model")
     if key == "model":
         site = None if place is None else Site(place, places, *acting, setting)
@@ -802,7 +802,7 @@ def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
     law: Law | None = None
     balance = given in (["torque"], ["force"]) and isinstance(table[given[0]], str) and table[given[0]] == "balance"
     if given == ["motor"]:
-        from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
+        from flywheel.reading.motors import read_motor  # only scenes with a motor need it
 
         motor = read_motor(table["motor"], "drive.motor", setting)
         law = None if motor is None else motor.law()

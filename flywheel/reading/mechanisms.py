@@ -229,7 +229,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     own: dict[str, Any] = {}
     rotating, complete = {port.name: port.rotating for port in kind.ports}, True
     if kind.name == "linkage":
-        from flywheel.reading.linkages import read_linkage  # only scenes with one pay for it
+        from flywheel.reading.linkages import read_linkage  # only scenes with one need it
 
         drawn = read_linkage(raw, fields, path, setting)
         own, complete = {"linkage": drawn.linkage, "points": drawn.points}, drawn.complete

@@ -330,7 +330,7 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
     except (RecursionError, MemoryError):
         raise SceneError([Fault(name, "tables or lists nested too deeply", "a scene in TOML")]) from None
     except ValueError as error:
-        from flywheel.reading import toml_text  # only faulty scenes pay for it
+        from flywheel.reading import toml_text  # only faulty scenes need it
 
         raise SceneError(toml_text.troubles(text, name, str(error))) from None
     try:
@@ -626,7 +626,7 @@ def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Fa
         faults.add(
             f"{path}.on",
             show(table["on"]),
-            "none: the other shafts hang on the crank",
+            "none: the other shafts are connected to the crank",
             "write on at the other shafts",
         )
     if (fields["stiffness"], fields["damping"]) != (None, None):

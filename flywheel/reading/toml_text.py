@@ -279,7 +279,7 @@ class _Scanner:
         return tuple(keys)
 
     def _heading(self, at: int) -> int:
-        """Behind the heading of a table, or of one more table of an array."""
+        """Position after the heading of a table, or of one more table of an array."""
         match = _HEADING.match(self.text, at)
         if match is None or len(match[1]) != len(match[3]):
             raise _heading_trouble(at, self.text[at : self.end(at)])
@@ -292,6 +292,11 @@ class _Scanner:
         path, heading, line, many = (*path, last), match.group(), self.line(at), match[1] == "[["
         name, first, keyed = heading.strip("[] \t"), self.tables.get(path), self.values.get(path) or self.dotted.get(path)
         if many and (first or keyed) and path not in self.counts:
+            if first:
+                known, self.prefix, self.again = path in self.repeated, path, True
+                self.repeated.add(path)
+                if known:
+                    return match.end()
             taken, advice = self.values.get(path) or first or keyed, "write it in one way only"
             advice = f"line {taken} has it as one table; {f'write {heading} there as well' if first else advice}"
             raise _Trouble(at, heading, "one way of writing it", advice)

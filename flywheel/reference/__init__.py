@@ -64,7 +64,7 @@ def topics() -> list[str]:
 
 
 def text(topic: str | None = None) -> str:
-    """Text of a topic, in Markdown; the overview where none is named.
+    """Text of a topic, in Markdown; the overview if none is named.
 
     Raises KeyError for a topic that does not exist.
 

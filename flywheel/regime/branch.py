@@ -1,13 +1,13 @@
 """The branch of steady periodic motions over the inertia of a flywheel: which flywheels have one, and which have none.
 
-For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, since the machine
-followed in time stops; or neither within the effort spent. Use one `Branch` for a search over many flywheels: each
+For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, because the
+machine followed in time stops; or neither within the allowed effort. Use one `Branch` for a search over many flywheels: each
 motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct ways fail the
 machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
 
 Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
 A machine released above every speed of a periodic motion stays above all of them; where it stops, there is none. With a
-motor's own states it is let go in the neighbouring motion, and where that stops the branch has ended.
+motor's own states it is released in the neighbouring motion, and if that stops the branch has ended.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapters 4 (continuation) and 7
 (periodic motions and their multipliers); P. Hartman, Ordinary Differential Equations, 2nd ed., SIAM 2002, III.4
@@ -37,7 +37,7 @@ from flywheel.regime.free_motion import follow, neighbours, straight
 from flywheel.regime.periodic_motion import OwnMotion
 
 COARSE = 1e-4
-"""Error of a motion with which a search is content that the effort allows no closer."""
+"""Error of a motion that a search accepts if the allowed effort gives no smaller one."""
 
 _HIGHEST, _STEPS = 64.0, 25  # times a motion's speed: range in which a drive may still drive; speeds tried in it
 _TURNS, _RETURNS = 60, 1e-5  # cycles followed; closure, as a share of the speed, of one that has returned
@@ -52,7 +52,7 @@ _STOPS, _RETURNED, _LOST = "stops", "returns", "open"
 
 @contextmanager
 def _walks(work: float, each: int = 1) -> Iterator[None]:
-    """Allows a number of walks of a rotor's graph; a graph costs `each` of them, and many positions at once more."""
+    """Limits the number of walks of a rotor's graph; a walk of this graph counts as `each`, many positions as more."""
     known = 0
 
     def walked() -> None:
@@ -75,7 +75,7 @@ class Existence(Enum):
 class Stop(NamedTuple):
     """Stop of a machine released at a speed: `phi` (rad) in the cycle, and the moment missing there (N m, crank).
 
-    `speed` (rad/s) is that from which it was followed, `turns` how many cycles it made before.
+    `speed` (rad/s) is that from which it was followed, `turns` the number of cycles before.
     """
 
     phi: float
@@ -85,7 +85,7 @@ class Stop(NamedTuple):
 
 
 class UnstableError(NoRegimeError):
-    """The only motion found is one that the machine does not come back to."""
+    """The only motion found is unstable."""
 
     def __init__(self, motion: OwnMotion) -> None:
         super().__init__(f"an unstable motion: a disturbance grows {motion.solved.multiplier:.6g}-fold in a cycle")
@@ -96,7 +96,7 @@ class Finding(NamedTuple):
     """Result of a search for the steady periodic motion with a flywheel (kg m² on the crank).
 
     `motion` is the motion if there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
-    what became of the search: what the iteration came to, or that the effort was spent.
+    the outcome of the search: that of the iteration, or the effort spent.
     """
 
     inertia: float
@@ -135,10 +135,10 @@ class Branch:
     def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> Finding:
         """The finding with one flywheel (kg m² on the crank), at a relative error of rtol in the irregularity.
 
-        `near` is the motion to begin with; the nearest one that is known where it is left out.
+        `near` is the motion to begin with; by default the nearest known one.
         """
         near = self.nearest(inertia) if near is None else near
-        # A motion from a neighbour, or by the most direct ways: neither takes long where it fails.
+        # A motion from a neighbour, or by the most direct methods: both fail quickly.
         machine, wanted = self.machine, Demand(inertia, None, self.mean)
         search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
@@ -158,7 +158,7 @@ class Branch:
         return found
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
-        """A motion by every way, as coarsely as the effort allows."""
+        """A motion by every method, as coarsely as the effort requires."""
         found, wanted = Finding(inertia), Demand(inertia, None, self.mean)
         for error in dict.fromkeys((rtol, max(rtol, COARSE))):
             search = partial(periodic_motion.own_motion, self.machine, self.speed, wanted, 0.0, self.unknown, error)
@@ -168,7 +168,7 @@ class Branch:
         return found
 
     def _stable(self, inertia: float, search: Callable[[], OwnMotion]) -> Finding:
-        """The result of a search within the effort allowed: a motion counts where it is stable."""
+        """The result of a search within the allowed effort: only a stable motion counts."""
         try:
             with limited(periodic_motion.MOST_WORK):
                 motion = search()
@@ -179,7 +179,7 @@ class Branch:
         return Finding(inertia, motion)
 
     def _along(self, inertia: float, rtol: float, trail: Trail, start: float) -> OwnMotion:
-        """The motion that one followed in time has reached at the time `start` (s) of its last cycle."""
+        """The motion reached by one followed in time, at the time `start` (s) of its last cycle."""
         times = np.linspace(start, float(trail.t[-1]), _SAMPLES)
         rows = trail.states(times)
         cycle = self.machine.scene.cycle
@@ -195,7 +195,7 @@ class Branch:
     def _followed(self, inertia: float, near: OwnMotion | None) -> Stop | tuple[Trail, float] | None:
         """The machine released above all its motions, or in the nearest one: the place of its stop, or its return.
 
-        None if neither is seen within the effort allowed.
+        None if neither occurs within the allowed effort.
         """
         dynamics, machine = dynamics_of(self.machine, inertia, self.unknown), self.machine
         moments = moments_on(machine, machine.mesh, local=True)
@@ -251,11 +251,11 @@ class Branch:
         return Stop(phi, max(-moment, 0.0), speed, trail.cycles)
 
     def _highest(self, moments: Moments, inertia: float) -> tuple[float | None, float]:
-        """A crank speed (rad/s) below which every motion comes in a cycle, and the work (J) that it may gain above it.
+        """A crank speed (rad/s) below which every motion falls within a cycle, and the work (J) that it may gain above it.
 
         With m(phi) the greatest moment at an angle at that speed or any higher one, the integral of m over a cycle is
         negative: no periodic motion stays above. One that rises from there gains no more than the integral of m where m is
-        positive. None and nothing if there is no such speed.
+        positive. None and 0 if there is no such speed.
         """
         speeds, shape = self.speed * np.geomspace(1.0, _HIGHEST, _STEPS), moments.mesh.phi.shape
         each = np.array([moments.rate(np.full(shape, w), self.unknown, inertia).moment for w in speeds.tolist()])
@@ -270,7 +270,7 @@ class Branch:
         return float(turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, np.zeros(1))[0])
 
     def nearest(self, inertia: float) -> OwnMotion | None:
-        """The motion known whose flywheel is nearest to an inertia, by its logarithm with what the machine itself has."""
+        """The known motion whose flywheel is nearest to an inertia, by the logarithm of the total with the machine's own."""
         if not self.motions:
             return None
         own = float(next(iter(self.motions.values())).solved.moments.inertia.max())
@@ -315,7 +315,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
         speed: of the crank at the start, rad/s.
         inertia: of the flywheel, kg m² on the crank.
         balance: value (SI) of the scene's unknown.
-        hurried: whether enough work went into the machine already.
+        hurried: true if enough work was spent on the machine already.
 
     """
     cycle = machine.scene.cycle

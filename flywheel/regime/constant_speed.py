@@ -1,7 +1,7 @@
 """The machine at a constant speed: the net work of a cycle, the speeds at which it is zero, and the cycle.
 
-The approximate figures take torques that depend on speed so, and the iteration for the true motion starts from here. What
-keeps a machine from having a steady speed shows here first, and is named.
+The approximate figures take torques at this speed, and the iteration for the true motion starts from here. Causes that
+prevent a steady speed appear here first, and are named.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _MADE_UP = Fault(
 
 
 class SteadySpeed(NamedTuple):
-    """A constant speed (rad/s) at which the net work of a cycle is zero, and whether a faster machine would be slowed."""
+    """A constant speed (rad/s) at which the net work of a cycle is zero, and its stability."""
 
     speed: float
     stable: bool
@@ -111,7 +111,7 @@ def speed_error(machine: Machine, speed: float) -> float:
 def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     """Every constant speed at which the net work is zero, ascending.
 
-    They are searched for over twelve decades around a typical speed, and beside every hump and hollow between; where there
+    The search covers twelve decades around a typical speed, and the neighbourhood of every hump and hollow; where there
     are none, over as many more on either side.
     """
     for decades in (_DECADES, 3 * _DECADES):
@@ -130,7 +130,7 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
 def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     """Speeds tried, and the net work at each; those at which a law has no finite value are left out.
 
-    In their place stand the speeds nearest to them, by bisection.
+    They are replaced by the nearest speeds, by bisection.
     """
     grid = _grid(moments.machine, decades)
     works = net_works(moments, grid)
@@ -154,16 +154,16 @@ def _grid(machine: Machine, decades: int) -> Array:
 
 
 def speeds_to_try(typical: Any, marks: Array, decades: int = _DECADES) -> Array:
-    """The same (speeds, ...) by typical speeds and those that motors are known by (marks, ...), ascending."""
+    """The same (speeds, ...) by typical speeds and characteristic ones of motors (marks, ...), ascending."""
     even = np.multiply.outer(np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1), typical)
     near = np.multiply.outer(_NEAR_MARKS, marks).reshape(-1, *np.shape(typical))
     return np.sort(np.concatenate((even, near)), axis=0)
 
 
 def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
-    """Peaks below zero and hollows above it, which may reach across: where they do, two speeds lie beside them.
+    """Peaks below zero and hollows above it that may cross zero: there are then two speeds near them.
 
-    One that is round rises above its highest sample by no more than it falls to the next, so that flat ones are left out.
+    A round one rises above its highest sample by no more than it falls to the next, so flat ones are left out.
     """
     sign, found = -np.sign(works), []
     for k in 1 + np.flatnonzero(humped(works)[0]):
@@ -192,7 +192,7 @@ def humped(works: Array) -> tuple[Any, Any]:
 def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
     """The speed (rad/s) of a machine without a balance, and remarks.
 
-    Of several the greatest stable one is taken, that of a machine that runs already. Stable ones are found once more with
+    Of several the greatest stable one is taken, that of a running machine. Stable ones are computed again with
     cells that end where laws switch at that speed.
 
     Raises:
@@ -287,9 +287,9 @@ def balance_at(moments: Moments, speed: float) -> float:
 
 
 def operating_point(machine: Machine, speed: float | None = None) -> tuple[float | None, float]:
-    """The constant speed (rad/s) that torques are taken at, None if none depends on it, and the unknown's value there.
+    """The constant speed (rad/s) at which torques are taken, None if none depends on it, and the unknown's value there.
 
-    That speed is the one given; else the required one where there is a balance, or the one at which the net work is zero;
+    That speed is the one given; else the required one if there is a balance, or the one at which the net work is zero;
     along a stroke it is the stroke's. A SceneError says if there is none of them, and what depends on it.
     """
     scene = machine.scene
@@ -325,7 +325,7 @@ def no_speed(scene: Scene, wanted: str = "at which quantities that depend on spe
 def operating_point_errors(machine: Machine, speed: float | None, *, given: bool = False) -> tuple[float, float]:
     """Relative errors of the speed and the unknown of `operating_point`; 0 for those it does not seek.
 
-    given: the speed is not one that was found.
+    given: the speed is given, not computed.
     """
     scene = machine.scene
     if scene.stroke is not None or (scene.unknown is None and (given or not machine.depends_on_speed)):
@@ -388,7 +388,7 @@ def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[fl
 
 
 def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:
-    """The edges, with those angles put in at which one of several functions on the mesh changes its sign inside a cell."""
+    """The edges, with the angles inside cells at which one of several functions on the mesh changes its sign."""
     series = cells.fit(switching)
     sizes = np.abs(switching).max(axis=(1, 2))
     found = cells.crossings(series, np.repeat(1e-13 * sizes[:, None], series.shape[1], axis=1))

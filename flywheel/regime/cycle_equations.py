@@ -2,9 +2,9 @@
 
 The unknown is the kinetic energy over the cycle, E'(phi) = F(phi, omega(E)), E = ½ (J + I*) omega², closed on itself. Where
 more is unknown (the flywheel for an irregularity, the balance for a mean speed) it is solved for in the same iteration
-(`periodic`). The cycle's multiplier, exp(integral of dF/dE), comes with it: what a cycle leaves of a small change.
+(`periodic`). It also gives the cycle's multiplier, exp(integral of dF/dE): the fraction of a change left after a cycle.
 
-Whether the cells are fine enough is not asked here: `periodic_motion` halves and cuts them in turns with the motion.
+The fineness of the cells is not tested here: `periodic_motion` halves and cuts them in alternation with the motion.
 
 Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995.
 """
@@ -50,7 +50,7 @@ class Demand(NamedTuple):
     """Requirements of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
-    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays. What is not
+    leave the level of the motion open: a speed then sets it, and the net work of the cycle remains. What is not
     required is None; of many motions at once the others are arrays.
     """
 
@@ -92,7 +92,7 @@ class Sensitivity(NamedTuple):
     """Sensitivity of a sized flywheel to the errors of its motion.
 
     `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
-    Infinite if rounding leaves nothing of what a flywheel changes.
+    Infinite if the effect of a flywheel is lost in rounding.
     """
 
     by_square: float
@@ -159,17 +159,17 @@ class UnresolvedError(NoRegimeError):
 
 
 def periodic(moments: Moments, reference: float, demand: Demand, start: State, apart: Array | None = None) -> Periodic:
-    """The periodic motion nearest to a start, and with it what is unknown, by Newton's method.
+    """The periodic motion nearest to a start, with its unknowns, by Newton's method.
 
     Args:
         moments: the machine on its mesh.
-        reference: speed (rad/s) that the energies are taken relative to: the required one, or near the one expected.
+        reference: speed (rad/s) to which the energies are relative: the required one, or near the expected one.
         demand: the inertia, or the irregularity; with a balance the mean of extremes.
         start: a first guess.
-        apart: what is left out of the rates of the states, (cells, states, nodes): on the way to a motion (`unevenness`).
+        apart: part left out of the rates of the states, (cells, states, nodes), in a continuation (`unevenness`).
 
     Raises:
-        NoRegimeError: if the iteration finds none: the machine would stop within the cycle, or nothing closes.
+        NoRegimeError: if the iteration does not converge: the machine would stop within the cycle, or no motion closes.
 
     """
     spend(_PER_SEARCH)
@@ -231,7 +231,7 @@ def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: 
 def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, own: Sequence[float] = ()) -> State:
     """The motion under torques at a constant speed, with that speed at phi = 0.
 
-    The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
+    Their net work in the cycle is spread evenly; a motor's own states are those given.
     """
     mesh, ends = moments.mesh, moments.mesh.edges
     omega = _over_cells(reference) + np.zeros_like(mesh.phi)
@@ -267,7 +267,7 @@ def even_guess(moments: Moments, reference: float, inertia: float, unknown: floa
 
 
 def even_motion(moments: Moments, reference: float, demand: Demand, inertia: float, unknown: float) -> Periodic | None:
-    """The motion at a constant speed where nothing varies it, in closed form; None if anything does.
+    """The motion at a constant speed if nothing varies it, in closed form; else None.
 
     A small change z of the states then obeys z' = A z with a constant A: a cycle of theta rad leaves the share
     exp(theta Re a) of it, a the eigenvalue of A with the greatest real part.
@@ -317,7 +317,7 @@ def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any)
     """Speeds at which the torques do not change the speed, at each angle, F = ½ omega² dI*/dphi; None if there is none.
 
     Stiff torques hold the motion near it: that of a machine whose inertia goes to 0 except for dead centres. Of many
-    machines those without such speeds have numbers that are none.
+    machines those without such speeds have NaN.
     """
     omega = _over_cells(reference) + np.zeros_like(moments.mesh.phi)
     low, high = omega / _WIDEST, omega * _WIDEST
@@ -343,7 +343,7 @@ def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any)
 
 
 def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omega: Array, own: Array) -> State:
-    """The states of a motion that is known at ascending angles (rad) over a cycle: speeds (rad/s) and a motor's own."""
+    """The states of a motion given at ascending angles (rad) over a cycle: speeds (rad/s) and a motor's own."""
     mesh, variation = moments.mesh, _Inertia(moments)
     start = inertia + variation.start
 
@@ -366,7 +366,7 @@ def unevenness(moments: Moments, reference: float, even: State) -> Array:
 def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
     """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if it would stop.
 
-    The first is right for loads that know no speed, the second for those that know little else.
+    The first suits loads that do not depend on speed, the second those that depend mainly on it.
     """
     variation, square = _Inertia(moments), reference**2
 
@@ -437,7 +437,7 @@ def _over_cells(numbers: Any) -> Any:
 class _Equations:
     """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed.
 
-    Those of many motions at once have an axis of motions before all others, in moments, states and demand alike. A motion
+    Those of many motions at once have an axis of motions before all others, in moments, states and demand. A motion
     that cannot continue is then marked as `lost`; alone it is refused.
     """
 
@@ -452,7 +452,7 @@ class _Equations:
         self.lost: Any = np.zeros(np.shape(reference), bool)
 
     def check(self, good: Any, fault: Callable[[], NoRegimeError]) -> None:
-        """Marks the motions that are not good as lost; a single one is refused."""
+        """Marks failed motions as lost; a single one is refused."""
         if np.ndim(good):
             self.lost = self.lost | ~good
         elif not good:
@@ -533,8 +533,8 @@ class _Equations:
     def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the required speeds.
 
-        How the excess e of the extremes, omega = w (1 + e), changes: by the unknowns (2, unknowns), and by itself (2,).
-        An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.
+        Derivatives of the excess e of the extremes, omega = w (1 + e): by the unknowns (2, unknowns), and by itself (2,).
+        The irregularity is imposed on omega², which is linear in the energy, so that one near 2 needs no more steps.
         """
         rows = [] if change.around is None else [change.around[..., :-1]]
         right = [] if change.around is None else [-change.around[..., -1]]
@@ -574,7 +574,7 @@ class _Equations:
         return row, 2.0 * eps - slow * found[..., :1] + fast * found[..., 1:]
 
     def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, Any]:
-        """The state a Newton step on, or as much of it as leaves the machine turning; its size by the fluctuation of speed.
+        """The state after a Newton step, shortened so that the machine keeps turning; its size by the fluctuation of speed.
 
         A step leaves a quarter of omega² everywhere, and is halved until it does.
         """
@@ -612,7 +612,7 @@ class _Equations:
         return new, np.where(share < 1.0, 1.0, size)
 
     def _solved(self, matrix: Array, column: Array) -> Array:
-        """The unknowns of a step; those of motions whose equations are singular are numbers that are none."""
+        """The unknowns of a step; NaN for motions whose equations are singular."""
         try:
             return np.asarray(np.linalg.solve(matrix, column[..., None])[..., 0])
         except np.linalg.LinAlgError:
@@ -622,7 +622,7 @@ class _Equations:
             return np.where(singular[..., None], np.nan, np.linalg.solve(sound, column[..., None])[..., 0])
 
     def rounding_step(self, state: State, change: Changes) -> Any:
-        """The step that rounding of torques causes where little holds the speed: `_ROUNDING_STEP` at most."""
+        """The step due to rounding of torques that determine the speed weakly: `_ROUNDING_STEP` at most."""
         if self.demand.speed is not None:
             return 0.0
         here = self.speeds(state)
@@ -633,7 +633,7 @@ class _Equations:
         return np.minimum(level / np.maximum(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
 
     def sensitivity(self, state: State, here: _Speeds, change: Changes) -> Sensitivity:
-        """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to work left over in the cycle."""
+        """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to net work of the cycle."""
         matrix, _ = self.conditions(state, here, change)
         scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
         eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)
@@ -653,8 +653,8 @@ class _Equations:
     def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> Extremes:
         """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
 
-        The energy is the integral of F once the state has settled; before, that integral may be anything. Roots are then
-        polished as those of the function itself, not of its interpolant.
+        The energy is the integral of F once the iteration has converged; before, that integral has no meaning. Roots are
+        then polished as those of the function itself, not of its interpolant.
         """
         half_square = 0.5 * here.omega**2
         force = cells.fit(here.rate.moment - half_square * self.moments.slope)
@@ -709,7 +709,7 @@ class _Equations:
         return (2 * energy - square * variation) / (square * total), total
 
     def result(self, state: State, change: Changes, steps: int) -> Periodic:
-        """The motion at a state that the iteration has settled on.
+        """The motion at the state to which the iteration converged.
 
         Its balance is the one that leaves no net work: large energies hide its last digits from the iteration.
         """

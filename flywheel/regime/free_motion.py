@@ -1,10 +1,10 @@
 """The motion of a machine in time from any start: from one smooth stretch of its laws to the next (`follow`).
 
 A stretch ends where the crank leaves a piece, where a time comes at which a law switches (`SwitchingTimes`, found beforehand
-by interval bounds as far as time decides), and where a law that depends on speed, or the direction of the power through a
+by interval bounds, if time alone decides), and where a law that depends on speed, or the direction of the power through a
 mesh, changes its side. Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0
-returns exactly: one cycle is then stepped, and stands for all that are like it. What steps make of the return is their own
-error: it is stated, and not carried on into the next cycle.
+returns exactly: one cycle is then stepped and copied. The difference of the stepped return is the steps' own
+error: it is stated, and not carried into the next cycle.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ _WINDOW = 100.0  # turns at the machine's typical speed: range of the search for
 class SwitchingTimes:
     """The times (s) at which expressions of `t` and parameters change their branch, up to an end that may be infinite.
 
-    Where one is steep, as a short pulse is, there are more, so close that no step passes it without seeing it.
-    `after(t)` gives the next of them, or the end of what was looked through; time stepping restarts there.
+    For a steep law, such as a short pulse, there are more, so close that no step passes over it.
+    `after(t)` gives the next of them, or the end of the range searched; time stepping restarts there.
     """
 
     def __init__(self, machine: Machine, until: float) -> None:
@@ -88,7 +88,7 @@ class SwitchingTimes:
 
 
 def _at_rest(part: Expression) -> Expression:
-    """An expression at a speed of 0, where it then depends on time: a machine at rest may be released by its switch."""
+    """An expression at a speed of 0, if it then depends on time: its switch may release a machine at rest."""
     return Expression(part.text, composed(part.tree, {"omega": numeral(0.0)})) if part.names >= {"omega", "t"} else part
 
 
@@ -129,7 +129,7 @@ def _in_time(constants: Mapping[str, float]) -> tuple[Callable[..., Mapping[str,
 class Goal(NamedTuple):
     """End condition of a motion: a value of times, positions (not reduced) and speeds that is above 0 until then.
 
-    `line` says of a value that is a straight line of one state which one (0 position, 1 speed), and its level and slope.
+    `line`, for a value linear in one state, is that state (0 position, 1 speed), its level and slope.
     """
 
     name: str
@@ -206,7 +206,7 @@ class Rest(NamedTuple):
     def release(self, stop: float) -> Release | None:
         """Time and sense of its release, at the latest at a time with direction 0; None if it stays at rest.
 
-        That is where nothing that time changes acts on it. Forwards, where either way were possible.
+        It stays if nothing that depends on time acts on it. Forwards, if both directions are possible.
         """
         machine, phi, decided = self.dynamics.machine, float(self.state[0]), 0.5 * (self.time + stop)
         sides = neighbours(machine, phi)
@@ -241,7 +241,7 @@ def undecided(machine: Machine, phi: float, t: float, what: str) -> Fault:
 
 
 def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
-    """Places in the pieces ahead of a position within the cycle, and behind it."""
+    """Points in the pieces ahead of a position within the cycle, and behind it."""
     edges, turn = machine.restarts, 0.0 if machine.scene.stroke is not None else machine.scene.cycle
     on, back = turn * (phi >= edges[-1]), turn * (phi <= 0.0)
     ahead = int(np.searchsorted(edges, phi - on, side="right")) - 1
@@ -286,7 +286,7 @@ def friction_of(machine: Machine) -> str:
 def stiffness(machine: Machine) -> float:
     """The number of time constants ahead that makes a machine's motion stiff (see `RateField`).
 
-    Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway.
+    For a linkage many positions cost as much as one, so implicit steps, which need many, are always taken.
     """
     if any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
         return 0.0
@@ -333,17 +333,17 @@ def follow(
 ) -> Trail:
     """The motion from a start until a time (s), or until a goal is reached.
 
-    `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
-    what it answers ends the motion. `watching(t, phi)` is called at the start, and at the end of every stretch. Steps are
-    shorter than those of the motion `beside` everywhere, so that what they pass over is not the same.
+    `rtol` is the tolerance of a step. `passing(t, omega)` is called at the end of every cycle;
+    a true result ends the motion. `watching(t, phi)` is called at the start, and at the end of every stretch. Steps are
+    shorter than those of the motion `beside` everywhere, so that the two do not pass over the same events.
 
-    Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
+    Raises SceneError if the motion is not determined, or sticks at a switch to which both sides drive it back.
     """
     return _Motion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching, beside).trail()
 
 
 class _Motion:
-    """The state of a motion on its way: `state` has phi reduced to one cycle, `offset` is what was taken off it."""
+    """The present state of a motion: `state` has phi reduced to one cycle, `offset` is the part taken off."""
 
     def __init__(
         self,
@@ -463,7 +463,7 @@ class _Motion:
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
 
     def _check_friction(self) -> None:
-        """Refuses a motion that turns back where friction is a moment of position, known for one sense alone."""
+        """Refuses a reversal if friction is a moment of position, known for one sense alone."""
         stroke = self.machine.scene.stroke
         sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
@@ -474,9 +474,9 @@ class _Motion:
     # -- at rest ----------------------------------------------------------------------------------------------------------
 
     def _settles(self) -> bool:
-        """Tests whether it comes to rest where a piece ends: it swings ever less about the place, driven back on both sides.
+        """Tests whether it comes to rest at the end of a piece: a decaying swing about the place, driven back on both sides.
 
-        Its speed is then next to none, or it has swung so often that what is left of it is stated instead.
+        Its speed is then negligible, or it has swung so often that the remaining swing is stated instead.
         """
         phi, speed = float(self.state[0]), abs(float(self.state[1]))
         self.swings = (phi, self.swings[1] + 1 if self.swings[0] == phi else 0)
@@ -531,9 +531,9 @@ class _Motion:
     # -- cycles that are like the one before -----------------------------------------------------------------------------
 
     def _again(self) -> str | None:
-        """Adds the cycles to come where one has returned to its first speed, as it must; gives the goal reached in them.
+        """Adds the remaining cycles if one has returned to its first speed, as it must; gives the goal reached in them.
 
-        As many are taken like the last one as there is time for, and no goal in sight; goals are searched for at a few
+        As many copies of the last one are added as fit before the end and before a goal; goals are searched for at a few
         instants of every step.
         """
         if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
@@ -631,7 +631,7 @@ class _Motion:
         self.light = 0.0
 
     def _anchor(self, ends: tuple[float, float], stop: float, share: float) -> tuple[Anchor, Array]:
-        """The anchor of the coming stretch: a share of it ahead, where there are branches that position does not decide.
+        """The anchor of the next stretch: a share of it ahead, if there are branches that position does not decide.
 
         It includes a motor's own states.
         """
@@ -667,7 +667,7 @@ class _Motion:
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0]), np.array(own)
 
     def _events(self, anchor: Anchor, coming: Array) -> Events | None:
-        """Goals, values that change their sign where the stretch ends, and last the speed of what may be held at rest.
+        """Goals, functions that change sign at the end of the stretch, and last the speed, if it may be held at rest.
 
         coming: a motor's own states at the anchor.
         """
@@ -710,9 +710,9 @@ class _Motion:
         return Events(values, found, residuals=short, rounding=rounding)
 
     def _mesh_error(self, anchor: Anchor, coming: Array) -> Array:
-        """The moment (N m, on the crank) by which an error of speed of one step's tolerance changes what each mesh passes.
+        """The change of the moment through each mesh (N m, on the crank) by an error of speed of one step's tolerance.
 
-        A mesh that passes less has no side: in steady running a wheel behind a mesh takes nothing but these errors.
+        A mesh with a smaller moment has no side: in steady running a wheel behind a mesh takes only these errors.
         """
         assert anchor.omega is not None
         allowed = self.tolerance.relative * abs(anchor.omega) + float(self.tolerance.absolute[1])
@@ -724,14 +724,14 @@ class _Motion:
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
     def _push(self, low: float, high: float) -> float:
-        """The acceleration at rest in a piece; of what is held, the direction alone."""
+        """The acceleration at rest in a piece; only its direction if the machine is held."""
         if self.direction is not None:
             return self.direction
         anchor = Anchor(0.5 * (low + high), float(self.state[1]), self.t)
         return float(self._rates(None, anchor)(self.t, self.state)[1])
 
     def _leaves(self) -> bool:
-        """Tests whether a machine stands at an end of its stroke and is about to leave it."""
+        """Tests whether a machine at rest at an end of its stroke is about to leave it."""
         phi, omega = float(self.state[0]), float(self.state[1])
         outwards = {0.0: -1.0, self.cycle: 1.0}.get(phi)
         if outwards is None:
@@ -756,13 +756,13 @@ class _Motion:
 
 
 def _shorter(t: Array) -> Callable[[float], float]:
-    """The longest of steps beside those between times (s), by the time that they start at."""
+    """The longest of the other motion's steps between times (s), by their starting times."""
     ends, widths = t[1:].tolist(), (_SHORTER * np.diff(t)).tolist()
     last = len(widths) - 1
     return lambda t: float(widths[min(bisect_right(ends, t), last)])
 
 
 def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
-    """The word on a motion that ended with its stroke; phi is the driver's own coordinate."""
+    """Message on a motion that ended with its stroke; phi is the driver's own coordinate."""
     assert scene.stroke is not None
     return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"

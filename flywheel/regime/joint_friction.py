@@ -2,7 +2,7 @@
 
 Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
 moment at any position. It is taken along a motion that is known, so that it depends on position alone and is fitted once by
-series on cells, which close in on the angles where it is not smooth: where a joint turns back, or a force passes zero. That
+series on cells, bounded by the angles where it is not smooth: where a joint reverses, or a force passes zero. That
 motion is one at a constant speed, the scene's or if none is given the machine's own (`friction_curve`), or one with its
 own speeds and accelerations (`friction_along`), as of the steady regime.
 """
@@ -187,10 +187,10 @@ def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
 
 
 def _corners(machine: Machine, course: Course, balance: float) -> Array:
-    """Coordinates where a rough joint turns back or a normal force changes sign.
+    """Coordinates where a rough joint reverses or a normal force changes sign.
 
     They are searched for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
-    they are closed in on, all at once. What changes sign across an edge of that mesh does so at the edge.
+    they are bracketed closely, all at once. A change of sign across an edge of that mesh is at the edge.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCAN_POINTS))
     share[[0, -1]] = _END_DISTANCE, 1.0 - _END_DISTANCE

@@ -1,8 +1,8 @@
 """Steady periodic motion of a machine whose torques depend on speed: on cells fine enough for the required error.
 
-Cells are halved until the estimates allow it, and cut where laws switch at a speed or a mesh changes the side that drives:
-the motion itself tells where that is, so that cutting and solving go in turns (`_Search.refinement`). Along the
-motion found, the moment is a function of angle: what is known of machines with such moments then holds.
+Cells are halved until the estimates are within the tolerance, and cut where laws switch at a speed or a mesh changes its
+driving side: the motion itself gives these angles, so cutting and solving alternate (`_Search.refinement`). Along the
+motion, the moment is a function of angle, as in machines without torques that depend on speed.
 
 Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995.
 """
@@ -44,7 +44,7 @@ from flywheel.regime.cycle_equations import (
 from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of
 
 UNSTABLE = 1e-12
-"""1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle, and not by rounding."""
+"""1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle beyond rounding."""
 
 STIFF = 3e3
 """Exponent of the decay of a change of speed in a cycle, above which torques are stiff."""
@@ -108,7 +108,7 @@ class OwnMotion(NamedTuple):
 
     @property
     def hardly_sized(self) -> bool:
-        """Tests whether the irregularity leaves the flywheel open that was sized for it."""
+        """Tests whether the irregularity determines the sized flywheel only weakly."""
         return self.inertia_bound > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
 
 
@@ -122,16 +122,16 @@ def own_motion(
     *,
     directly: bool = False,
 ) -> OwnMotion:
-    """The steady motion with a given flywheel, or with the one that an irregularity asks for, at an error within rtol.
+    """The steady motion with a given flywheel, or with the one for an irregularity, at an error within rtol.
 
     Args:
         machine: the machine.
         reference: speed (rad/s) near that of the motion; the required one if there is one.
-        demand: what is asked of the motion.
+        demand: requirements of the motion.
         guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
-        directly: whether only the ways are tried that need no other motions on their way.
+        directly: true to try only methods without intermediate motions.
 
     Raises:
         NoRegimeError: if there is no such motion, or none that can be resolved.
@@ -189,7 +189,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
 
     Args:
         machine: the machine.
-        demand: what is asked of the motion.
+        demand: requirements of the motion.
         phi: ascending crank angles (rad) over a cycle.
         omega: crank speeds (rad/s) there.
         own: a motor's own states there, (states, angles).
@@ -227,7 +227,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
 
 
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
-    """The error of a flywheel that its irregularity leaves open."""
+    """The error of a flywheel that its irregularity does not determine."""
     what = f"the effect of about {motion.inertia:.2g} kg m² on the crank is lost in rounding"
     return UnresolvedError(f"an irregularity almost independent of the flywheel: {what}")
 
@@ -277,7 +277,7 @@ class _Search(NamedTuple):
         return motion._replace(run=run, level_error=motion.level_error + level, vanishing=True)
 
     def motion(self, inertia: float, unknown: float, *, directly: bool = False) -> OwnMotion:
-        """The stable motion, by the first way that finds one; an unstable one where none does.
+        """The stable motion, by the first method that gives one; else an unstable one.
 
         Directly, from a motion that is even at first and grows uneven, from the speeds at which stiff torques balance, and
         from heavier flywheels down.
@@ -320,7 +320,7 @@ class _Search(NamedTuple):
         return None if solved is None else _described(solved, self.demand)
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from that under torques at a constant speed; with states of a motor, from a constant speed."""
+        """The motion from that under torques at a constant speed; with states of a motor, from a constant speed."""
         base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
@@ -330,7 +330,7 @@ class _Search(NamedTuple):
         return self.from_start(start, base, cuts)
 
     def from_balance(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from the speeds at which the torques balance at each angle."""
+        """The motion from the speeds at which the torques balance at each angle."""
         base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
@@ -342,7 +342,7 @@ class _Search(NamedTuple):
         return self.from_start(start, base, cuts)
 
     def from_even(self, inertia: float, unknown: float) -> OwnMotion:
-        """The motion found from the one at constant speed, as the varying moment is increased from little to all of it."""
+        """The motion from the one at constant speed, as the varying moment is increased from a small part to the whole."""
         if self.demand.inertia is None:
             raise NoRegimeError("the irregularity of a constant speed is 0")
         base, cuts = self.layers(self.narrow(inertia, unknown), np.zeros(0), self.reference, inertia, unknown)
@@ -371,7 +371,7 @@ class _Search(NamedTuple):
         return [float(value) for value in moments.steady_states(self.reference)]
 
     def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
-        """The motion found from a first guess.
+        """The motion from a first guess.
 
         Where laws switch and that fails, branches are first decided at every node, and cells cut where they then switch.
         """
@@ -389,7 +389,7 @@ class _Search(NamedTuple):
         return self.refinement(periodic(moments, rough.reference, self.demand, carried(rough, moments)), base, cuts)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
-        """The motion found from that with another flywheel."""
+        """The motion from that with another flywheel."""
         # what resolved an uneven motion is needed again; the switches of an even one have moved on
         (cuts, _), base = _switching(other.solved), self.machine.mesh
         if other.run.irregularity > _UNEVEN:
@@ -404,7 +404,7 @@ class _Search(NamedTuple):
     def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges ever closer towards that end of each cell at which the speed settles steeply.
 
-        What a jump of torque does to a strongly damped machine is over within 1/|dF/dE| rad after it; where changes grow
+        The effect of a jump of torque on a strongly damped machine is over within 1/|dF/dE| rad after it; if changes grow
         with phi, before it.
         """
         moments = self.moments(base, cuts)
@@ -435,8 +435,8 @@ class _Search(NamedTuple):
     def refinement(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
         """The motion at an error within rtol, or the best possible, from one on cells between edges and cuts.
 
-        Cells are cut again until the switches no longer move, and then halved; what does not settle may be no more than what
-        the cells leave open, so that they are halved then too. Where the iteration fails, all are.
+        Cells are cut again until the switches no longer move, and then halved; moves of switches may be due to
+        the cells, so that they are halved then too. If the iteration fails, all are halved.
         """
         best: OwnMotion | None = None
         least, allowed = np.inf, 0.5 * self.rtol
@@ -494,7 +494,7 @@ class _Search(NamedTuple):
     def work_of_cuts(self, solved: Periodic, base: Array, cuts: Array) -> float:
         """Work (J) by which a motion is off whose laws switch at other angles than its cells are cut, at most.
 
-        Between the two its moment is that of the wrong branch: the integral of what that is off along the motion's speed.
+        Between the two its moment is that of the wrong branch: the integral of the difference at the motion's speed.
         """
         moments = self.moments(base, cuts)
         state, reference = carried(solved, moments), solved.reference
@@ -507,7 +507,7 @@ class _Search(NamedTuple):
         return float(cells.integral(np.abs(true - taken), moments.mesh.half).sum())
 
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
-        """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
+        """Given flywheels from one heavy enough for a nearly constant speed down to the required one.
 
         Each step is as large as can be taken. A sized flywheel lies on the way: it is searched for from motions that vary
         half as much as asked and more; an irregularity near 2 by steps towards it, each on the cells of the one before.
@@ -556,14 +556,14 @@ class _Search(NamedTuple):
 
 
 def _without(finer: Array, edges: Array, base: Array) -> Array:
-    """Finer edges without those of the cells before that do not belong to the base: cuts, that is."""
+    """Finer edges without the cuts of the cells before."""
     return np.asarray(finer[~np.isin(finer, edges) | np.isin(finer, base)])
 
 
 def _switching(solved: Periodic) -> tuple[Array, Array]:
     """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges.
 
-    And by how much each may be off (rad) before what that makes of a cycle's work is more than rounding: nothing where a law
+    And the error of each (rad) that changes a cycle's work by rounding: 0 if a law
     switches; where a mesh reverses, what it passes is tau' x after x rad, of which (1/efficiency - efficiency) tau' x²/2 J
     would be lost too many or too few. Two reversals of a mesh with less between them are none.
     """
@@ -646,7 +646,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
 
     Args:
         solved: the motion.
-        demand: what was asked of it.
+        demand: its requirements.
         errors: of the cycle.
         start: J + I* at phi = 0, kg m².
 

@@ -1,7 +1,7 @@
 """The reduced machine at given positions: I*, dI*/dphi, M*, every influence coefficient, and the drive along a stroke.
 
-A driver that slides from one place to another, or turns from one angle to another, has no cycle: nothing repeats, so that
-there is no steady speed and no flywheel. What there is: reduction, the driving action by virtual power, and the motion.
+A driver that slides from one position to another, or turns from one angle to another, has no cycle: nothing repeats, so that
+there is no steady speed and no flywheel. Available are the reduction, the driving action by virtual power, and the motion.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its
 _ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
 _BALANCE_STEP = 1e-3  # of a balance: by which it is changed to see what its error does
 ROUNDINGS = 24
-"""Roundings of a figure at one position, of itself or of the sum of the sizes that it is made of."""
+"""Roundings of a figure at one position, relative to itself or to the sum of the sizes of its terms."""
 
 
 class MachineState(NamedTuple):
@@ -36,7 +36,7 @@ class MachineState(NamedTuple):
 
     `inertia` I* and `slope` dI*/dphi in kg m²; `moment` M* in N m, the balance included; `gains` the influence coefficient
     g = velocity/omega of every shaft, port and other velocity (m or 1, by name) and `gain_slopes` dg/dphi;
-    `inertia_parts` and `moment_parts` what each body and each load adds.
+    `inertia_parts` and `moment_parts` the contributions of each body and each load.
 
     Where the reduction element slides (a scene with `[stroke]` and a driver that slides), `phi` is the driver's position
     x (m), `inertia` a mass m* (kg), `slope` dm*/dx (kg/m), `moment` a force F* (N); gains are per metre of the driver.
@@ -73,9 +73,9 @@ def reduce(
         phi: crank angles, rad, any shape; taken modulo the cycle. On a stroke: the driver's coordinates, rad, or m where
             it slides, from one end of the stroke to the other; none outside.
         balance: value (SI) of the scene's unknown; solved for if None.
-        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the required one where there is a
+        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the required one if there is a
             balance, else the constant one at which the net work is zero; on a stroke its own. Losses in meshes, which
-            depend on what is accelerated, are no part of M*.
+            depend on accelerations, are no part of M*.
 
     At a breakpoint the value of the piece that begins there is given.
 
@@ -133,14 +133,14 @@ def state_errors(
 ) -> dict[str, Any]:
     """Estimated absolute errors of a state by the names of its fields, of the shapes that these have.
 
-    The machine is reduced again a few roundings of the cycle aside, with lengths a few roundings off: the change is the
-    error by rounding, near a dead centre or not. Balance and speed are as far off as they may be.
+    The machine is reduced again at coordinates and with lengths changed by a few roundings: the change is the
+    error by rounding, also near a dead centre. Balance and speed are changed by their errors.
 
     Args:
         machine: the machine.
         state: as `reduce` found it.
-        balance: value (SI) of the scene's unknown that it was found with.
-        speed: the one that its torques were taken at.
+        balance: value (SI) of the scene's unknown in it.
+        speed: that of its torques.
 
     """
     angles = own_coordinate(machine.scene, np.asarray(state.phi, dtype=float))
@@ -168,7 +168,7 @@ def state_errors(
 def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machine]:
     """Two machines with the lengths of all mechanisms changed by a few roundings, each differently, but equal ones alike.
 
-    friction: False leaves out the moment of friction in their joints, which takes long to find.
+    friction: False leaves out the moment of friction in their joints, which takes long to compute.
     """
     found = []
     for mechanisms in mechanisms_rounded_otherwise(machine.scene.mechanisms):
@@ -205,7 +205,7 @@ def _with_lengths(mechanism: Mechanism, moved: Callable[[float], float]) -> Mech
 
 
 def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Array:
-    """Coordinates a few roundings of the cycle aside, towards the middles of their pieces."""
+    """Coordinates changed by a few roundings of the cycle, towards the middles of their pieces."""
     return np.asarray(angles + share * _ASIDE * ROUNDING * cycle * np.where(anchor < angles, -1.0, 1.0))
 
 
@@ -314,7 +314,7 @@ def along(
 def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
     """Estimated absolute errors of a passage at the stroke's own speed, which it must have, and acceleration.
 
-    They are those of its state, and what F = m* a + ½ dm*/dx v² - F*, v_i = g_i v and a_i = g_i a + g_i' v² have of them.
+    They are those of its state, propagated to F = m* a + ½ dm*/dx v² - F*, v_i = g_i v and a_i = g_i a + g_i' v².
     """
     stroke = _stroke_of(machine.scene)
     v, a = stroke.speed or 0.0, abs(stroke.acceleration)
@@ -355,7 +355,7 @@ def at_speed(scene: Scene, speed: float | None) -> Machine:
 
 
 def conditions(machine: Machine, speed: float | None) -> str:
-    """Conditions for which M* holds: speed and time at which loads were taken, and the losses left out."""
+    """Conditions of M*: speed and time at which loads were taken, and the losses left out."""
     scene = machine.scene
     sliding = scene.reduction_element == "slide"
     found = []

@@ -196,7 +196,7 @@ def check_cycle(scene: Scene) -> None:
 
 
 def refuse_strokes(scene: Scene) -> None:
-    """Refuse a machine that works stroke by stroke, where its clutch and brake would go unheard."""
+    """Refuses a machine that works stroke by stroke, where its clutch and brake would be ignored."""
     if scene.single_stroke is not None:
         found = "a machine that works stroke by stroke, which has no steady cycle"
         advice = "use flywheel size or flywheel.single_stroke, or leave clutch, brake and [single_stroke] out"
@@ -223,8 +223,8 @@ class Extent(NamedTuple):
 def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
     """The extremes of I* by its own series: the integral of its slope would lose a small I* beside a large one.
 
-    Each is as doubtful as its own cell is, or as another cell may be beyond it. They stand at ends of cells and at roots of
-    dI*/dphi, which are among those given, or else are searched for.
+    The error of each is that of its own cell, or of another cell that may exceed it. They are at ends of cells and at roots
+    of dI*/dphi, which are among those given, or else are searched for.
     """
     roots = combined(cycle, np.array([[0.0, 1.0]]))[1] if roots is None else roots
     least, greatest = cells.extents_with(cycle.series[2], roots.crossings.cell, roots.inertia)
@@ -321,8 +321,8 @@ class Roots(NamedTuple):
 def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     """Extremes of H = a W + b (I* - I*(0)) for each row (a, b) of factors, at roots of a M* + b dI*/dphi.
 
-    Every root in every cell counts, and both ends of every cell; nothing is sampled. Of places that only rounding tells
-    apart the first is taken.
+    Every root in every cell counts, and both ends of every cell; nothing is sampled. Of places that only rounding
+    distinguishes the first is taken.
     """
     (count, _), shape = factors.shape, cycle.series.shape[1:]
     slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
@@ -391,7 +391,7 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
     mesh, square, errors = cycle.mesh, speed**2, cycle.errors
     least = combined(cycle, np.array([[1.0, 0.0], [0.0, 1.0]]))[0].least
     start = inertia + cycle.inertia_at_start
-    if start + least[1] <= errors.variation:  # rounding may leave something where there is nothing
+    if start + least[1] <= errors.variation:  # rounding may leave something if there is nothing
         raise NoMotionError
     count = mesh.phi.shape[0]
     nodes = [row.reshape(mesh.phi.shape) for row in cycle.at(np.repeat(np.arange(count), ORDER), np.tile(NODES, count))]

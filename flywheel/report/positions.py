@@ -586,7 +586,7 @@ def _worked_out(made: Sheet, text: str, value: float) -> bool:
 
 def _derivatives(made: Sheet, law: Expression) -> list[str]:
     """An expression, the branch that applies here and its two derivatives as formulas; empty if it is no expression."""
-    import sympy  # type: ignore[import-untyped]  # only reports of laws pay for it
+    import sympy  # type: ignore[import-untyped]  # only reports of laws need it
 
     psi = made.values[made.driver].value
     local = psi - float(made.position.turns) * made.mechanism.period

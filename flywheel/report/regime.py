@@ -44,7 +44,7 @@ def asked(known: Context) -> Section:
     if scene.areas is not None:
         rows.append((_("work for each unit of a measured area, J"), Formula("mu_A"), Quantity("mu_A", scene.areas.scale)))
     if scene.speed is not None:
-        rows.append((_("speed of the crank asked for"), Formula("n"), Quantity("n", scene.speed, "rpm")))
+        rows.append((_("required speed of the crank"), Formula("n"), Quantity("n", scene.speed, "rpm")))
     if scene.irregularity is not None:
         rows.append((_("irregularity allowed"), Formula("epsilon"), known.epsilon))
     if scene.inertia is not None:

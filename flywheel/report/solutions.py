@@ -37,7 +37,7 @@ _KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
 
 
 class Row(NamedTuple):
-    """One figure of a printed solution: its name, the path of ours, and the printed text."""
+    """One figure of a printed solution: its name, the path of this package, and the printed text."""
 
     what: str
     figure: str

@@ -138,7 +138,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("speed", "rad/s", "of the crank, mean of the extremes, as the machine runs", symbol="omega",
             column=Column("mean of the crank's greatest and least speed")),
     Finding("speed_asked", "rad/s", "the scene's, at the crank; null without one", "scene.speed"),
-    Finding("irregularity", "", "asked; null in an analysis", "scene.irregularity", symbol="epsilon"),
+    Finding("irregularity", "", "required; null in an analysis", "scene.irregularity", symbol="epsilon"),
     Finding("balance", "", '`name` ("drive" or the parameter) and `value` (SI; a torque at its own shaft)',
             lambda s: s.balance and {"name": s.balance.name, "value": s.balance.value},
             column=Column("the unknown that makes the net work zero", value=lambda s: s.balance and s.balance.value,
@@ -210,9 +210,9 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("energy.current_peak", "A", _CURRENTS),
     Finding("energy.copper_heat", "W", "of a DC motor's armature, R i²; of a servo drive its losses; mean over time"),
     Finding("energy.copper_heat_share", "", "the same over that at the rated point; null without one"),
-    Finding("energy.rotor_heat", "W", "of an induction motor's rotor, torque times slip speed on the mean over time"),
+    Finding("energy.rotor_heat", "W", "of an induction motor's rotor, torque times slip speed, mean over time"),
     Finding("energy.rotor_heat_share", "", "the same over that at the rated point"),
-    Finding("energy.stator_heat", "W", "of an induction motor's stator, copper heat on the mean over time; null without "
+    Finding("energy.stator_heat", "W", "of an induction motor's stator, mean copper heat over time; null without "
             "the data on the name plate"),
     Finding("energy.stator_heat_share", "", "the same over that at the rated point: the mean of (I/I_n)²; null if the "
             "magnetizing current is unknown"),
@@ -289,7 +289,7 @@ FINDINGS: tuple[Finding, ...] = (
             lambda s: s.flywheel.proven_bounds and list(s.flywheel.proven_bounds)),
     Finding("proven_bounds_torque", "kg m²", "two more, which follow from the inertia torque",
             lambda s: s.flywheel.proven_bounds_torque and list(s.flywheel.proven_bounds_torque)),
-    Finding("rtol", "", "relative error asked"),
+    Finding("rtol", "", "required relative error"),
     Finding("reached", "", "true if every estimate is within rtol"),
     Finding("messages", "", "remarks for the user", lambda s: list(s.messages)),
     Finding("accuracy", "", "the level of accuracy: normal, confirm, audit or proof (topic accuracy)"),

@@ -235,7 +235,7 @@ class _Train:
         return np.where(entering[:, MIDDLE : MIDDLE + 1] > 0.0, 1.0 / efficiency, efficiency)
 
     def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
-        """Power through a shaft's mesh, from the shaft that gives on the mean to the one that takes, and the loss."""
+        """Power through a shaft's mesh, from the shaft that gives on average to the one that takes, and the loss."""
         scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
         given = self._meshed(name, entering) * entering
         lost = given - entering

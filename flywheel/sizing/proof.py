@@ -523,7 +523,7 @@ class _Motions:
         sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
         self.between = [each.start for each in sides]
         if not (found.effect and sides[0].level < speed < sides[1].level):
-            raise balls.UnprovenError("that the mean speed is as asked with a balance near")
+            raise balls.UnprovenError("that the mean speed is the required one with a balance near")
         return balls.around(middle, apart)
 
     def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
@@ -541,5 +541,5 @@ class _Motions:
         sides = [motion(light), motion(heavy)]
         self.between = [each.start for each in sides]
         if not sides[0].irregularity > asked > sides[1].irregularity:
-            raise balls.UnprovenError("that the irregularity is as asked with a flywheel near")
+            raise balls.UnprovenError("that the irregularity is the required one with a flywheel near")
         return light.union(heavy)

@@ -513,7 +513,7 @@ def _redundant(scene: Scene) -> Iterator[str]:
     """Messages on linkages with redundant constraints."""
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
-            from flywheel.mechanisms import linkage  # only scenes with linkages pay for it
+            from flywheel.mechanisms import linkage  # only scenes with linkages need it
 
             mobility = linkage.followed(mechanism).solution.mobility
             if mobility.redundant:

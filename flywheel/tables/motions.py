@@ -503,7 +503,7 @@ def _figures(transient: Transient) -> list[str]:
             rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
     rows += _peaks(transient)
     rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
-    rows.append(("estimated error", f"{short(transient.error)} of speed and way (asked {short(transient.rtol)})"))
+    rows.append(("estimated error", f"{short(transient.error)} of speed and travel (required {short(transient.rtol)})"))
     if transient.scene.stroke is not None or not (transient.inertia or transient.scene.has_flywheel):
         rows = [row for row in rows if row[0] != "flywheel"]
     width = max(len(name) for name, _ in rows)

@@ -212,19 +212,19 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """Heat of the motor if its type gives it; otherwise a note that it is not known."""
     found = heat_of(sizing, motor, energy)
     if energy.rotor_heat is not None and found is not None:
-        heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
+        heat = f"Mean heat of its rotor over time, torque times slip speed: {_number(found.heat)} W"
         yield f"{heat}, {_verdict(energy, found)}"
         if energy.stator_heat_share is not None:
             yield from _stator(motor, energy, energy.stator_heat_share)
     elif sizing.servo is not None and found is not None:
         yield from _servo(sizing.servo)
-        yield f"Losses of the motor on the mean over time: {_number(found.heat)} W, {_verdict(energy, found)}"
+        yield f"Mean losses of the motor over time: {_number(found.heat)} W, {_verdict(energy, found)}"
     elif found is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
         means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
         yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
-        heat = f"Copper heat of its armature, R i² on the mean over time: {_number(found.heat)} W"
+        heat = f"Mean copper heat of its armature over time, R i²: {_number(found.heat)} W"
         if found.share is None:
             yield f"{heat}; its limit is unknown without a rated point."
         else:
@@ -241,7 +241,7 @@ def _stator(motor: Motor, energy: Energy, share: float) -> Iterator[str]:
     """Line current and heat of an induction motor's stator, by its name plate."""
     told = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
     of_rated = f"{figure(100 * share, 0.0, 5)} % of that at the rated point"
-    yield f"Copper heat of its stator on the mean over time{told}, {of_rated}{', too hot' if share > 1 + TIE else ''}."
+    yield f"Mean copper heat of its stator over time{told}, {of_rated}{', too hot' if share > 1 + TIE else ''}."
     if energy.current_rms is not None and energy.current_peak is not None and motor.rated_current is not None:
         rms, peak, rated = energy.current_rms, energy.current_peak, motor.rated_current
         means = f"root of its mean square over time {_number(rms)} A, {_share(rms, rated)} of the rated one"
@@ -266,7 +266,7 @@ def _in_step(found: Synchronism) -> Iterator[str]:
         for value in (found.load_angle, found.load_angle_greatest, found.load_angle_least, found.pull_out_angle)
     )
     share = figure(100 * found.pull_out_share, 0.0, 4)
-    yield f"It keeps step: load angle {mean} deg on the mean over time, {least} to {greatest} deg, pull-out at {limit} deg;"
+    yield f"It keeps step: load angle {mean} deg (mean over time), {least} to {greatest} deg, pull-out at {limit} deg;"
     yield f"the greatest torque of that angle is {share} % of the pull-out torque."
     swing = f"Natural frequency of its swing {figure(found.natural_frequency, 0.0, 5)} Hz, damping ratio "
     yield f"{swing}{figure(found.damping_ratio, 0.0, 3)}; the load's harmonics"
@@ -517,7 +517,7 @@ def shaft_name(name: str) -> str:
 
 
 def stream_name(stream: Stream, flow: PowerFlow) -> str:
-    """Name of a stream of power: "belt motor–wheel", "load on slider (2)" where there are more of them."""
+    """Name of a stream of power: "belt motor–wheel", "load on slider (2)" if there are more of them."""
     name = _name(stream, flow)
     alike = [other for other in flow.streams if _name(other, flow) == name]
     return name if len(alike) == 1 else f"{name} ({alike.index(stream) + 1})"

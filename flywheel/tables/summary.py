@@ -494,7 +494,7 @@ def _servo(found: ServoLoad, units: TradeUnits) -> Iterator[Row]:
     """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
     share = few_digits(100 * found.continuous_share, 3)
     at = f"{few_digits(found.mean_speed * RPM, 5)} rpm"
-    note = _("at {speed} on the mean, {share} % of the continuous curve", speed=at, share=share)
+    note = _("at a mean of {speed}, {share} % of the continuous curve", speed=at, share=share)
     yield Row(_("rms torque"), *units.shown(found.rms_torque, "torque"), note)
     share, at = few_digits(100 * found.peak_share, 3), f"{few_digits(found.peak_speed * RPM, 5)} rpm"
     note = _("at {speed}, {share} % of the peak curve", speed=at, share=share)

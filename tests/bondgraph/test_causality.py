@@ -225,23 +225,23 @@ def test_rival_sources_are_a_conflict_that_names_both_and_the_rest_is_assigned()
     assert violations(found.graph, found.strokes) == ["T"]
     assert len(found.conflicts) == 1
     rivalry = "Se:a (bond 1) and Se:b (bond 5) both set the effort of TF:T (bonds 3, 4)"
-    assert found.conflicts == (f"{rivalry}: take one out, or put an R between",)
+    assert found.conflicts == (f"{rivalry}: remove one, or put an R between",)
 
 
 def test_a_junction_whose_flow_nobody_sets_is_a_conflict():
     found = causality(hub(Se("a", 1.0), Se("b", 1.0)))
     assert found.conflicts == (
-        "Se:a (bond 1) and Se:b (bond 2) both set the effort of 1:x (bonds 1, 2): take one out, or put an R between",
+        "Se:a (bond 1) and Se:b (bond 2) both set the effort of 1:x (bonds 1, 2): remove one, or put an R between",
     )
     (line,) = causality(hub(Se("a", 1.0))).conflicts
-    assert line == "1:x: none of bond 1 (from Se:a) sets its flow; hang an I or R on it"
+    assert line == "1:x: none of bond 1 (from Se:a) sets its flow; attach an I or R to it"
 
 
 def test_two_flow_sources_through_a_gyrator_conflict():
     b = Builder().one("x").zero("y").on("x", Sf("a", 1.0)).on("y", Se("b", 1.0)).gyrate("x", "y", 2.0, name="G")
     (line,) = causality(b.build()).conflicts
     assert (
-        line == "Sf:a (bond 1) and Se:b (bond 2) both set the effort of GY:G (bonds 3, 4): take one out, or put an R between"
+        line == "Sf:a (bond 1) and Se:b (bond 2) both set the effort of GY:G (bonds 3, 4): remove one, or put an R between"
     )
 
 

@@ -171,7 +171,7 @@ WRONG = [
     (lambda: hung(C("c", [[1, 1], [1, 1]]), "a", "b"), r"C:c: its matrix is singular"),
     (
         lambda: hung(C("c", energy=lambda q, z: q * z), q="a"),
-        r"C:c: its energy depends on 'z', which is none of its ports \(q\)",
+        r"C:c: its energy depends on 'z', which is neither one of its ports \(q\)",
     ),
     (lambda: hung(C("c", energy=lambda q: q * q), q="a", x="b"), r"C:c: its energy is no function of the port 'x'"),
     (lambda: hung(C("c", energy=lambda q, x: q * q), q="a", x="b"), r"C:c: its energy is no function of the port 'x'"),
@@ -179,7 +179,7 @@ WRONG = [
     (lambda: hung(C("c", 2.0), "a", "b"), r"C:c: found 2.0, expected a matrix, or energy="),
     (lambda: hung(C("c", energy=lambda q, x: q * q * x), "a", "b", "a"), r"C:c: found 3 junctions for 2 ports \(q, x\)"),
     (lambda: hung(C("c", [[1, np.nan], [0, 1]]), "a", "b"), r"C:c: found a matrix with entries that are not finite"),
-    (lambda: Builder().one("a").on("a", C("c", [[1, 0], [0, 1]])), r"C:c has several ports: hang it .* by field"),
+    (lambda: Builder().one("a").on("a", C("c", [[1, 0], [0, 1]])), r"C:c has several ports: attach it .* by field"),
     (lambda: C("c", 1.0, energy=lambda q: q), r"C:c: found a law and an energy, expected one of them"),
     (
         lambda: simulate(

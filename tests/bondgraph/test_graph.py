@@ -160,7 +160,7 @@ def test_what_is_left_over_must_be_square():
     relations = flow_relations(graph, flow)
     assert closed(graph, flow, relations, [0, 1]) == Solve((0, 1), tuple(relations))
     with pytest.raises(
-        GraphError, match=r"more than one degree of freedom: nothing ties bond 1 \(a - J\), .* to the coordinate"
+        GraphError, match=r"more than one degree of freedom: nothing connects bond 1 \(a - J\), .* with the coordinate"
     ):
         closed(graph, flow, relations, [0, 1, 2])
     with pytest.raises(GraphError, match=r"too many relations at 0:node \(bonds 5, 6, 7\), TF:T \(bonds 4, 5\)"):
@@ -301,7 +301,7 @@ def test_a_spring_is_given_by_one_of_compliance_and_stiffness():
     assert C("c", stiffness=4.0).law == 0.25
     with pytest.raises(GraphError, match="C:c: found a compliance and a stiffness, expected one of them"):
         C("c", 1.0, stiffness=2.0)
-    with pytest.raises(GraphError, match="C:c: found stiffness 0, expected another number"):
+    with pytest.raises(GraphError, match="C:c: found stiffness 0, expected a number other than 0"):
         C("c", stiffness=0.0)
 
 
@@ -422,7 +422,7 @@ def test_junctions_that_lead_nowhere_are_a_fault_unless_loose():
     lines = str(caught.value).splitlines()
     assert [line.split(":")[1].split(" ")[0] for line in lines] == ["b", "n"]
     assert lines[0].startswith(
-        "1:b dangles: bond 4 to TF:T is its only one; hang something on it, leave it out, or build(loose"
+        "1:b dangles: bond 4 to TF:T is its only one; attach something to it, leave it out, or build(loose"
     )
     assert len(b.build(loose=True).bonds) == 5
 

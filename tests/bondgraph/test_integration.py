@@ -280,7 +280,7 @@ def refused(builder, match):
 
 def test_flow_sources_through_a_transformer_contradict():
     b = Builder().one("a").one("b").on("a", Sf("x", 1.0)).transform("a", "b", 2.0).on("b", Sf("y", 2.0), I("J", 1.0))
-    refused(b, r"Sf:x \(bond 1\) and Sf:y \(bond 4\) both set the flow of TF:a->b \(bonds 2, 3\): take one out, or put")
+    refused(b, r"Sf:x \(bond 1\) and Sf:y \(bond 4\) both set the flow of TF:a->b \(bonds 2, 3\): remove one, or put")
 
 
 def test_transformers_in_a_loop_contradict_repeat_or_agree():
@@ -288,7 +288,7 @@ def test_transformers_in_a_loop_contradict_repeat_or_agree():
         b = Builder().one("a").one("b").one("c").on("a", I("J", 1.0)).on("c", I("K", 1.0))
         return b.transform("a", "b", 2.0).transform("b", "c", 2.0).transform("c", "a", last)
 
-    refused(ring(0.25), "over-constrained: TF:.* contradict or repeat what the others ask")
+    refused(ring(0.25), "over-constrained: TF:.* contradict or repeat the conditions of the others")
     locked = Dynamics(ring(0.5).build())
     assert locked.state.names == ()
     assert set(locked.at(0.0, []).flows.values()) == {0.0}
@@ -298,13 +298,15 @@ def test_numbers_that_make_flows_depend_on_each_other_are_refused():
     b = Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", R("B", 2.0))
     b.sum("c", [("a", 2.0), ("b", 3.0)], "").on("c", I("m1", 1.0)).on("c", Sf("v", 1.0))
     b.sum("d", [("a", 4.0), ("b", 6.0)], "").on("d", Sf("w", 1.0))  # twice the flow of c
-    refused(b, "over-constrained: .* contradict or repeat what the others ask .*: take one of them out, or change a ratio")
+    refused(
+        b, "over-constrained: .* contradict or repeat the conditions of the others .*: remove one of them, or change a ratio"
+    )
 
 
 def test_a_flow_that_nothing_holds_is_named():
     b = Builder().zero("node").one("a").one("b").bond("a", "node").bond("node", "b")
     b.on("a", Se("E", 1.0)).on("b", Se("F", 1.0))
-    refused(b, r"Se:E \(bond 3\) and Se:F \(bond 4\) both set the effort of 0:node \(bonds 1, 2\): take one out, or put")
+    refused(b, r"Se:E \(bond 3\) and Se:F \(bond 4\) both set the effort of 0:node \(bonds 1, 2\): remove one, or put")
 
 
 @pytest.mark.parametrize(("law", "at"), [(0.5, 3.0), (lambda q: q + q**3, 2.0)])
@@ -454,7 +456,7 @@ def test_singular_systems_are_errors(matrix):
 
 def test_a_mass_matrix_that_is_not_positive_is_an_error():
     for matrix in ([[0.0]], [[-1.0]], [[1.0, None], [1.0, 1.0]]):
-        with pytest.raises(GraphError, match="the inertia that the motion sees vanishes"):
+        with pytest.raises(GraphError, match="the effective inertia vanishes"):
             solve_symmetric(matrix, [1.0] * len(matrix))
 
 

@@ -282,7 +282,7 @@ def test_a_branch_on_equality_is_taken_as_with_plain_numbers():
     ],
 )
 def test_what_has_no_slope_says_so(law, message):
-    with pytest.raises(GraphError, match=f"the slope of a law of x is needed, but cannot be had: {message}"):
+    with pytest.raises(GraphError, match=f"the slope of a law of x is needed, but cannot be determined: {message}"):
         function(lambda x: law(x)).partials(0.5)
 
 

@@ -237,7 +237,7 @@ def test_springs_in_series_are_one_spring():
     run = simulate(graph, 3.0, initial={"k1": 0.1, "k2": 0.2, "x": 0.3}, rtol=1e-10)
     assert_allclose(run.displacement("x", 3.0), 0.3 * np.cos(3.0), rtol=1e-9)
     assert run.dynamics.state.names == ("p_M", "q_k1", "x")
-    unbalanced = r"initial 'k2': found 0.5, but C:k2 follows C:k1, which makes it 0.2 \(off by 0.3\): give the states, p_M"
+    unbalanced = r"initial 'k2': found 0.5, but C:k2 follows C:k1, which makes it 0.2 \(difference 0.3\): give the states"
     with pytest.raises(GraphError, match=unbalanced):
         simulate(graph, 3.0, initial={"k1": 0.1, "k2": 0.5})
 
@@ -248,7 +248,7 @@ def test_a_spring_on_a_source_follows_it():
     run = simulate(graph, 0.1, rtol=1e-7)
     assert_allclose(run.displacement("k", 0.1), 2.0 * np.sin(0.1), rtol=1e-9)
     assert_allclose(run.power("k", 0.1), 2.0 * np.sin(0.1) * np.cos(0.1), rtol=1e-9)
-    with pytest.raises(GraphError, match=r"initial 'k': found 0, but C:k follows Se:E, which makes it 6 \(off by 6\)"):
+    with pytest.raises(GraphError, match=r"initial 'k': found 0, but C:k follows Se:E, which makes it 6 \(difference 6\)"):
         simulate(graph.with_law("E", 3.0), 1.0, initial={"k": 0.0})
 
 
@@ -362,7 +362,7 @@ def test_a_law_that_is_not_defined_at_the_start_is_named():
 def test_a_dead_centre_without_inertia_before_it_is_named():
     b = Builder().one("crank", displacement="phi").one("s").transform("crank", "s", lambda phi: np.sin(phi))
     graph = b.on("s", I("m", 1.0)).on("crank", Se("M", 1.0)).build()
-    with pytest.raises(GraphError, match="no rates at the start: the inertia that the motion sees vanishes"):
+    with pytest.raises(GraphError, match="no rates at the start: the effective inertia vanishes"):
         simulate(graph, 1.0)
     with pytest.raises(GraphError, match=r"cannot be followed past t = 1\.667"):
         simulate(graph, 10.0, initial={"phi": 1.0})
@@ -389,7 +389,7 @@ def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_onc
     monkeypatch.setattr(simulation, "count", asked.append)
     with pytest.raises(
         GraphError,
-        match=rf"the inertia that the motion sees vanishes at phi = {place}.*of crank .*: give crank an inertia \(I\)",
+        match=rf"the effective inertia vanishes at phi = {place}.*of crank .*: give crank an inertia \(I\)",
     ):
         simulate(massless_crank(), 3.0, initial={"phi": phi}, method=method, step=None if method in ADAPTIVE else 3e-6)
     assert len(asked) < 30_000
@@ -409,7 +409,7 @@ def test_a_resistor_carries_a_motion_through_dead_centres(method, resistance, ph
     assert run.evaluations < 60_000  # 2,000,000 were spent before the first dead centre
     assert run.method == "LSODA"
     assert bool(run.messages) == (method != "LSODA")
-    assert all(f"where {method} makes no headway: the motion was found by LSODA" in message for message in run.messages)
+    assert all(f"where {method} makes no progress: the motion was computed by LSODA" in message for message in run.messages)
 
 
 def test_equal_steps_that_cannot_be_afforded_are_refused_before_the_first():

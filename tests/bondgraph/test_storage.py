@@ -140,7 +140,7 @@ def test_a_graph_without_expressions_loads_without_sympy(tmp_path):
 def test_an_existing_file_is_kept_unless_told(tmp_path):
     path = tmp_path / "a.json"
     path.write_text("mine")
-    with pytest.raises(GraphError, match="is there already; choose another name"):
+    with pytest.raises(GraphError, match="exists already; choose another name"):
         save(press(), path)
     assert path.read_text() == "mine"
     save(press(), path, overwrite=True)
@@ -176,7 +176,7 @@ def test_a_folder_that_is_missing_is_named(tmp_path):
 def test_what_is_no_json_is_refused(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(GraphError, match="is no JSON that a graph could be read from"):
+    with pytest.raises(GraphError, match="is not the JSON of a graph"):
         load(path)
 
 

@@ -439,7 +439,7 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     assert (result.exit_code, result.stderr) == (1, ".: found a folder, expected a scene in a TOML file\n")
     (tmp_path / "s.toml").write_text(starter("slider-crank"))
     result = CliRunner().invoke(main, ["reduce", str(tmp_path / "s.toml"), "--output", str(tmp_path / "pipe.toml")])
-    assert (result.exit_code, "it is a pipe that nobody reads" in result.stderr) == (1, True)
+    assert (result.exit_code, "it is a pipe without a reader" in result.stderr) == (1, True)
 
 
 # What a command loads: the heavy libraries and parts come in by five doors, and only where they are needed.

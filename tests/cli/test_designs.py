@@ -210,7 +210,7 @@ def test_a_table_that_could_not_be_written_is_refused_before_the_designs_are_siz
     monkeypatch.setattr(designs, "sized", lambda *given: pytest.fail("designs were sized"))
     result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--vary", f"{SPEED}=300rpm", "--csv", table)
     assert result.exit_code == 1
-    assert result.stderr.strip().endswith("give another name, or take it away first)")
+    assert result.stderr.strip().endswith("give another name, or remove it first)")
     assert table.read_text(encoding="utf-8").startswith("flywheel.irregularity,mine")
 
 

@@ -480,7 +480,7 @@ def test_curves_are_found_by_the_names_of_joints_and_components() -> None:
     with pytest.raises(SceneError, match=r"joints: found 'guid', expected one of pivot, .*; did you mean 'guide'\?"):
         force_curves(found, ["guid"])
     with pytest.raises(
-        SceneError, match="component: found 'normal', which no joint asked for has, expected one of driving, x"
+        SceneError, match="component: found 'normal', which no requested joint has, expected one of driving, x"
     ):
         force_curves(found, ["pivot"], ["normal"])
 

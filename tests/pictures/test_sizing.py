@@ -262,7 +262,7 @@ def test_speed_stays_in_the_band_with_the_exact_flywheel_alone() -> None:
     assert lines["exact"].min() == pytest.approx(low, rel=1e-4)
     assert lines["exact"].max() == pytest.approx(high, rel=1e-4)
     assert lines["by the areas"].max() > 1.2 * high
-    assert "band asked, ±2 %" in labels(panel)
+    assert "required band, ±2 %" in labels(panel)
 
 
 def test_small_fluctuations_are_drawn_about_the_mean() -> None:

@@ -314,6 +314,13 @@ def test_a_table_that_is_written_several_times_is_one_fault(heading, advice):
     assert (after, behind.found) == (fault, "on a second time")
 
 
+def test_a_table_that_goes_on_as_an_array_is_one_fault():
+    text = "[mechanism.joints]\nname = 1\n" + "[[mechanism.joints]]\nname = 2\n" * 3
+    (fault,) = syntax_faults(text)
+    assert (fault.place, fault.found) == ("line 3, column 1", "[[mechanism.joints]]")
+    assert fault.advice == "line 1 has it as one table; write [[mechanism.joints]] there as well"
+
+
 @pytest.mark.parametrize(
     "written",
     [

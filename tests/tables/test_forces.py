@@ -269,7 +269,7 @@ def test_motors_without_a_rating_or_a_fall_are_told_of() -> None:
     text = lines(sized(SECTION_C | {"drive": {"motor": dc}, "load": [{"on": "crank", "torque": "-5 N m"}],
                                     "flywheel": {"inertia": 2}}))  # fmt: skip
     assert "DC motor without a rated point; greatest torque" in text
-    assert "Copper heat of its armature" in text
+    assert "Mean copper heat of its armature" in text
     assert "unknown without a rated point" in " ".join(text.split())
     constant = rotor(drive={"motor": {"type": "constant", "torque": "50 N m"}})
     constant["load"] = [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}]

@@ -286,7 +286,7 @@ class Curve(Motor):
         if self.interpolation == "linear" or len(speeds) == 2:
             series = np.stack((np.diff(torques) / np.diff(speeds), torques[:-1]))
             return tuple(zip(speeds[:-1].tolist(), *series.tolist(), strict=True))
-        from scipy.interpolate import PchipInterpolator  # only such curves pay for it
+        from scipy.interpolate import PchipInterpolator  # only such curves need it
 
         curve = PchipInterpolator(speeds, torques)
         slopes = curve(speeds[[0, -1]], 1)

@@ -280,7 +280,7 @@ class DC(Motor):
     def graph(self) -> Part:
         """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft.
 
-        Voltage Se, armature R, and I where there is inductance; gyrator GY; rotor I and friction R where there are any.
+        Voltage Se, armature R, and I if there is inductance; gyrator GY; rotor I and friction R if there are any.
 
         >>> print(*DC(voltage=48.0, resistance=0.4, constant=0.25, inertia=0.004).graph().elements)
         armature rotor voltage resistance constant inertia

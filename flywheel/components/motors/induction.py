@@ -573,7 +573,7 @@ class Induction(Motor):
             yield from super().heat_facts(energy)
             return
         words, mean = (
-            _("Heat of the rotor on the mean over time: torque times slip speed"),
+            _("Mean heat of the rotor over time: torque times slip speed"),
             "Q_r = integral(T*(omega_s - omega_d), t, 0, tau)/tau",
         )
         yield Fact(words, "Q_r", energy.rotor_heat, "W", mean, share=energy.rotor_heat_share)

@@ -55,7 +55,7 @@ class Servo(Motor):
         losses: Q_n, W, above 0.
         droop: d, by which share of w_0 the speed is below it at rated torque, above 0.
         standstill_torque: T_0, N m, at least T_n; None for T_n.
-        torque_constant: torque over current (root of its mean square in a line), N m/A; None where it is not known.
+        torque_constant: torque over current (root of its mean square in a line), N m/A; None if it is not known.
         inertia: of the rotor, kg m².
         inverter: the amplifier, by what it does with power that the motor returns.
 
@@ -275,6 +275,6 @@ class Servo(Motor):
         if energy.copper_heat is None or energy.copper_heat_share is None:
             yield from super().heat_facts(energy)
             return
-        words = _("Losses of the motor on the mean over time, C the continuous curve")
+        words = _("Mean losses of the motor over time, C the continuous curve")
         mean = "Q_v = Q_n*integral((T**2 + T_0**2 - C**2)/T_0**2, t, 0, tau)/tau"
         yield Fact(words, "Q_v", energy.copper_heat, "W", mean, share=energy.copper_heat_share)

@@ -451,7 +451,7 @@ class LoadAngle(Circuit):
         )
 
     def steady(self, omega: Any) -> tuple[Any, ...]:
-        """Load angle 0, and the field as it is given: out of step the torque of the angle is 0 on the mean."""
+        """Load angle 0, and the field as it is given: out of step the torque of the angle is 0 on average."""
         zero = 0.0 * omega
         return (zero,) if self.motor.field_at is None else (zero, self._given(omega)[0])
 

@@ -1,6 +1,6 @@
 """Any plane linkage: positions, mobility, joint reactions and multibody dynamics; uses `scene` and `numerics`.
 
-It is `flywheel.linkage` to users, and the home of what describes a linkage and of its positions.
+Users import it as `flywheel.linkage`; it contains the description of a linkage and its positions.
 
 >>> from flywheel.linkage import Joint, Link, Linkage, Point, solve
 >>> o, a = Point("O"), Point("A", 0.1)

@@ -2,11 +2,11 @@
 
 Degrees of freedom: the count of Gruebler (in space: Kutzbach), checked against the rank of the Jacobian at the position.
 
-Where the Jacobian by the unknowns is singular, the driver does not settle the position. At a lock (a fold) the driver turns
-back; at a change point two assemblies cross; a continuous family has one at every position of the driver, because links have
-collapsed onto each other.
+Where the Jacobian by the unknowns is singular, the driver does not determine the position. At a lock (a fold) the driver
+turns back; at a change point two assemblies cross; a continuous family has one at every position of the driver, because
+links have collapsed onto each other.
 
-The loop equations have several solutions; which one is meant is for guesses and sides to say, never for the iteration that
+The loop equations have several solutions; guesses and sides choose one, never the iteration that
 happens to converge. The search therefore finds all of them, from many starting points at once; if several fit, they are
 refused.
 
@@ -46,7 +46,7 @@ class Mobility(NamedTuple):
     """Freedom of a linkage at a position.
 
     gruebler: 3 (bodies) - sum of what joints and couplings take away; freedom: variables less the rank of their Jacobian;
-    redundant: what holds the linkage more often than needed, as texts.
+    redundant: redundant constraints, as texts.
     """
 
     gruebler: int
@@ -151,7 +151,7 @@ def _independent(jacobian: Array) -> tuple[int, ...]:
 
 
 def freedom_faults(loops: Loops, jacobian: Array) -> list[Fault]:
-    """A fault where the driver's coordinate does not settle the position, or cannot change at all."""
+    """A fault if the driver's coordinate does not determine the position, or cannot change."""
     found = mobility(loops, jacobian)
     path, expected = f"{loops.linkage.path}.joints", "1 degree of freedom"
     held = len(_independent(jacobian[:, 1:]))
@@ -236,7 +236,7 @@ def _family(equations: Equations, z: Array) -> str:
 def singular_fault(equations: Equations, z: Array, low: float, high: float, rate: Array | None = None) -> Fault | None:
     """The lock or change point near z, where the driver stands from low to high (scaled); None if there is none.
 
-    rate: how the assembly moves that is followed, where one is.
+    rate: the motion of the followed assembly, if there is one.
     """
     scale = equations.loops.unit if equations.loops.linkage.sliding else 1.0
     found = _change_point(equations, z)
@@ -336,7 +336,7 @@ def _lock(equations: Equations, found: Array) -> Fault:
 
 
 def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
-    """Fault of a change point: the assemblies that cross, the motion along each, and what carries a linkage through it."""
+    """Fault of a change point: the assemblies that cross, the motion along each, and remedies."""
     loops = equations.loops
     ways = _ways(equations, found)
     kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
@@ -369,7 +369,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
 def _change_point_four_bar(linkage: Linkage, pins: Mapping[str, complex]) -> tuple[str, tuple[str, ...]] | None:
     """Name of four bars that lie in line in a ring of pins, as Grashof's s + l = p + q allows, and their bodies.
 
-    pins: where each pin stands, by its name, m.
+    pins: position of each pin by its name, m.
     """
     ends: dict[str, list[tuple[str, str]]] = {}
     for joint in linkage.joints:
@@ -464,7 +464,7 @@ def _place(loops: Loops, driver: float, sliding: bool) -> str:
 
 
 def standing(equations: Equations, driver: float) -> str:
-    """The driver and where it stands; all of several, by the share of their way.
+    """The driver and its position; of several all, by the share of their travel.
 
     >>> from flywheel.mechanisms.linkages.equations import loops
     >>> from flywheel.scene.linkage import Joint, Link
@@ -531,11 +531,11 @@ _REFINED = 8
 
 
 def assembled(equations: Equations) -> Array:
-    """The variables z of the assembly that the linkage asks for, shape (variables,).
+    """The variables z of the chosen assembly, shape (variables,).
 
-    Sides and guesses choose first, among the assemblies that stand alone; what they choose is judged then. Links that
-    collapse onto each other have a continuous family of assemblies besides, in which some bodies turn freely: none of
-    those can be meant, unless the guesses say so.
+    Sides and guesses choose first, among the isolated assemblies; their choice is then checked. Links that
+    collapse onto each other also have a continuous family of assemblies, in which some bodies turn freely: none of
+    those is chosen, unless the guesses select it.
 
     Raises:
         SceneError: if it cannot be assembled, guesses and sides leave more than one assembly, or the one that they
@@ -584,7 +584,7 @@ def assembled(equations: Equations) -> Array:
         contrary = _contrary(loops, isolated, chosen, guesses)
         if contrary.any():
             names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-            what = f"guesses that contradict the sides, as {names} fits another assembly than they choose,"
+            what = f"guesses that contradict the sides, as {names} fits another assembly than the sides,"
             raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
     return chosen
 
@@ -598,7 +598,7 @@ def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) ->
 
 
 def _isolated(equations: Equations, found: Array) -> tuple[Array, Array]:
-    """Assemblies that stand alone, a double root once, and members of continuous families."""
+    """Isolated assemblies, a double root once, and members of continuous families."""
     values, _ = _singular_values(equations, found)
     singular = values[:, -1] <= _SINGULAR * values[:, 0]
     member = np.zeros(len(found), dtype=bool)
@@ -611,7 +611,7 @@ def _isolated(equations: Equations, found: Array) -> tuple[Array, Array]:
 
 
 def _position_faults(equations: Equations, z: Array) -> list[Fault]:
-    """Faults of an assembly that the driver's coordinate does not settle, or that cannot move."""
+    """Faults of an assembly that the driver's coordinate does not determine, or that cannot move."""
     loops = equations.loops
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
     found = freedom_faults(loops, jacobian)
@@ -641,12 +641,12 @@ def loose_everywhere(equations: Equations) -> bool:
 
 
 def assemblies(equations: Equations) -> Array:
-    """Every assembly that was found with the driver at its start, shape (assemblies, variables).
+    """Every assembly found with the driver at its start, shape (assemblies, variables).
 
     Angles lie from -pi to pi, except for those that a coupling ties: its relation holds for the turns that they have made.
 
     Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
-    of them miss would stay unknown, which is why there are many.
+    of them miss would stay unknown, so there are many.
     """
     loops = equations.loops
     z, square = _starts(loops), loops.equations == loops.unknowns and not loose_everywhere(equations)
@@ -674,7 +674,7 @@ def assemblies(equations: Equations) -> Array:
 
 
 def _step(equations: Equations, z: Array, square: bool, driver: bool = False) -> tuple[Array, Array]:
-    """One bounded Gauss-Newton step from many points, of the driver too where that is asked for; their largest residuals."""
+    """One bounded Gauss-Newton step from many points, of the driver too on request; their largest residuals."""
     loops, bases = equations.loops, equations.bases(z)
     gap = equations.residual(z, bases)
     first = 0 if driver else 1
@@ -816,7 +816,7 @@ def _distances(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
 
 
 def _on_sides(equations: Equations, z: Array) -> NDArray[np.bool_]:
-    """Mask of the positions that have every point on the side of its line asked for."""
+    """Mask of the positions that have every point on the required side of its line."""
     linkage, fits = equations.loops.linkage, np.ones(len(z), dtype=bool)
     for side in linkage.sides:
         ends = [(body, linkage.link(body).point(name)) for body, name in (side.point, side.start, side.end)]

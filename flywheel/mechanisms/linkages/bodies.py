@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 COMPONENTS = {PIN: ("x", "y"), SLIDE: ("normal", "moment"), SLOT: ("normal",), FIXED: ("x", "y", "moment")}
-"""What the first body does to the second through each kind of joint, at the second's point.
+"""Action of the first body on the second through each kind of joint, at the second's point.
 
 x, y: forces along the frame's axes (N); normal: force across the guide, positive to the left of its direction (N);
 moment: positive counter-clockwise (N m). The first body feels the opposite at the same place.
@@ -36,7 +36,7 @@ moment: positive counter-clockwise (N m). The first body feels the opposite at t
 Law = float | Callable[[float, float, float], float]
 """A constant, or a function of time (s), the driver's coordinate (rad or m) and its rate."""
 
-RANK = 1e-9  # of the largest: a singular value below it is nought
+RANK = 1e-9  # of the largest: a singular value below it is zero
 
 
 class Wrench(NamedTuple):
@@ -52,7 +52,7 @@ class Wrench(NamedTuple):
 
 
 class Actions(NamedTuple):
-    """All that drives and loads a linkage: gravity (m/s²), the driver's torque (N m) or force (N), wrenches on bodies."""
+    """Loads of a linkage: gravity (m/s²), the driver's torque (N m) or force (N), wrenches on bodies."""
 
     gravity: tuple[float, float] = (0.0, 0.0)
     drive: Law = 0.0
@@ -62,11 +62,11 @@ class Actions(NamedTuple):
 class State(NamedTuple):
     """A linkage at coordinates x and velocities v, shape (3 moving bodies,), or at many at once, shape (n, 3 bodies).
 
-    Of many states everything has a first axis more. value: what the closure equations Phi(x) lack (m or rad), shape
+    Of many states everything has an additional first axis. value: residual of the closure equations Phi(x) (m or rad), shape
     (equations,); jacobian Phi_x; gamma = -(Phi_x v)_x v, so that Phi_x a = gamma. `q`, `qdot`, `along` and `bend` are the
     driver's coordinate, rate, gradient and bend. `slips`: gradients of the coordinates of joints with friction, then, where
-    anything rubs, of the couplings' first ones. `turns`: exp(i theta) of all moving bodies. `slopes`: of every coupling's
-    second coordinate by its first.
+    any joint has friction, of the couplings' first ones. `turns`: exp(i theta) of all moving bodies. `slopes`: of every
+    coupling's second coordinate by its first.
     """
 
     x: Array
@@ -84,7 +84,7 @@ class State(NamedTuple):
 
 
 class UnreachableError(ValueError):
-    """A state that no motion of the linkage reaches; `fault` says why."""
+    """A state that no motion of the linkage reaches; `fault` has the reason."""
 
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
@@ -296,7 +296,7 @@ class Model:
         return np.swapaxes(wrenches[..., : self.closures, 3:], -1, -2)
 
     def solved(self, matrix: Array, right: Array) -> Array:
-        """Solution of a linear system, right sides as columns where there are many systems.
+        """Solution of a linear system, right sides as columns if there are many systems.
 
         It is one by least squares where redundant closures make systems consistent but singular.
         """
@@ -336,7 +336,7 @@ class Model:
         return np.linalg.svd(rows, compute_uv=False)[..., -1]
 
     def sense(self, state: State, row: Array) -> Any:
-        """Sign of the determinant of the same rows, which turns where assemblies meet.
+        """Sign of the determinant of the same rows, which changes where assemblies meet.
 
         It is 0 if redundant closures leave no square matrix.
         """
@@ -361,7 +361,7 @@ class Model:
         return UnreachableError(Fault(f"{self.linkage.path}.driver", found, expected, advice))
 
     def branched(self, q: float) -> UnreachableError:
-        """Assemblies that meet, so that it is open in which one the motion continues."""
+        """Assemblies that meet, so that the motion may continue in either."""
         found = f"assemblies that meet at or just past {self.where(q)}"
         advice = "change a length, or end before"
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
@@ -411,8 +411,8 @@ _STUCK = 1e-2  # g times the margin: at a lock g grows as the margin shrinks, at
 class Closure:
     """Poses that follow the driver's coordinate from the model's start, by tangent and Newton's method.
 
-    It starts each time from the pose found last; what it finds is exact to rounding and does not depend on that, as long
-    as the way there is one assembly's. Steps are halved until every correction is at most a quarter of the one before, and
+    It starts each time from the last pose; the result is exact to rounding and does not depend on that, as long
+    as the path stays in one assembly. Steps are halved until every correction is at most a quarter of the one before, and
     doubled after.
     """
 
@@ -423,7 +423,7 @@ class Closure:
         self.sense = model.sense(state, state.along)
 
     def put(self, q: float, x: Array) -> None:
-        """Goes on from a pose x that is known at the driver's coordinate q."""
+        """Continues from a known pose x at the driver's coordinate q."""
         state = self.model.state(x)
         self.q, self.x, self.g = q, x, self.model.influence(state, state.along)
 
@@ -489,11 +489,11 @@ class Quantity(NamedTuple):
 
 
 class Interpolant:
-    """Poses and a quantity that follows from them, over the driver's coordinate, exact to rounding.
+    """Poses and a quantity derived from them, over the driver's coordinate, exact to rounding.
 
-    They are found at the Chebyshev nodes of cells, all at once, when the motion comes there; a cell is taken if its ends
-    are reached by the closure's own steps, all its poses are of the same assembly, and the series have decayed. It is halved
-    otherwise; in the least cells (towards a lock, at a cam's break) every position is found for itself.
+    They are computed at the Chebyshev nodes of cells, all at once, when the motion enters them; a cell is accepted if its
+    ends are reached by the closure's own steps, all its poses are of the same assembly, and the series have decayed. It is
+    halved otherwise; in the smallest cells (towards a lock, at a cam's break) every position is computed separately.
     """
 
     def __init__(self, model: Model, quantity: Callable[[Model, State], Quantity]) -> None:
@@ -540,7 +540,7 @@ class Interpolant:
         return np.cos(_TERMS * acos(min(max(share, -1.0), 1.0)))
 
     def _enter(self, q: float) -> None:
-        """Goes to the cell that holds q; it is found when the motion first comes there."""
+        """Enters the cell that contains q; it is computed when the motion first enters it."""
         left = None if self.series is None else (edge := self.low if q < self.low else self.high, self._pose(edge))
         for depth in range(_HALVINGS + 1):
             width = self.width / 2**depth
@@ -560,7 +560,7 @@ class Interpolant:
             self.closure.put(*left)
 
     def _repeated(self, k: int) -> Array | None:
-        """The series of the cell a turn before, or after: the linkage repeats itself if its pose there comes back."""
+        """The series of the cell a turn before, or after: the linkage repeats itself if its pose there returns."""
         if self.model.linkage.sliding or any(coupling.lift for coupling in self.model.linkage.couplings):
             return None
         for way in (1, -1):  # from which the motion comes: the cell's end there, in the cell beside and a turn off
@@ -639,7 +639,7 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
 def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
     """Sizes by which rounding errors of the driver's acceleration go, for every column of right sides (n, equations, c).
 
-    Those of all bodies, as they are and as they would be without joints; the driver's own may be nought.
+    Those of all bodies, with joints and without; the driver's own may be zero.
     """
     n, masses = model.masses.size, np.where(model.masses > 0.0, model.masses, np.inf)
     every = np.maximum(np.abs(found[:, :n]), np.abs(right[:, :n]) / masses[:, None]) / model.scale[:, None]
@@ -703,7 +703,7 @@ _PARTIAL_CREEPING = 1e-6  # the same where the steps until there are wanted
 class Steps:
     """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates.
 
-    fault: why the motion ends before it should; None if it does not.
+    fault: reason of an early end of the motion; None without one.
     """
 
     def __init__(
@@ -725,7 +725,7 @@ class Steps:
         return Steps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
 
     def at(self, s: float) -> Array:
-        """State at any s on the way, by the dense output of the step there; a step that was not kept is repeated."""
+        """State at any s within, by the dense output of the step there; a step that was not kept is repeated."""
         k = min(int(np.searchsorted(self.s[1:], s)), len(self.s) - 2)
         if k not in self.dense:
             self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1]))
@@ -733,7 +733,7 @@ class Steps:
 
 
 def one_step(rates: Rates, low: float, state: Array, high: float) -> Step:
-    """A single step from low to high, whatever its error."""
+    """A single step from low to high, of any error."""
     everything = [np.inf] * state.size
     step = DormandPrince(rates, low, state.tolist(), high, 1.0, everything, high - low).step()
     assert step is not None
@@ -756,8 +756,8 @@ def integrate(
 ) -> Steps:
     """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
 
-    rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
-    state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
+    rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: ignored). `correct` returns a
+    state to the closures after every step. Rates are NaN if no motion is possible, so that the
     integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
     returns a place within, the last step is repeated up to there. `dense`: keep all steps, if most will be evaluated.
     `longest`: of all steps. `partial`: give the steps until there, with the reason, where the motion ends before.

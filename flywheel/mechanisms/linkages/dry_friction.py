@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 _STILL = 1e-12  # share of the largest rate of its kind below which a joint rests: rounding
 _LIFTED = 1e-11  # share of the largest normal by which one has to have turned
 _LOOKS = np.arange(1, 7) / 6  # places in a step where signs are looked at
-_AHEAD = 1e-6  # of the driver's unit: distance at which a joint that turns back is evaluated
+_AHEAD = 1e-6  # of the driver's unit: distance at which a joint that reverses is evaluated
 _INSTANT = 2.0**-44  # of the interval examined at once: resolution of an instant
 _NEAR_ZERO = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
 _SHORT = 50  # pieces in turn without a way
@@ -53,7 +53,7 @@ _AGAINST = "friction that locks the mechanism"
 
 
 class Mode(NamedTuple):
-    """Sense of motion of a rough linkage for a while: forwards (1), backwards (-1), or at rest (0).
+    """Sense of motion of a linkage with friction: forwards (1), backwards (-1), or at rest (0).
 
     factors: of the passive actions' sizes, with the sign against each joint's motion; bearing: sign of each normal force,
     1 for a pin.
@@ -186,7 +186,7 @@ class Resistances:
         pull = (instant.response * mode.factors)[None]
         found, matrix = continued_sizes(instant.free[None], pull, ~self.single, mode.bearing[None], start=self.near)
         if not (np.isfinite(found).all() and np.linalg.det(matrix[0]) > 0.0):
-            return self.settled(mode, instant, q)[1]  # by stages, where there is an answer
+            return self.settled(mode, instant, q)[1]  # by stages, if there is an answer
         self.near = found
         return np.asarray(found[0])
 
@@ -344,7 +344,7 @@ class RoughInAllCoordinates:
         return np.concatenate((y[: self.n], np.zeros(self.n), y[2 * self.n :]))
 
     def correct(self, y: Array) -> Array:
-        """Puts a state back onto the closures, within its assembly; the tangent turns with it."""
+        """Returns a state to the closures, within its assembly; the tangent turns with it."""
         model, n = self.model, self.n
         state, drift = projection(model, y[:n], y[n : 2 * n])
         self.drifts.append(drift)
@@ -370,7 +370,7 @@ Rough = RoughByDriver | RoughInAllCoordinates
 class RoughMotion:
     """Motion with friction as pieces in which every joint and normal force keeps its sign, and standstills between them.
 
-    A piece ends, to rounding, where a joint turns back against its neighbour, a normal force changes sides, or the machine
+    A piece ends, to rounding, where a joint reverses against its neighbour, a normal force changes sides, or the machine
     stops; integration restarts there. At rest all joints stick together: the machine starts forwards where friction
     against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads that change with
     time break it away (see `bondgraph.motion.standstill`). It can never go both ways, as friction takes power.
@@ -405,7 +405,7 @@ class RoughMotion:
                 raise UnreachableError(fault)
 
     def signs(self, y: Array, sense: float) -> Array:
-        """Signs of the slips in a sense of the motion; those of joints that turn back here as they are just after."""
+        """Signs of the slips in a sense of the motion; those of joints that reverse here as they are just after."""
         slips = self.motion.slips(y)
         if np.any(np.abs(slips) < _AHEAD):
             slips = np.where(np.abs(slips) < _AHEAD, self.motion.slips(y, sense * _AHEAD), slips)
@@ -454,7 +454,7 @@ class RoughMotion:
     def moved(
         self, t: float, y: Array, mode: Mode, signs: Array, until: float, rtol: float, atol: Array
     ) -> tuple[Steps, bool]:
-        """A piece, and whether the machine stops at its end."""
+        """A piece; true if the machine stops at its end."""
         motion, rub, stopped = self.motion, self.rub, False
 
         def rates(t: float, y: Array) -> Array:

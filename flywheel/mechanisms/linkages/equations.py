@@ -100,7 +100,7 @@ def check(linkage: Linkage) -> None:
 
 
 def _type_faults(linkage: Linkage) -> Iterator[Fault]:
-    """Faults of what is no tuple of the right type."""
+    """Faults of an argument that is no tuple of the right type."""
     for key, kind in _PARTS.items():
         items, path = getattr(linkage, key), f"{linkage.path}.{key}"
         if type(items) is not tuple:
@@ -114,7 +114,7 @@ def _type_faults(linkage: Linkage) -> Iterator[Fault]:
 
 
 def _naming_faults(linkage: Linkage) -> Iterator[Fault]:
-    """Faults of names that are none, or not unique, and of the points that bear them."""
+    """Faults of names that are invalid or not unique, and of the points that have them."""
     path = linkage.path
     yield from _unique((f"{path}.links[{k - 1}]", name) for k, name in enumerate(linkage.names))
     parts: dict[str, tuple[Joint | Coupling, ...]] = {"joints": linkage.joints, "couplings": linkage.couplings}
@@ -140,7 +140,7 @@ def _unique(named: Iterable[tuple[str, Any]]) -> Iterator[Fault]:
 
 
 def _content_faults(linkage: Linkage) -> Iterator[Fault]:
-    """Faults within the parts, and of what they refer to; all names are sound."""
+    """Faults within the parts and of their references; all names are valid."""
     bodies = {name: {at.name: None for at in linkage.link(name).points} for name in linkage.names}
     joints = {joint.name: joint for joint in linkage.joints}
     for k, link in enumerate(linkage.links):
@@ -257,7 +257,7 @@ class Loops(NamedTuple):
     Basis function k is exp(i turns[k] · z), times z[slides[k]] where slides[k] >= 0. `closures` (equations/2, bases) are
     the loops' complex coefficients, `origins` (bodies, bases) those of the bodies' origins; `angles` holds every body's
     angle as a form. `paths` names for every closure the joints of its loop.
-    `names` says what each variable is; `doubled` the joints whose angle other joints determine already. `way`: the scaled
+    `names` describes each variable; `doubled` are the joints whose angle other joints determine already. `way`: the scaled
     coordinates of all drivers at both ends of a straight way, (2, drivers), where several drive: the first variable is then
     the share of that way, and the last relations say where each driver stands on it.
     """
@@ -816,7 +816,7 @@ class Poses(NamedTuple):
     slope: Array
 
     def angle(self, body: str) -> Track:
-        """A body's angle, g, g'; SceneError for a body that there is not."""
+        """A body's angle, g, g'; SceneError for a body that does not exist."""
         k = self._index(body)
         return Track(self.value[k, 2], self.rate[k, 2], self.slope[k, 2])
 

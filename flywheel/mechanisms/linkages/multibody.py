@@ -337,7 +337,7 @@ class Run(NamedTuple):
     (N m in a pin, N elsewhere); `friction_work` (J) since the start, below 0. `rests`: from when until when the machine
     stands still: friction and reactions are not determined then (NaN); `messages`: where friction holds or locks it to the
     end. A time stands twice where a piece of the motion
-    ends and another begins: before and after a joint turns back, or the machine stops.
+    ends and another begins: before and after a joint reverses, or the machine stops.
     """
 
     route: str

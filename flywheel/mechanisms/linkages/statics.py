@@ -15,7 +15,7 @@ constraints) those that the equations leave open are named.
 | gear, rolling | tangential (N) at the pitch point; radial = tangential tan(pressure angle), which parts the wheels | | |
 | cam | normal (N), away from the cam's axis | normal N | mu N along the surface, at the contact point |
 
-Friction opposes the motion of second on first; where that rests or turns back there is none: at rest it is not determined.
+Friction opposes the motion of second on first; where that rests or reverses there is none: at rest it is not determined.
 Without friction the reactions are x0; unit passive actions add a response G, so that
 
     x = x0 + G (f * s(x)),   s_j(x) = |B_j x|
