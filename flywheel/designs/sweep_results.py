@@ -696,7 +696,7 @@ def _check_output(file: Path, plan: Plan, own: dict[str, Any]) -> None:
             there = text.readline(_MOST_HEADER).rstrip("\n").split(",")
         if there[: len(names)] != names:
             reason = "it exists already and does not begin as what would be written"
-            raise RefusalError(f"{reason}: give another name, or take it away first", file)
+            raise RefusalError(f"{reason}: give another name, or remove it first", file)
 
 
 _COMPARED = {
