@@ -34,6 +34,7 @@ from flywheel.numerics.cells import TIE
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, figure, parse_quantity
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
+from flywheel.reading.motors import MOTORS
 from flywheel.regime.free_motion import neighbours
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.motor import MotorShaft, of_motor, shares
@@ -331,9 +332,11 @@ def _notes(scene: Scene, catalogue: Catalogue, ratio: str, crank: float | None) 
         yield f"the ratio of {scene.drive.on} is chosen for each motor: at its rated point the crank turns at {rpm} rpm"
     elif scene.drive.on != "crank":
         yield f"the ratio of {scene.drive.on} is the scene's for every motor: each sets its own speed of the crank"
-    if scene.motor is not None and scene.motor.start is not None:
+    if scene.motor is not None and scene.motor.start is not None and scene.motor.inverter is None:
         own = "switched at the same share of its rated speed" if scene.motor.rated is not None else "as the scene's"
         yield f"each motor that can be is started as the scene's own ({scene.motor.start.title}), {own}"
+    if scene.motor is not None and scene.motor.inverter is not None and scene.motor.peak(0.0) is None:
+        yield f"each motor that may have one is on the scene's inverter, at {scene.motor.inverter.frequency:g} Hz"
     if not of_motor(scene):
         yield "each motor stays within its rated heat and rms torque, as the scene limits none of them"
     if scene.mechanisms and any(m.shaft == scene.drive.on and m.shaft != "crank" for m in scene.mechanisms):
@@ -359,16 +362,31 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
     assert scene.document is not None
     tables, on = scene.document.tables, scene.drive.on
     changes: dict[str, Any] = {f"drive.{key}": None for key in ("torque", "motor") if key in tables["drive"]}
-    changes["drive.motor"] = {**motor.table, **_start_of(scene, motor)}
-    rated = motor.motor.rated
+    changes["drive.motor"] = {**motor.table, **_inverter_of(scene, motor), **_start_of(scene, motor)}
     if crank_speed is not None:
+        found: Motor = motor.motor
+        if "inverter" in changes["drive.motor"]:  # whose frequency sets the speed
+            found = scene.with_(changes).motor or found
+        rated = found.rated
         if rated is None:
             advice = "give it speed with torque or power, or take --ratio fixed"
             expected = "one, for which the ratio of its shaft is chosen"
             raise SceneError([Fault(f"shafts.{on}.ratio", f"a {motor.motor.title} without a rated point", expected, advice)])
         own = parse_quantity(tables["shafts"][on]["ratio"], "number")
-        changes[f"shafts.{on}.ratio"] = own * rated.speed / crank_speed / scene.shafts[on]
+        speed = rated.speed if found.peak(0.0) is None else found.no_load_speed or rated.speed  # of a servo, that it holds
+        changes[f"shafts.{on}.ratio"] = own * speed / crank_speed / scene.shafts[on]
     return scene.with_(changes)
+
+
+def _inverter_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
+    """Inverter of a motor of the table: the scene's own, where its type may have one."""
+    assert scene.document is not None
+    motor = scene.document.tables["drive"].get("motor")
+    given = motor.get("inverter") if isinstance(motor, Mapping) else None
+    if not isinstance(given, Mapping) or (row.motor.circuit is not None and not row.motor.keeps_step):
+        return {}
+    kind = str(row.table.get("type", "induction"))
+    return {"inverter": dict(given)} if "inverter" in {key.name for key in MOTORS[kind].keys} else {}
 
 
 def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:

@@ -472,3 +472,22 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     assert (faulty.exit_code, faulty.stdout) == (1, "")
     assert len(faulty.stderr.splitlines()) == 2
     assert "--catalogue" in CliRunner().invoke(main, ["motor", str(scene)]).stderr
+
+
+def test_a_motor_of_the_table_is_on_the_scenes_inverter_and_a_servo_at_its_set_speed():
+    own = {"type": "induction", "power": "1.1 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz"}
+    fed = {"frequency": "70 Hz", "torque_limit": 1.5}
+    motor = own | {"breakdown_ratio": 2.8, "inverter": fed}
+    scene = flywheel.load(PUNCH | {"drive": {"on": "motor", "motor": motor}, "regime": {}})
+    fair = next(row for row in parse_catalogue(HEAD + ROWS).motors if row.name == "fair")
+    crank = 220 * np.pi / 30
+    found = with_motor(scene, fair, crank)
+    assert found.motor.inverter == scene.motor.inverter
+    assert found.shafts["motor"] == pytest.approx(found.motor.rated.speed / crank)
+    assert found.motor.rated.speed > 1900 * np.pi / 30
+    speeds = "speed (rpm),corner_speed (rpm),maximum_speed (rpm),set_speed (rpm)"
+    servo = f"name,type,{speeds},torque (N m),peak_torque (N m),efficiency"
+    (row,) = parse_catalogue(f"{servo}\ns,servo,3000,2500,5000,2000,9,30,0.9\n").motors
+    held = with_motor(scene, row, crank)
+    assert held.shafts["motor"] == pytest.approx(2000 / 220)
+    assert held.motor.set_speed == pytest.approx(2000 * np.pi / 30)
