@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     )
     from bondgraph.storage import as_data, from_data, load, save
     from bondgraph.strokes import Causality, Path, Table, causality, table, zero_order_paths
+    from bondgraph.words import WordGraph
 
 _NAMES = {
     "elements": "DOMAINS Domain C Displacement Element GY I Law Modulus Motion One R RS Se Sf TF Zero",
@@ -81,6 +82,7 @@ _NAMES = {
     "motion.switching": "Event mode",
     "motion.dynamics": "Dynamics",
     "storage": "as_data from_data load save",
+    "words": "WordGraph",
     "drawing": "draw svg",
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
@@ -89,11 +91,11 @@ __all__ = [
     "DOMAINS", "GY", "RS", "TF", "Action", "Audit", "Bond", "BondGraph", "Builder", "C", "Causality", "Displacement",
     "Domain", "Dynamics", "Element", "Event", "Function", "GraphError", "I", "Law", "Linear", "Mode", "Modulus", "Motion",
     "MotionEquation", "One", "Part", "Path", "Procedure", "R", "Reach", "Reduced", "Reduction", "Run", "Se", "Sf",
-    "Simplified", "StateEquations", "Table", "Zero", "absorb_junctions", "as_data", "causality", "draw", "drop_dangling",
-    "drop_two_bond_junctions", "drop_zero_sources", "drop_zero_velocity", "equilibrium", "from_data", "function",
-    "generic", "generic_equation", "linearize", "load", "merge_double_differences", "merge_equal_junctions", "mode",
-    "motion_equation", "procedure", "reach", "reduce", "save", "simplify", "simulate", "state_equations", "svg", "table",
-    "to_modelica", "zero_order_paths",
+    "Simplified", "StateEquations", "Table", "WordGraph", "Zero", "absorb_junctions", "as_data", "causality", "draw",
+    "drop_dangling", "drop_two_bond_junctions", "drop_zero_sources", "drop_zero_velocity", "equilibrium", "from_data",
+    "function", "generic", "generic_equation", "linearize", "load", "merge_double_differences", "merge_equal_junctions",
+    "mode", "motion_equation", "procedure", "reach", "reduce", "save", "simplify", "simulate", "state_equations", "svg",
+    "table", "to_modelica", "zero_order_paths",
 ]  # fmt: skip
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import DOMAINS, STORES
+from bondgraph.elements import DOMAINS, STORES, One
 from bondgraph.files import replacement
 from bondgraph.graph import BondGraph, as_graph
 from bondgraph.laws import GraphError, refuse
@@ -31,6 +32,8 @@ from bondgraph.layout import (
     NUMBER_SIZE,
     TOKEN,
     Box,
+    ElementLabel,
+    Layout,
     Segment,
     Spot,
     activated,
@@ -43,6 +46,7 @@ from bondgraph.layout import (
 )
 from bondgraph.strokes import causality as strokes_of
 from bondgraph.strokes import is_integral
+from bondgraph.words import WordGraph
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -127,6 +131,7 @@ def picture(
 ) -> Picture:
     """Returns the picture of a graph as marks, which `draw` and `svg` write; the arguments are those of `draw`."""
     strokes, derivative = _causes(graph, causality)
+    refuse(f"part {part!r}: no element {n!r}" for part, own in parts.items() for n in own if n not in graph.elements)
     drawn = layout(graph)
     looped = {n for loop in strokes_of(graph).loops for n in loop.bonds} if loops else ()
     marks: list[Mark] = []
@@ -148,16 +153,28 @@ def picture(
     for name, label in drawn.labels.items():
         first, *below = drawn.boxes[name]
         if label.junction:
-            marks.append(_words(label.symbol, first, JUNCTION_SIZE))
-            marks += [_words("\n".join(label.lines), box, NAME_SIZE, _FAINT) for box in below]
+            marks.append(_text(label.symbol, first, JUNCTION_SIZE))
+            marks += [_text("\n".join(label.lines), box, NAME_SIZE, _FAINT) for box in below]
             continue
         literal = f"{label.symbol}:" if label.lines else label.symbol
-        marks.append(_words("\n".join(label.lines), first, LABEL_SIZE)._replace(literal=literal))
+        marks.append(_text("\n".join(label.lines), first, LABEL_SIZE)._replace(literal=literal))
         if name in derivative:
             marks.append(_dashes(first.grown(1.5, 1.5)))
-    marks += [_words(str(n), box, NUMBER_SIZE, _FAINT) for n, box in drawn.numbers.items()] if numbers else []
+    marks += [_text(str(n), box, NUMBER_SIZE, _FAINT) for n, box in drawn.numbers.items()] if numbers else []
 
     notes = _notes(graph, derivative)
+    return _framed(drawn, marks, notes, title, samples, parts)
+
+
+def _framed(
+    drawn: Layout,
+    marks: list[Mark],
+    notes: list[str | list[str]],
+    title: str | None,
+    samples: Mapping[str, str],
+    parts: Collection[str] = (),
+) -> Picture:
+    """The picture with margins, title and explanations: of its colours, lines, two-ports and parts."""
     left, bottom, right, top = drawn.bounds
     spare = max(_CAPTION_WIDTH - (right - left), 0.0) / 2.0
     left, right = left - _MARGIN - spare, right + _MARGIN + spare
@@ -181,16 +198,38 @@ def picture(
                 marks.append(Mark(sample, samples[name], 9.0 if name in parts else 2.0))
             x += 20.0 * (name in samples or note in (_DERIVATIVE, _SIGNAL))
             literal = name if name in samples else ""
-            words = _words("" if literal else name, Box(x, y, 0.0, 0.0), NAME_SIZE)
+            words = _text("" if literal else name, Box(x, y, 0.0, 0.0), NAME_SIZE)
             marks.append(words._replace(side="left", literal=literal))
             x += 10.0 + width(name, NAME_SIZE)
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
-        marks.insert(0, _words("", place, LABEL_SIZE)._replace(literal=title))
+        marks.insert(0, _text("", place, LABEL_SIZE)._replace(literal=title))
     return Picture((left, bottom, right, top), tuple(marks))
 
 
-def _words(text: str, box: Box, size: float, colour: str = _INK) -> Mark:
+def word_picture(system: WordGraph, title: str | None = None) -> Picture:
+    """Returns the picture of a word bond graph: words in frames, bonds with half arrows, ports and colours of domains."""
+    joined = system.joined()
+    stand_in = BondGraph({word: One(word) for word in system.words}, tuple(bond for bond, _, _ in joined), parts=True)
+    texts = {b.number: tail.name if tail.name == head.name else f"{tail.name} - {head.name}" for b, tail, head in joined}
+    drawn = layout(stand_in, {word: ElementLabel(f" {word} ", (), False) for word in system.words}, texts)
+    marks, present = [], []
+    for bond, tail, head in joined:
+        line, domain = drawn.bonds[bond.number], system.domain(tail) or system.domain(head)
+        colour = COLOURS[domain.name] if domain is not None else _INK
+        present += [domain.name] if domain is not None else []
+        marks += [Mark(line, colour, 1.2), Mark(half_arrow(line), colour, 1.2)]
+        marks.append(_text("", drawn.numbers[bond.number], NUMBER_SIZE, _FAINT)._replace(literal=texts[bond.number]))
+    for word, (box,) in drawn.boxes.items():
+        x, y, dx, dy = box.x, box.y, box.width / 2.0, box.height / 2.0
+        corners = [Spot(x + a * dx, y + b * dy) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+        marks += [Mark(Segment(*pair), _INK, 0.8) for pair in pairwise(corners)]
+        marks.append(_text("", box, LABEL_SIZE)._replace(literal=word))
+    domains = [name for name in DOMAINS if name in present]
+    return _framed(drawn, marks, [domains] if domains else [], title, COLOURS)
+
+
+def _text(text: str, box: Box, size: float, colour: str = _INK) -> Mark:
     return Mark(Segment(Spot(box.x, box.y), Spot(box.x, box.y)), colour, size, text)
 
 
@@ -200,7 +239,7 @@ def _dashes(box: Box) -> Mark:
 
 
 def draw(
-    graph: BondGraph,
+    graph: BondGraph | WordGraph,
     file: str | Path | None = None,
     *,
     causality: Causality | Mapping[int, str] | None = None,
@@ -216,7 +255,7 @@ def draw(
     arrow without stroke leads from a flow or effort to the element whose law reads it, without power (an activated bond).
 
     Args:
-        graph: the graph.
+        graph: the graph, or a graph of words, of which `title` alone is taken.
         file: where to save it, ending in .png, .svg or .pdf.
         causality: the causal strokes, as `bondgraph.causality` finds them (which is what None means), or the name of the
             element at the stroke's end by bond number; an empty mapping draws no strokes.
@@ -235,7 +274,10 @@ def draw(
 
     """
     _kind(file)
-    figure = figure_of(picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts))
+    if isinstance(graph, WordGraph):
+        figure = figure_of(word_picture(graph, title))
+    else:
+        figure = figure_of(picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts))
     _save(figure, file)
     return figure
 
@@ -268,7 +310,7 @@ def figure_of(shown: Picture) -> Figure:
     return figure
 
 
-def svg(graph: BondGraph, **options: Any) -> str:
+def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
     """The picture of a graph as SVG, with its causal strokes, or without them where they conflict; options as of `draw`.
 
     >>> from bondgraph import Builder, I, Se
@@ -276,6 +318,8 @@ def svg(graph: BondGraph, **options: Any) -> str:
     '<?xml'
 
     """
+    if isinstance(graph, WordGraph):
+        return svg_of(word_picture(graph, options.get("title")))
     graph = as_graph(graph)
     try:
         shown = picture(graph, **options)

@@ -543,10 +543,13 @@ class Layout:
         return left, bottom, right, top
 
 
-def layout(graph: BondGraph) -> Layout:
+def layout(
+    graph: BondGraph, written: Mapping[str, ElementLabel] | None = None, texts: Mapping[int, str] | None = None
+) -> Layout:
     """Lay a graph out: labels, bonds and numbers that keep clear of each other; the same graph, the same layout.
 
     The elements take the places that `place` finds; the drawing then grows, or is arranged anew, until it has no flaws.
+    written, texts: labels of the elements and texts beside the bonds, in place of their names and numbers.
 
     >>> from bondgraph import Builder, I, Se
     >>> graph = Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build()
@@ -558,11 +561,13 @@ def layout(graph: BondGraph) -> Layout:
         GraphError: if no arrangement without flaws was found.
 
     """
-    written = labels(graph)
+    written = labels(graph) if written is None else written
+    room = max((width(text, NUMBER_SIZE) for text in (texts or {}).values()), default=0.0) / 2.0
+    texts = {bond.number: str(bond.number) for bond in graph.bonds} if texts is None else texts
     half = {}  # of the smallest box around each label that has its anchor in the middle
     for name, label in written.items():
         boxes = _boxes(label, 0.0, 0.0)
-        half[name] = max(b.width / 2.0 for b in boxes), max(abs(b.y) + b.height / 2.0 for b in boxes)
+        half[name] = room + max(b.width / 2.0 for b in boxes), max(abs(b.y) + b.height / 2.0 for b in boxes)
     bonds = (*graph.bonds, *activated(graph))
     ends = {b.number: (b.tail, b.head) for b in bonds}
     at = place(graph, half)
@@ -571,7 +576,7 @@ def layout(graph: BondGraph) -> Layout:
             scale = _GROWTH**growth
             filled = {name: _boxes(label, scale * at[name][0], scale * at[name][1]) for name, label in written.items()}
             lines = {b.number: _visible(bonds, b, filled) for b in bonds}
-            drawn = Layout(written, filled, lines, _numbers(lines, filled), ends)
+            drawn = Layout(written, filled, lines, _numbers(lines, filled, texts), ends)
             if not any(flaws(drawn)):
                 return drawn
         at = rearranged(graph, half, at, attempt)
@@ -701,7 +706,7 @@ def _exits(start: float, end: float, centre: float, half: float) -> float:
     return max((centre - half - start) / step, (centre + half - start) / step) if abs(step) > 1e-9 else 1.0
 
 
-def _numbers(lines: Mapping[int, Segment], boxes: Mapping[str, tuple[Box, ...]]) -> dict[int, Box]:
+def _numbers(lines: Mapping[int, Segment], boxes: Mapping[str, tuple[Box, ...]], texts: Mapping[int, str]) -> dict[int, Box]:
     """The box of each bond's number: beside the bond, away from the half arrow if there is room, where it hides least."""
     words = _arrays(box.grown(_CLEAR, _CLEAR) for own in boxes.values() for box in own)
     ink = [part for line in lines.values() for part in (line, half_arrow(line), stroke(line, True), stroke(line, False))]
@@ -709,8 +714,10 @@ def _numbers(lines: Mapping[int, Segment], boxes: Mapping[str, tuple[Box, ...]])
     boxed: dict[int, Box] = {}
     placed = np.zeros((len(lines), 4))
     for k, (number, line) in enumerate((n, line) for n, line in lines.items() if n > 0):
-        size = (width(str(number), NUMBER_SIZE), NUMBER_SIZE)
-        candidates = [Box(*line.point(share, aside), *size) for aside in (-_ASIDE, _ASIDE) for share in _NUMBER_PLACES]
+        size = (width(texts[number], NUMBER_SIZE), NUMBER_SIZE)
+        slope = abs(line.end.y - line.start.y) / max(line.length, 1.0)
+        off = _ASIDE + max(size[0] / 2.0 - _ASIDE, 0.0) * slope  # a wide text keeps off an oblique bond
+        candidates = [Box(*line.point(share, aside), *size) for aside in (-off, off) for share in _NUMBER_PLACES]
         centre, half = _arrays(candidates)
         low, high = centre.min(axis=0) - half[0], centre.max(axis=0) + half[0]
         near = (np.minimum(starts, ends) < high).all(axis=-1) & (np.maximum(starts, ends) > low).all(axis=-1)

@@ -60,6 +60,7 @@ SOURCES = (  # whose figure, what it shows, where it is drawn again
         "37-39, table 8: Rosenberg's graph",
         "[rosenberg.py](bond_graphs/rosenberg.py): not 17 bonds",
     ),
+    ("", "2: torque motor of a valve in words", "[torque_motor.py](bond_graphs/torque_motor.py), with its bond graph"),
     ("", "40, 41, 54-56: triangle, instant centre, theta = sin t", f"{METHODS}, `_sine`"),
     (
         "",

@@ -266,6 +266,11 @@ def test_parts_have_a_colour_each_that_the_picture_explains():
     assert all(colours.count(colour) == 4 for colour in added)  # two labels in a junction, one in a store, and the sample
 
 
+def test_parts_of_elements_that_are_none_are_named():
+    with pytest.raises(GraphError, match="part 'rod': no element 'm_rod'"):
+        draw(condensed(), parts={"rod": ["slider", "m_rod"]})
+
+
 def test_an_svg_has_every_label_number_and_stroke():
     root = fromstring(svg(condensed(), title="Crank & slider, r < l"))
     written = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]

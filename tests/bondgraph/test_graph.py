@@ -1,6 +1,7 @@
 """Graphs as they are built, and what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from bondgraph import (
     Reduction,
     Se,
     Sf,
+    WordGraph,
     Zero,
     as_data,
     causality,
@@ -36,6 +38,7 @@ from bondgraph import (
     reduce,
     simplify,
     simulate,
+    svg,
     table,
 )
 from bondgraph.graph import (
@@ -681,3 +684,57 @@ def test_a_builder_in_place_of_a_graph_is_told_to_build(use):
 def test_what_is_no_element_cannot_be_hung(wrong):
     with pytest.raises(GraphError, match="expected an element, such as I"):
         Builder().one("a").on("a", wrong)
+
+
+# Word bond graphs: parts as words with ports, drawn and expanded.
+
+
+def words(**changes):
+    supply = Builder().one("out", "electric").on("out", Se("u", 12.0), R("Ri", 0.5)).part("out")
+    motor = Builder().one("coil", "electric").on("coil", I("L", 0.01)).one("shaft", "rotation").on("shaft", I("J", 0.2))
+    motor.gyrate("coil", "shaft", 0.3, name="k")
+    fan = Builder().one("hub", "rotation", displacement="phi").on("hub", R("air", lambda f: 0.01 * f * abs(f)))
+    known = {"supply": supply, "DC motor": motor.part("shaft", electric="coil"), "fan": fan.part("hub")} | changes
+    return WordGraph(known, [("supply.out", "DC motor.electric"), ("DC motor.shaft", "fan.hub")])
+
+
+def test_words_expand_to_the_graph_that_is_written_by_hand():
+    b = Builder().one("coil", "electric").on("coil", Se("u", 12.0), R("Ri", 0.5), I("L", 0.01)).one("shaft", "rotation")
+    b.on("shaft", I("J", 0.2), R("air", lambda f: 0.01 * f * abs(f))).gyrate("coil", "shaft", 0.3, name="k")
+    by_hand, expanded = simulate(b.build(), 2.0), simulate(words().expand(), 2.0)
+    assert float(expanded.flow("fan.hub")[-1]) == pytest.approx(float(by_hand.flow("shaft")[-1]), rel=1e-5)
+    assert words().expand().displacements.keys() == {"fan.phi"}
+
+
+def test_words_are_drawn_in_frames_with_ports_and_colours_of_domains():
+    figure = draw(words(), title="A fan")
+    assert [text.get_text() for text in figure.axes[0].texts] == [
+        "A fan", "out - electric", "shaft - hub", "supply", "DC motor", "fan", "rotation", "electric"
+    ]  # fmt: skip
+    assert len(figure.axes[0].lines) == 2 * 2 + 3 * 4 + 2  # bonds with half arrows, frames, colours
+    open_words = WordGraph({"supply": ["out"], "lamp": ["in"]}, [("supply.out", "lamp.in")])  # before parts
+    assert "lamp" in svg(open_words)
+    assert "out - in" in svg(open_words)
+
+
+@pytest.mark.parametrize(
+    ("bonds", "says"),
+    [
+        ([("supply.out", "pump.in")], "bond 1: no word 'pump' in 'pump.in'; the words are supply, DC motor, fan"),
+        ([("supply.in", "fan.hub")], "bond 1: word 'supply' has no port 'in'; its ports are out"),
+        ([("supply.out", "DC motor.electric"), ("supply.out", "fan.hub")], "bond 2: port 'supply.out' has bond 1 already"),
+        ([("supply.out", "fan.hub")], "word 'DC motor' has no bond: join one of its ports, or leave it out"),
+        ([("DC motor.shaft", "DC motor.electric")], "bond 1: joins 'DC motor.shaft' to its own word"),
+    ],
+)
+def test_bonds_between_words_that_are_none(bonds, says):
+    with pytest.raises(GraphError, match=re.escape(says)):
+        WordGraph(words().words, bonds)
+
+
+def test_words_that_stand_for_nothing_yet_or_for_another_domain():
+    with pytest.raises(GraphError, match="word 'fan' stands for no bond graph: give it a part in place of ports"):
+        words(fan=["hub"]).expand()
+    wheel = Builder().one("hub", "translation").on("hub", I("m", 1.0)).part("hub")
+    with pytest.raises(GraphError, match=r"DC motor.shaft \(rotation\).* are joined without a transducer"):
+        words(fan=wheel).expand()
