@@ -220,12 +220,13 @@ def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: l
     at = dict(zip(names, map(tuple, table.tolist()), strict=True))
     width, height = np.ptp(table, axis=0) + 2.0 * size.max(axis=0)
     rows = min(range(1, len(layers) + 1), key=lambda n: max(width / n / _PAGE, n * (height + _GUTTER)))
-    cuts = [k for k, layer in enumerate(layers) if len(layer) == 1 and k]
-    ends: list[int] = []  # the last layers of the rows
-    for n in range(1, rows):
-        ideal = min(x for x, _ in at.values()) + n * width / rows
-        ends.append(min(cuts, key=lambda k: abs(at[layers[k][0]][0] - ideal), default=0))
-    ends = [*sorted({k for k in ends if k}), len(layers)]
+    cuts = [k for k in range(1, len(layers) - 1) if len(layers[k]) == 1]
+    if not cuts:
+        return _settled(graph, half, at)
+    left = min(x for x, _ in at.values())
+    ideal = [left + n * width / rows for n in range(1, rows)]
+    inner = {min(cuts, key=lambda k, x=x: abs(at[layers[k][0]][0] - x)) for x in ideal}  # type: ignore[misc]
+    ends = [*sorted(inner), len(layers) - 1]  # the last layers of the rows
     folded: Places = {}
     turn, below = 0.0, 0.0
     loose = {b.other(layers[k][0]) for k in ends[:-1] for b in graph.at(layers[k][0])}
@@ -239,7 +240,7 @@ def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: l
         way = -1.0 if n % 2 else 1.0
         folded |= {name: (turn + way * (x - first), y - shift) for name, (x, y) in own.items()}
         below = bottom - shift
-        turn = folded[layers[min(last, len(layers) - 1)][0]][0]
+        turn = folded[layers[last][0]][0]
     return _settled(graph, half, {name: folded[name] for name in at}, loose)
 
 

@@ -241,6 +241,26 @@ def test_a_long_chain_is_folded_to_fit_a_sheet_without_crossings(masses):
     assert right - left < 24 * len(lines)  # in one row it takes more
 
 
+def ring(junctions):
+    b, names = Builder(), [f"n{k}" for k in range(junctions)]
+    for k, name in enumerate(names):
+        (b.one(name) if k % 2 else b.zero(name)).on(name, I(f"m{k}", 1.0))
+    for one, two in zip(names, [*names[1:], names[0]], strict=True):
+        b.transform(one, two, 2.0)
+    return b
+
+
+def test_wide_rings_and_ladders_have_no_crossings():
+    ladder = ring(10)
+    for k in range(4):
+        ladder.transform(f"n{k}", f"n{9 - k}", 3.0, name=f"rung{k}")
+    for graph in (ring(16).build(), ladder.build()):
+        drawn = layout(graph)
+        assert list(flaws(drawn)) == []
+        lines = list(drawn.bonds.values())
+        assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
+
+
 def test_a_law_that_reads_a_flow_is_joined_to_it_by_a_full_arrow():
     b = Builder().one("arm", "electric").one("rotor", "rotation").on("arm", Se("u", lambda f_rotor: -f_rotor), R("Ra", 1.0))
     b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", lambda f_arm: 2.0 * f_arm, name="k")
