@@ -10,6 +10,7 @@ any mechanism of one degree of freedom that has two velocities of interest is a 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bondgraph.elements import SOURCES, C, Displacement, Element, I, Law, R, Se
-from bondgraph.graph import BondGraph, Builder, as_graph
+from bondgraph.graph import BondGraph, Builder, Scale, Sum, as_graph
 from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, exact, full_digits, law_of, refuse
+from bondgraph.motion.algebra import total
 from bondgraph.motion.dynamics import Dynamics, Tables, Walk
-from bondgraph.motion.formulation import Formulation, Group, Port
+from bondgraph.motion.formulation import Formulation, Group, Port, targets
 from bondgraph.twin import Twin, twin
 
 if TYPE_CHECKING:
@@ -28,22 +30,90 @@ if TYPE_CHECKING:
 
 
 _MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are searched for
+_ONE_FRACTION = 7  # resistors of a loop whose flows and efforts are one fraction each
 _MOST_EXACT = 1000  # the same where its numbers are exact
 
 
 class SymbolicWalk(Walk):
     """A walk on symbols that keeps every value of a law as one symbol, unfolded at the end."""
 
-    def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any]) -> None:
-        self.twin = twin
+    def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False) -> None:
+        self.twin, self.sequential = twin, sequential
+        self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
+        self.nested = False  # whether a loop was solved by elimination
         super().__init__(tables, twin.places[TIME], state, {})
 
     def _moving_effort(self, name: str, law: Law) -> Any:
         return self.twin.hold(exact(super()._moving_effort(name, law)))
 
+    def _closed(self, ports: Sequence[Port]) -> list[Any]:
+        """The outputs of a loop of resistors: of a few as one fraction; of many, or in sequence, by elimination.
+
+        The flows and efforts between are unknowns too, so that what has few neighbours keeps few.
+        """
+        few = not self.sequential and len(ports) <= _ONE_FRACTION
+        if few or any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
+            return super()._closed(ports)
+        self.nested = True
+        form, columns = self.form, {self.form.column[p.output] for p in ports}
+        unknown = {v for v, on in form.support.items() if columns.intersection(on)}
+        made: list[list[tuple[int, Any]]] = []
+        for step in form.steps:
+            if not unknown.intersection(targets(step)):
+                continue
+            if isinstance(step, Scale):
+                made.append([(step.target, -1), (step.source, self._ratio(step.ratio))])
+            elif isinstance(step, Sum):
+                made.append([(step.target, -1), *step.terms])
+            else:
+                made += [[(v, sign * self._ratio(ratio)) for v, ratio, sign in r.terms] for r in step.relations]
+        for port in ports:
+            resistance = port.sign * self._resistance(port.element.name)
+            effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
+            made.append([(effort, -1), (flow, resistance)])
+        rows: list[dict[int, Any]] = []
+        right: list[Any] = []
+        for terms in made:
+            rows.append({v: self.twin.unfold(a) for v, a in terms if v in unknown})
+            right.append(self.twin.unfold(-total(a * self.value(v) for v, a in terms if v not in unknown)))
+        order: list[tuple[int, int]] = []
+        left = set(range(len(rows)))
+        while left:  # numbers come first, and what nothing drives, then what has the fewest neighbours
+            beside = Counter(v for k in left for v in rows[k])
+            pivots = [(k, v) for k in left for v, a in rows[k].items() if a != 0]
+            if not pivots:
+                return super()._closed(ports)
+            i, pivot = min(
+                pivots,
+                key=lambda at: ((len(rows[at[0]]) - 1) * (beside[at[1]] - 1), bool(rows[at[0]][at[1]].free_symbols), at),
+            )
+            left.remove(i)
+            order.append((i, pivot))
+            for k in (k for k in left if pivot in rows[k]):
+                factor = self._step(rows[k].pop(pivot) / rows[i][pivot])
+                for v in (v for v in rows[i] if v != pivot):
+                    rows[k][v] = self._step(rows[k].get(v, 0) - factor * rows[i][v])
+                right[k] = self._step(right[k] - factor * right[i])
+        found: dict[int, Any] = {}
+        for i, pivot in reversed(order):
+            known = sum(a * found[v] for v, a in rows[i].items() if v != pivot)
+            found[pivot] = self._step((right[i] - known) / rows[i][pivot])
+        return [found[port.output] for port in ports]
+
+    def _step(self, value: Any) -> Any:
+        """A symbol for an intermediate result, if it is more than one."""
+        import sympy  # type: ignore[import-untyped]
+
+        value = sympy.sympify(value)
+        if not value.args or not self.sequential:
+            return self.twin.hold(value) if value.args else value
+        symbol = sympy.Dummy(real=True)
+        self.steps[symbol] = value
+        return symbol
+
     def inverse(self, port: Port, given: Any) -> Any:
         """The momentum (displacement) at which a store of a straight line gives a flow (effort)."""
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         name, law = port.element.name, port.element.law
         if not self.graph.is_curve(name) or not isinstance(law, Function):
@@ -79,7 +149,9 @@ class Reading:
 
     """
 
-    def __init__(self, graph: BondGraph, opaque: bool, form: Callable[[BondGraph], Formulation]) -> None:
+    def __init__(
+        self, graph: BondGraph, opaque: bool, form: Callable[[BondGraph], Formulation], sequential: bool = False
+    ) -> None:
         self.twin = twin(graph, opaque=opaque)
         self.form = form(self.twin.graph)
         dynamics = Dynamics(self.twin.graph, self.twin.signals(), self.form)
@@ -88,11 +160,12 @@ class Reading:
         self.tables = dynamics.tables._replace(iterated=())
         self.state = [self.twin.names.take(self.form.state_name(p), "state") for p in self.form.stores]
         self.state += [self.twin.places[d.name] for d in self.form.displacements]
-        self.walk = SymbolicWalk(self.twin, self.tables, self.state)
+        self.walk = SymbolicWalk(self.twin, self.tables, self.state, sequential)
 
     def rates(self) -> list[Any]:
         """The rates of the states."""
-        return [readable(self.twin.finish(rate)) for rate in self.walk.rates()]
+        rates = [self.twin.finish(rate) for rate in self.walk.rates()]
+        return rates if self.walk.nested else list(map(readable, rates))
 
     def algebraic(self) -> Iterator[Equation]:
         """The flows of 1-junctions that resistors settle, each variable once."""
@@ -103,7 +176,8 @@ class Reading:
             if variable not in done and resistors.intersection(form.support[variable]):
                 done.add(variable)
                 symbol = self.twin.names.take(f"f_{junction.name}", "state")
-                yield self.twin.finish(symbol), readable(self.twin.finish(self.walk.whole(variable)))
+                value = self.twin.finish(self.walk.whole(variable))
+                yield self.twin.finish(symbol), value if self.walk.nested else readable(value)
 
     def _check_closed(self, graph: BondGraph, group: Group) -> None:
         """Refuse a resistor whose law would have to be solved for its own flow or effort."""
@@ -232,6 +306,7 @@ class StateEquations:
         derivative_stores: a line for each inertia or spring that follows others.
         opaque: modulus left as a function, such as T(theta) -> its expression.
         own: element -> the symbol of its number.
+        causality: the one that was given.
 
     """
 
@@ -245,6 +320,7 @@ class StateEquations:
     derivative_stores: tuple[str, ...]
     opaque: Mapping[Any, Any]
     own: Mapping[str, Any]
+    causality: Causality | None = None
 
     @property
     def open(self) -> tuple[Any, ...]:
@@ -361,13 +437,33 @@ class StateEquations:
         return "\n".join([*lines, *self.derivative_stores, *self.inert])
 
     def sequence(self) -> tuple[tuple[Equation, ...], tuple[Any, ...]]:
-        """Common expressions under new symbols, each of those before, and the derivatives in terms of them."""
+        """Common expressions under new symbols, each of those before, and the derivatives in terms of them.
+
+        Loops of resistors are eliminated one resistor after the other, so that a long ladder takes a few steps a rung.
+        """
         import sympy
 
         taken = {str(s) for e in self.derivatives for s in e.free_symbols} | {str(s) for s in self.states}
         fresh = (symbol for symbol in sympy.numbered_symbols("z", start=1) if str(symbol) not in taken)
-        shared, rates = sympy.cse(list(self.derivatives), symbols=fresh)
-        return tuple(shared), tuple(rates)
+        read = _read(self.graph, bool(self.opaque), self.causality, sequential=True)
+        rates = [read.twin.unfold(rate) for rate in read.walk.rates()]
+        if not read.walk.steps:
+            shared, rates = sympy.cse(list(self.derivatives), symbols=fresh)
+            return tuple(shared), tuple(rates)
+        steps = [(symbol, read.twin.unfold(value)) for symbol, value in read.walk.steps.items()]
+        needed, live = set[Any]().union(*(e.free_symbols for e in rates)), list[Equation]()
+        for symbol, value in reversed(steps):
+            if symbol in needed:
+                needed |= value.free_symbols
+                live.insert(0, (symbol, value))
+        uses = Counter(s for e in (*rates, *(value for _, value in live)) for s in e.free_symbols)
+        named = {s: exact(sympy.Float(v)) for s, v in self.values.items() if not taken.intersection(map(str, self.values))}
+        equations: list[Equation] = []
+        for symbol, value in live:  # what is used once stands where it is used
+            given = read.twin.finish(value.xreplace(named)).xreplace(named)
+            named[symbol] = given if uses[symbol] == 1 else next(fresh)
+            equations += [] if uses[symbol] == 1 else [(named[symbol], given)]
+        return tuple(equations), tuple(read.twin.finish(rate.xreplace(named)).xreplace(named) for rate in rates)
 
     def latex(self) -> str:
         """The equations as LaTeX, aligned at their equals signs."""
@@ -468,8 +564,7 @@ def state_equations(
 
     """
     graph = as_graph(graph)
-    settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
-    read = Reading(graph, opaque, settled.of if settled is not None else lambda twin: Formulation(twin, causality))
+    read = _read(graph, opaque, causality)
     twin, finish = read.twin, read.twin.finish
     derivatives = tuple(read.rates())
     algebraic = tuple(read.algebraic())
@@ -493,8 +588,16 @@ def state_equations(
         derivative_stores=tuple(followers(read)),
         opaque=read.twin.opaque,
         own=read.twin.own,
+        causality=causality,
     ).check()
     return _filled(equations) if values else equations
+
+
+def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequential: bool = False) -> Reading:
+    """The reading of a graph, by the formulation of its numbers where it has them all."""
+    settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
+    form = settled.of if settled is not None else lambda twin: Formulation(twin, causality)
+    return Reading(graph, opaque, form, sequential)
 
 
 def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:

@@ -210,6 +210,23 @@ def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
     assert sympy.count_ops(state_equations(ladder(rungs)).derivatives[0]) <= most
 
 
+@pytest.mark.parametrize("rungs", [5, 9])
+def test_a_long_ladder_takes_a_few_steps_a_rung(rungs):
+    """Of equal resistors, Thevenin's source and resistance by halving step by step."""
+    graph = ladder(rungs)
+    found = state_equations(graph)
+    source, resistance = sympy.Integer(1), sympy.Integer(1)
+    for _ in range(rungs):
+        source, resistance = source / (1 + resistance), resistance / (1 + resistance) + 1
+    expected = [float((source - sympy.Rational(7, 10)) / resistance)]
+    assert_allclose(found.numeric()(0.0, [0.7]), expected, rtol=1e-13)
+    shared, (rate,) = found.sequence()
+    assert sum(map(sympy.count_ops, [rate, *(e for _, e in shared)])) <= 16 * rungs
+    for symbol, value in reversed(shared):
+        rate = rate.xreplace({symbol: value})
+    assert_allclose(float(rate.subs(found.values).subs({"q_c": 0.7})), expected[0], rtol=1e-13)
+
+
 def test_an_initial_value_is_told_what_is_meant():
     b = Builder().one("m", displacement="x").on("m", I("Jm", 2.0), I("follower", 3.0))
     with pytest.raises(GraphError, match=r"initial 'Jm': no such state; give p_Jm; the independent ones are p_Jm, x"):
