@@ -65,6 +65,24 @@ MOTOR_DRIVEN = {  # a press on a motor: its shafts
         "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.96},
     },
 }
+MODELLED = {  # loads whose geometry varies with the mechanism's: their model, and its numbers that vary
+    "punch": (
+        {
+            "type": "punch",
+            "diameter": 0.06,
+            "thickness": 0.008,
+            "shear_strength": 3.6e8,
+            "shape": "triangular",
+            "overtravel": 0.004,
+        },
+        ("diameter", "thickness"),
+    ),
+    "press": ({"type": "press", "energy": 2000, "thickness": 0.005}, ("energy", "thickness")),
+    "compressor": (
+        {"type": "compressor", "bore": 0.2, "clearance": 0.08, "suction": 1e5, "discharge": 4e5, "exponent": 1.3},
+        ("bore", "clearance", "discharge"),
+    ),
+}
 SINCE = 1.1  # times as many designs one by one as at 847fd80
 NUMPY, NUMBA = 100.0 / SINCE, 600.0 / SINCE  # times one by one, at least
 
@@ -148,6 +166,25 @@ def motor_driven(count: int, repeats: int) -> None:
         print(f"{name:24}{rate:10.0f}{alone_rate:12.1f}{rate / alone_rate:8.0f}{left:8}")
 
 
+def modelled(count: int, repeats: int) -> None:
+    """Designs a CPU second with loads whose geometry varies, beside one by one."""
+    print(f"\n{'designs a CPU second':24}{'at once':>10}{'one by one':>12}{'times':>8}{'alone':>8}")
+    for name, (model, own) in MODELLED.items():
+        scene = flywheel.load(PRESS | {"load": [{"on": "slider", "model": model}]})
+        paths = (*PATHS[:2], *(f"load.0.model.{each}" for each in own))
+        base = np.array([0.15, 0.6, *(model[each] for each in own)])
+        many = base[:, None] * (1.0 + 0.1 * np.random.default_rng(1).random((base.size, count)))
+        few = many[:, :: max(count // 20, 1)]
+        calls: dict[str, Callable[[], object]] = {
+            "many": lambda scene=scene, paths=paths, many=many: designs.sized(scene, paths, many, RTOL, "numpy"),
+            "few": lambda scene=scene, paths=paths, few=few: designs.sized(scene, paths, few, RTOL, "size"),
+        }
+        took = best(calls, repeats)
+        rate, alone_rate = count / took["many"], few.shape[1] / took["few"]
+        left = int((designs.sized(scene, paths, many, RTOL, "numpy").ways == designs.ALONE).sum())
+        print(f"{name:24}{rate:10.0f}{alone_rate:12.1f}{rate / alone_rate:8.0f}{left:8}")
+
+
 def has_numba() -> bool:
     """Tests whether the extra is installed."""
     try:
@@ -196,19 +233,23 @@ def worker(part: np.ndarray) -> float:
     return float(np.nansum(designs.sized(flywheel.load(PRESS), PATHS, part, RTOL, "numpy").values["exact"]))
 
 
-def memory(count: int) -> bool:
+def memory(count: int, *, to_file: bool = False) -> bool:
     """The peak memory of a sweep of many designs, in a process of its own; whether it is below 1 GB."""
     code = f"""
-import resource, sys
+import numpy, resource, sys, tempfile
 sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})
 import bench_sweep as b
 import flywheel
 engine = "numba" if b.has_numba() else "numpy"
-grid = dict(zip(b.PATHS, b.columns({count})))
-found = flywheel.sweep(flywheel.load(b.PRESS), grid, rtol=b.RTOL, engine=engine)
+with tempfile.TemporaryDirectory() as folder:
+    file = folder + "/press.npz" if {to_file} else None
+    # all combinations of two numbers take no memory, as random ones would
+    columns = {{path: numpy.linspace(*b.RANGES[path], n) for path, n in zip(b.PATHS[3:5], (1000, {count} // 1000))}}
+    found = flywheel.sweep(flywheel.load(b.PRESS), columns, rtol=b.RTOL, grid=True, engine=engine, file=file)
 peak = resource.getrusage(resource.RUSAGE_SELF)
 took = peak.ru_utime + peak.ru_stime
-print(f"{{found.exact.size}} designs: {{peak.ru_maxrss / 1e6:.2f}} GB at most, {{took:.1f}} CPU seconds with {{engine}}")
+print(f"{{found.exact.size}} designs: {{peak.ru_maxrss / 1e6:.2f}} GB at most, {{took:.1f}} CPU seconds with {{engine}}"
+      + (", to NPZ" if {to_file} else ""))
 sys.exit(peak.ru_maxrss > 1_000_000)
 """
     print(flush=True)
@@ -222,7 +263,9 @@ def main(quick: bool) -> int:
     good = engines(scene, count, 3 if quick else 9)
     motor_driven(count // 20, 2 if quick else 5)
     chunks(scene, count, 2 if quick else 4)
+    modelled(count // 20, 2 if quick else 5)
     good &= memory(100_000 if quick else 1_000_000)
+    good &= memory(100_000 if quick else 10_000_000, to_file=True)
     return 0 if good or quick else 1
 
 
