@@ -694,7 +694,7 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
 def _lifted(node: expressions.Node, numbers: dict[str, Any]) -> expressions.Node:
     """The tree of a law with names for its recorded numbers, which `numbers` takes: it then holds for intervals, too."""
     if node.op == "number" and isinstance(node.number, Recorded):
-        name = f"number {len(numbers)}"
+        name = f"#{len(numbers)}"
         numbers[name] = node.number
         return expressions.Node("name", name=name)
     return node._replace(args=tuple(_lifted(arg, numbers) for arg in node.args))

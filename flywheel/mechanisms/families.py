@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
@@ -661,11 +661,11 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         def value(psi: Array) -> Any:
             return _flow(plain, velocity, plain.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
 
-        found = roots(enclose, value, a, b)
-        if not recorded:
-            return found
-        flow = partial(_flow, family, velocity)
-        return [followed(lambda psi: flow(family.position(psi, NAMESPACE, anchor)), root, period or b - a) for root in found]
+        return roots(enclose, value, a, b)
+
+    def now_at(anchor: float, root: float) -> Any:
+        """The root with recorded lengths."""
+        return followed(lambda psi: _flow(family, velocity, family.position(psi, NAMESPACE, anchor)), root, last - first)
 
     def displacement(psi: Array) -> Array:
         position = family.ports[port].position
@@ -674,11 +674,11 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         return np.broadcast_to(np.asarray(position(family.position(psi, np)), dtype=float), psi.shape)
 
     try:
-        inner = [root for a, b in pairwise(map(present, edges)) for root in stops(a, b)]
+        inner = [(0.5 * (a + b), root) for a, b in pairwise(map(present, edges)) for root in stops(a, b)]
     except SwitchingError:
         found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
         raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
-    psi = np.array(sorted({*edges, *inner}))
+    psi = np.array(sorted({*edges, *(now_at(*each) if recorded else each[1] for each in inner)}))
     return Ends(psi, displacement(psi), period, displacement)
 
 

@@ -70,7 +70,7 @@ def followed(function: Callable[[Any], tuple[Any, Any]], angle: float, span: flo
         phi = phi - step
     settled = _LAST_STEP * span
     if not -settled <= step <= settled:
-        raise SwitchingError("an angle that numbers cannot be followed from, near {near} rad", angle)
+        raise SwitchingError("an angle at which a law only touches its switch, or a place only stands still")
     return phi
 
 
