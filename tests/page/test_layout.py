@@ -68,7 +68,7 @@ _NAMES = """() => {
   for (let n = 0; n < 36; n++) {
     range.value = Number(range.min) + (n / 36) * (range.max - range.min);
     range.dispatchEvent(new Event("input"));
-    const points = [...svg.querySelectorAll('path[data-body=frame][fill=none][stroke-width="1"]')].flatMap((path) => {
+    const points = [...svg.querySelectorAll("[data-body=frame]:is([data-kind=ground], [data-kind=arrow])")].flatMap((path) => {
       const on = path.getScreenCTM();
       const count = Math.floor(path.getTotalLength() / 3);
       return Array.from({ length: count }, (_, k) => path.getPointAtLength(3 * k).matrixTransform(on));
@@ -184,7 +184,7 @@ def test_a_page_with_faults_is_printed_with_them(page: Page) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["machines/press.toml", "machines/shaper.toml", "machines/pump.toml"])
-def test_names_of_a_mechanism_stand_off_its_hatching_and_one_another(
+def test_names_of_a_mechanism_stand_off_its_hatching_arrow_and_one_another(
     opened: Callable[..., Served], window: Callable[..., BrowserContext], example: str
 ) -> None:
     """At every angle, on a phone, in the narrowest of two columns and in one wide card; none is left out."""

@@ -197,8 +197,19 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
   });
   const hatching = clear();
   for (const { kind, at, outline: [xs, ys] } of view.shapes) {
-    if (kind !== "ground" || view.bodies[at[0]]) continue;
-    xs.forEach((x, k) => x !== null && hatching.block(X(at[1] + x) - 2, Y(at[2] + ys[k]) - 2, 4, 4));
+    if (kind !== "ground" && kind !== "arrow") continue;
+    const [u, v] = place(view, at, 0);
+    const still = (k) => Math.hypot(...place(view, at, k).map((value, n) => value - [u, v][n])) * scale < 1;
+    if (!phi.every((_, k) => still(k))) continue;
+    xs.forEach((x, k) => {
+      if (x === null) return;
+      const before = k && xs[k - 1] !== null ? k - 1 : k;
+      const pieces = Math.max(Math.ceil((Math.hypot(x - xs[before], ys[k] - ys[before]) * scale) / 4), 1);
+      for (let n = 1; n <= pieces; n++) {
+        const [a, b] = [xs, ys].map((values) => values[before] + (n / pieces) * (values[k] - values[before]));
+        hatching.block(X(u + a) - 2, Y(v + b) - 2, 4, 4);
+      }
+    });
   }
   const bounds = [left + 2, top + (alone ? 2 : head), left + width - 2, top + head + tall + 14];
 
@@ -281,7 +292,7 @@ function figureOf(shape, colour, scale) {
   const open = OPEN.has(shape.kind);
   const white = WHITE.has(shape.kind);
   const drawn = node("path", {
-    d: open ? data : `${data}Z`, "data-body": shape.body,
+    d: open ? data : `${data}Z`, "data-body": shape.body, "data-kind": shape.kind,
     fill: open ? "none" : paint(white ? "paper" : shape.kind === "weld" ? "ink" : colour),
     "fill-opacity": open || white ? null : FILLED[shape.kind] ?? 1,
     stroke: paint(white || shape.kind === "ground" || shape.kind === "arrow" ? "ink" : colour),
@@ -306,7 +317,7 @@ const SIDES = [[0, -1], [1, -0.7], [1, 0.7], [0, 1], [-1, 0.7], [-1, -0.7]];
 const AROUND = [14, 22, 32, 44, 58, 76].flatMap((far) => SIDES.map(([x, y]) => [far * x, far * y]));
 const NEAR = 12; // of the places around: a name further away has a line to what it names
 
-/** Names beside their places, clear of one another and of hatching: each stays on its side as long as that is free. */
+/** Names beside their places, clear of one another, of hatching and of the driver's arrow: each stays on its side as long as that is free. */
 function write(texts, spotOf, centres, hatching, [left, top, right, bottom]) {
   const free = clear();
   for (const at of [...texts.filter((name) => !name.isBody).map((name) => name.at), ...centres]) {
