@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -502,9 +503,9 @@ def test_drivers_that_depend_on_each_other_are_refused():
     assert freedoms.mass_matrix(heavy(replace(linkage, further=(Driver("E"),))), [0.0, 0.0]).shape == (2, 2)
 
 
-def short_five_bar() -> Linkage:
-    """The five-bar with rods of 0.4 m, which come into line where the knees are 0.8 m apart."""
-    linkage, end = five_bar(), Point("E", 0.4)
+def short_five_bar(rod: float = 0.4) -> Linkage:
+    """The five-bar with shorter rods, which come into line where the knees are as far apart as both are long."""
+    linkage, end = five_bar(), Point("E", rod)
     links = tuple(link._replace(points=(O, end)) if "rod" in link.name else link for link in linkage.links)
     joints = (*linkage.joints[:-1], linkage.joints[-1]._replace(first_at=end, second_at=end))
     return replace(linkage, links=links, joints=joints)
@@ -519,6 +520,24 @@ def test_a_lock_is_named_with_where_all_drivers_stand():
     turned = np.degrees(brentq(apart, 0.0, 1.0))
     assert f"locks with the drivers O at {np.degrees(2.0) + turned:.9g} deg" in text
     assert f"and D at {np.degrees(1.1) - turned:.9g} deg" in text
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_drivers_drawn_at_random_lock_where_the_rods_come_into_line(seed):
+    rng = np.random.default_rng(seed)
+    rod, speeds = float(rng.uniform(0.36, 0.4)), rng.uniform(0.6, 1.0, 2) * (1, -1)
+    start = np.array([2.0, 1.1])
+
+    def apart(x):
+        turns = start + speeds * x
+        return abs(0.5 + 0.2 * np.exp(1j * turns[1]) - 0.2 * np.exp(1j * turns[0])) - 2.0 * rod
+
+    lock = brentq(apart, 0.0, 1.0)
+    at = np.degrees(start + speeds * lock)
+    text = one_line(freedoms.positions, short_five_bar(rod), np.array([start + speeds * x for x in (0.0, 1.3 * lock)]).T)
+    named = re.search(r"locks with the drivers O at (\S+) deg and D at (\S+) deg", text)
+    assert named is not None
+    assert [float(one) for one in named.groups()] == pytest.approx(list(at), rel=1e-7)
 
 
 def test_a_motion_into_a_lock_is_given_until_there():

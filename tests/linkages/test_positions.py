@@ -576,6 +576,30 @@ def test_bars_that_do_not_reach() -> None:
         assembled(Equations(loops(four_bar(r=0.3, length=0.2))))
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_bars_drawn_at_random_that_never_reach_stay_open_by_what_the_longest_is_too_long(seed: int) -> None:
+    """At their nearest all bars lie in line, whichever is the longest; at any crank angle the third side is open."""
+    rng = np.random.default_rng(seed)
+    short = rng.uniform(0.05, 0.4, 3)
+    bars = rng.permutation([*short, sum(short) * rng.uniform(1.05, 2.0)])
+    r, c, length, d = (float(bar) for bar in bars)
+    found = open_by(four_bar(d, r, c, length))
+    assert found == pytest.approx(2 * max(bars) - sum(bars), rel=6e-3)
+    if max(d, r) == max(bars):
+        start = float(rng.uniform(0.0, tau))
+        apart = abs(d - r * np.exp(1j * start)) - c - length
+        turned_away = replace(four_bar(d, r, c, length), start=start)
+        assert open_by(turned_away) == pytest.approx(found)  # of all angles, not of the one it starts from
+        assert apart >= found * (1.0 - 6e-3)
+
+
+def open_by(linkage: Linkage) -> float:
+    """The gap (m) of a linkage that closes at no angle of its driver, as it is reported."""
+    with pytest.raises(SceneError, match="cannot be assembled at any angle of O") as caught:
+        assembled(Equations(loops(linkage)))
+    return float(str(caught.value).split("stays open by ")[1].split(" m")[0])
+
+
 @pytest.mark.parametrize(("side", "guess"), [(-1, 60.0), (1, -60.0)])
 def test_a_guess_on_the_other_branch_than_the_side_contradicts_it(side: int, guess: float) -> None:
     base = four_bar(side=side)
@@ -956,6 +980,27 @@ def test_a_slide_that_drives_through_its_dead_centre_locks() -> None:
     with pytest.raises(SceneError, match=r"locks with the driver guide at 0\.4.* m"):
         solve(pushed, 0.3, 0.41)
     assert solve(pushed, 0.3, 0.3999).poses([0.3999]).angle("crank").value[0] < pi / 4
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_slides_drawn_at_random_lock_where_crank_and_rod_are_in_line(seed: int) -> None:
+    """The dead centre of a slide that drives: x = sqrt((l + r)² - e²) outwards, where the crank turns no further."""
+    rng = np.random.default_rng(100 + seed)
+    r = float(rng.uniform(0.05, 0.15))
+    length, offset = r * float(rng.uniform(2.0, 4.0)), r * float(rng.uniform(-0.8, 0.8))
+    base = slider_crank(r, length, offset)
+    crank, rod, slider = base.links
+    outer = float(np.sqrt((length + r) ** 2 - offset**2))
+    inside = outer - 0.4 * r
+    pushed = replace(base, links=(crank._replace(guess=0.9), rod._replace(guess=None), slider), driver="guide")
+    pushed = replace(pushed, start=inside)
+    with pytest.raises(SceneError, match="locks with the driver guide at") as caught:
+        solve(pushed, inside, outer + 0.1 * r)
+    places = str(caught.value).split("locks with the driver guide at ")[1].split(" m")[0]
+    assert float(places.split(" and ")[-1]) == pytest.approx(outer, rel=1e-8)
+    near = solve(pushed, inside, outer - 1e-4 * r).poses([outer - 1e-4 * r])
+    in_line = float(near.angle("crank").value[0] - near.angle("rod").value[0])
+    assert abs((in_line + pi) % tau - pi) < 0.1
 
 
 def test_a_linkage_that_locks_names_both_angles_and_the_stroke_between_them() -> None:

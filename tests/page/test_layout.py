@@ -68,7 +68,8 @@ _NAMES = """() => {
   for (let n = 0; n < 36; n++) {
     range.value = Number(range.min) + (n / 36) * (range.max - range.min);
     range.dispatchEvent(new Event("input"));
-    const points = [...svg.querySelectorAll("[data-body=frame]:is([data-kind=ground], [data-kind=arrow])")].flatMap((path) => {
+    const still = svg.querySelectorAll("[data-body=frame]:is([data-kind=ground], [data-kind=arrow])");
+    const points = [...still].flatMap((path) => {
       const on = path.getScreenCTM();
       const count = Math.floor(path.getTotalLength() / 3);
       return Array.from({ length: count }, (_, k) => path.getPointAtLength(3 * k).matrixTransform(on));
