@@ -195,7 +195,9 @@ class SingleStroke:
         }
 
 
-def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates: bool = True) -> SingleStroke:
+def single_stroke(
+    machine: Machine | Scene, rtol: float | None = None, *, rates: bool = True, near: SingleStroke | None = None
+) -> SingleStroke:
     """The periodic stroke of a machine with clutch and brake, with its flywheel given, or sized for an irregularity.
 
     While the clutch slips it passes the torque T, whatever the speeds: J1 dw1/dt = M1 - T, J2 dw2/dt = M2 + T, and heats by
@@ -206,6 +208,7 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates:
         rtol: required relative accuracy of every figure but the greatest rate; the scene's own if None. Where it is not
             reached, the error says so.
         rates: False to leave out the search of the greatest rate, which then is None.
+        near: the stroke of nearly the same machine, where the search of flywheel and stroke begins; no guess if None.
 
     Raises:
         SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks or slips again, a
@@ -224,11 +227,14 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates:
     tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
     with np.errstate(all="ignore"):
         limits, binding, inertia = dict[str, Limit](), None, scene.inertia
+        guess, closest = None if near is None else near.phases, max(_SIZED, _STEP * rtol)
         if inertia is None:
-            inertia, limits, binding = _sized(scene, tolerance)
+            inertia, limits, binding, guess = _sized(scene, tolerance, closest, near)
         strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
-        tight, loose = (_Run.of(each, periodic(each)) for each in (strokes, rougher))
-        for each, one in ((strokes, tight), (rougher, loose)):
+        tight = _Run.of(strokes, periodic(strokes, guess))
+        loose = _Run.of(rougher, periodic(rougher))  # from no stroke: from the same one both would be off alike
+        both = (strokes, tight), (rougher, loose)
+        for each, one in both:
             touch = each.plan.inch
             one.figures.update(_emergency(each, one.phases), inch_angle=None if touch is None else each.inching(touch))
         greatest, decides, off = _greatest_rate(rougher, loose) if rates else (None, None, 0.0)
@@ -240,8 +246,8 @@ def single_stroke(machine: Machine | Scene, rtol: float | None = None, *, rates:
         error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in shares)
     if scene.inertia is None:
         name = binding or "irregularity"
-        kept = _limited(strokes, tight.phases, [name])[name] / asked_of(scene)[name]
-        error["inertia"] = inertia * (_SIZED + _SAFETY * abs(kept - 1.0) * (inertia > 0.0))
+        kept, rough = (_limited(one, run.phases, [name])[name] / asked_of(scene)[name] for one, run in both)
+        error["inertia"] = inertia * (closest + _SAFETY * (abs(kept - 1.0) * (inertia > 0.0) + abs(kept - rough)))
     return SingleStroke(
         scene,
         scene.flywheel_on,
@@ -695,17 +701,22 @@ def clutch_heat(strokes: Strokes, driving: Trail, slipping: Trail) -> float:
 
 # -- searches ----------------------------------------------------------------------------------------------------------
 
-_SIZED = 1e-8  # relative, to which a flywheel is found
+_SIZED = 1e-8  # relative, the closest to which a flywheel is found
+_WIDER = 4.0  # times: how far the next flywheel lies from the last, where all are looked through; beside one that is near
+_CLOSER = 1.1
 _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
-def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str | None]:
-    """The smallest flywheel (kg m² at its own shaft) that keeps all limits, that for each limit, and the deciding limit.
+def _sized(
+    scene: Scene, tolerance: float, closest: float, near: SingleStroke | None
+) -> tuple[float, dict[str, Limit], str | None, Phases | None]:
+    """The smallest flywheel (kg m² at its own shaft) that keeps all limits, that for each, the deciding limit, a stroke.
 
-    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all.
+    The stroke is the last one found, with nearly that flywheel. A heavier flywheel keeps every limit better: the largest of
+    those for single limits keeps all.
     """
     last: list[SceneError] = []
-    begin: list[Phases] = []  # the last stroke that returns, from which the next is searched for
+    begin: list[Phases] = [] if near is None else [near.phases]  # the last that returns: a guess of the next
     known: dict[float, Mapping[str, float]] = {}
     asked = asked_of(scene)
 
@@ -724,7 +735,10 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
     strokes = Strokes(scene, 1.0, tolerance)
     own = driving_inertia(strokes) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
-    scale = max(own, crank / strokes.ratio**2) / strokes.wheel**2
+    scale, step = max(own, crank / strokes.ratio**2) / strokes.wheel**2, _WIDER
+    first = scale
+    if near is not None and near.inertia > 0.0:
+        first, step = near.inertia, _CLOSER
 
     def smallest(name: str) -> float:
         """The smallest flywheel that keeps one limit."""
@@ -735,13 +749,11 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
 
         def within(place: float) -> float:
             over = above(1.0 / place)
-            return over if abs(over) > _SIZED else 0.0
+            return over if abs(over) > closest else 0.0
 
-        low = high = scale
-        if own > 0.0 and above(0.0) <= 0.0:
-            return 0.0
+        low = high = first
         while above(high) > 0.0:
-            low, high = high, 4.0 * high
+            low, high = high, step * high if low == high else _WIDER * high
             if high > _HEAVIEST * scale and last and not known[low]:
                 raise last[0]
             if high > _HEAVIEST * scale:
@@ -749,11 +761,13 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
                 path = f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
                 raise SceneError([Fault(path, found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")])
         while above(low) <= 0.0:
-            low = 0.25 * low
+            if low < high and own > 0.0 and above(0.0) <= 0.0:
+                return 0.0
+            low, high = low / (step if low == high else _WIDER), low
         while math.isinf(above(low)):  # the least flywheel that carries the stroke through
             middle = math.sqrt(low * high)
             low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
-            if high / low < 1.0 + _SIZED:
+            if high / low < 1.0 + closest:
                 return high
         return 1.0 / root(within, 1.0 / low, 1.0 / high)  # most limits are nearly straight lines of 1/inertia
 
@@ -765,7 +779,7 @@ def _sized(scene: Scene, tolerance: float) -> tuple[float, dict[str, Limit], str
         if limit.reached > limit.asked * (1.0 + _BROKEN):
             found = f"{100.0 * limit.reached:.4g} % with the {inertia:.5g} kg m² that {binding} needs"
             raise SceneError([Fault(f"flywheel.limits.{name}", found, "limits that one flywheel keeps", "allow more")])
-    return inertia, limits, binding if limits else None
+    return inertia, limits, binding if limits else None, begin[0] if begin else None
 
 
 def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
-from flywheel.motions.single_stroke import single_stroke
+from flywheel.motions.single_stroke import SingleStroke, single_stroke
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import diagrams, sketch, strokes
 from flywheel.pictures.diagrams import DIAGRAMS, QUANTITIES
@@ -64,7 +64,7 @@ def answer(
         sizing, machine, faults = _sized(subject, rest)
     else:
         try:
-            stroke = single_stroke(scene, None if rest else _QUICK, rates=rest)
+            stroke = _stroke(scene, rest)
         except SceneError as error:
             faults = list(error.faults)
     wanted = [panel for panel in panels_there if panel in view.get("panels", panels_there)]
@@ -98,6 +98,24 @@ def answer(
         "faults": faults,
         **{panel: _finite(made, digits) for panel, made in panels.items()},
     }
+
+
+_last_stroke: list[SingleStroke] = []
+"""The stroke that was found last: the next one while a hand moves is looked for beside it."""
+
+
+def _stroke(scene: Scene, rest: bool) -> SingleStroke:
+    """The stroke of a machine with clutch and brake; while a hand moves roughly, and without the greatest rate."""
+    near = None if rest or not _last_stroke else _last_stroke[0]
+    try:
+        found = single_stroke(scene, None if rest else _QUICK, rates=rest, near=near)
+    except SceneError:
+        _last_stroke.clear()
+        if near is None:
+            raise
+        found = single_stroke(scene, _QUICK, rates=False)
+    _last_stroke[:] = [found]
+    return found
 
 
 def _sized(subject: Scene | Machine | Sizing, rest: bool) -> tuple[Sizing | None, Machine | None, list[Fault]]:

@@ -274,10 +274,12 @@ class Workers:
 
 
 def failure(found: str, request: Mapping[str, Any]) -> bytes:
-    """Answer to a page if nothing could be computed: the unchanged text, and the reason."""
+    """Answer to a page if nothing could be computed: the text with its edits, and the reason."""
+    with language.use(spoken(request)):
+        text = edited(plain_lines(request.get("text", "")), request.get("edits")).outline.text
     fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
     fault["message"] = message = f"found {found}, expected {fault['expected']}"
-    told = {"message": message, "text": request.get("text", ""), "form": None, "faults": [fault], "remarks": []}
+    told = {"message": message, "text": text, "form": None, "faults": [fault], "remarks": []}
     return json.dumps(told | {"answer": None, "milliseconds": 0}).encode()
 
 

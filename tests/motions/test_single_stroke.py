@@ -164,6 +164,19 @@ def test_the_flywheel_of_an_irregularity_has_it():
     assert again.irregularity == pytest.approx(0.3, rel=1e-6)
 
 
+@pytest.mark.parametrize("irregularity", [0.29, 0.1])
+def test_a_stroke_that_is_looked_for_beside_another_is_the_same(irregularity):
+    known = flywheel.single_stroke(rotor(flywheel__inertia=None, flywheel__irregularity=0.3), 1e-4, rates=False)
+    scene = rotor(flywheel__inertia=None, flywheel__irregularity=irregularity)
+    beside, alone = (flywheel.single_stroke(scene, 1e-4, rates=False, near=near) for near in (known, None))
+    assert beside.irregularity == pytest.approx(irregularity, rel=1e-5)
+    assert beside.inertia == pytest.approx(alone.inertia, abs=beside.error["inertia"] + alone.error["inertia"])
+    assert beside.error["inertia"] < 1e-4 * beside.inertia
+    for name in ("speed_least", "clutch_heat", "mean_power"):
+        assert beside.figures[name] == pytest.approx(alone.figures[name], abs=beside.error[name] + alone.error[name])
+        assert beside.error[name] <= 1e-4 * abs(beside.figures[name])
+
+
 def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     limits = {"irregularity": 0.5, "motor_torque": 1.2, "motor_rms": 0.9}
     motor = {"type": "line", "power": 2 * 7.0 * 33.0, "speed": "33 rad/s", "no_load_speed": "40 rad/s"}

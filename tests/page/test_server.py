@@ -679,6 +679,9 @@ def test_what_takes_too_long_is_ended_with_its_process_and_another_one_begins(
     told = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " "), "a", False))
     assert told["answer"] is None
     assert "has not ended" in told["faults"][0]["message"]
+    edits = [{"path": "title", "value": "Mine"}]
+    told = json.loads(workers.ask("answer", request("press", edits=edits), "a", False))
+    assert 'title = "Mine"' in told["text"]  # what a hand has typed is not lost with the answer
     monkeypatch.setattr(workers._quick, "seconds", server.QUICK_SECONDS)
     assert json.loads(workers.ask("answer", request("press"), "a", False))["answer"] is not None
 
