@@ -205,7 +205,18 @@ def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> It
         away = (1.0, 1.0 if corner is None or corner[1] < 0.5 else -1.0)
         outwards = np.concatenate([np.tile(away, (len(anchors), 1)), dots - np.nanmean(path, axis=1)])
         spread = np.array([*anchors, *dots]).reshape(-1, 2)
-        figures.settle(where, names, spread, [path], outwards, keep=len(anchors))
+        lines = [path]
+        if where is panel and corner is not None and len(words) > 1:
+            lines.append(_rows_of_corner(panel, corner))
+        figures.settle(where, names, spread, lines, outwards, keep=len(anchors))
+
+
+def _rows_of_corner(panel: Axes, corner: tuple[float, float]) -> Array:
+    """A line (2, m) to and fro over an enlarged corner with its numbers and title: no name fits between its rows."""
+    low, high = np.subtract(corner, (0.08, 0.1)), np.add(corner, (_WIDE, _TALL_CORNER + 0.08))
+    heights = np.repeat(np.linspace(low[1], high[1], 25), 2)
+    across = np.resize([low[0], high[0], high[0], low[0]], heights.size)
+    return np.asarray(panel.transData.inverted().transform(panel.transAxes.transform(np.stack((across, heights), axis=1))).T)
 
 
 def _free_corner(panel: Axes, path: Array) -> tuple[float, float] | None:

@@ -17,7 +17,7 @@ from matplotlib.patches import Polygon
 from PIL import Image
 
 import flywheel
-from flywheel import JointForces, Machine, Scene, SceneError, joint_forces, motion
+from flywheel import JointForces, Machine, Scene, SceneError, joint_forces, language, motion
 from flywheel.machine.reactions import close_positions
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions
@@ -639,3 +639,20 @@ def test_no_legend_covers_a_curve() -> None:
         if (legend := panel.get_legend()) is not None:
             assert not legend.get_window_extent().overlaps(panel.get_window_extent())
             assert legend.get_window_extent().x1 <= made.bbox.x1
+
+
+def test_names_of_a_hodograph_stand_off_its_enlarged_corner() -> None:
+    """The word at a jump, and the coordinates: but for its stroke a press has small forces."""
+    machine = Machine(flywheel.load(Path(__file__).parents[2] / "examples/machines/press.toml"))
+    found = joint_forces(machine, close_positions(machine, 90), speed=TURN)
+    (forces,) = found.mechanisms.values()
+    with language.use("es"):
+        made = reactions.polar(forces)
+    made.canvas.draw()
+    enlarged = [panel for panel in made.axes if panel.child_axes]
+    assert len(enlarged) >= 3
+    for panel in enlarged:
+        corner = panel.child_axes[0].get_tightbbox()
+        names = [text.get_window_extent() for text in panel.texts]
+        assert names
+        assert not any(name.overlaps(corner) for name in names)
