@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from colorsys import hls_to_rgb
 from html import escape
 from itertools import pairwise
 from pathlib import Path
@@ -66,10 +67,6 @@ COLOURS = {
     "chemical": "#6E6E6E",
 }
 _INK, _FAINT, _MARKED = "#000000", "#555555", "#F0E442"
-_TINTS = (
-    *("#CFE8FF", "#FFE0C2", "#D5F0D5", "#F6D5E5", "#E6DAF5", "#FFF3B0"),
-    *("#C4F0F0", "#F0D9C8", "#D5DBE3", "#E8F5B8", "#FAC8C8", "#C9C2F0"),
-)
 _MARGIN, _LINE = 18.0, 15.0  # points: around the picture, per line of the legend
 _CAPTION_WIDTH = 300.0  # points: room for the caption
 _DPI = 200
@@ -128,6 +125,7 @@ def picture(
     title: str | None = None,
     loops: bool = False,
     parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    words: Mapping[str, str] = MappingProxyType({}),
 ) -> Picture:
     """Returns the picture of a graph as marks, which `draw` and `svg` write; the arguments are those of `draw`."""
     strokes, derivative = _causes(graph, causality)
@@ -135,7 +133,9 @@ def picture(
     drawn = layout(graph)
     looped = {n for loop in strokes_of(graph).loops for n in loop.bonds} if loops else ()
     marks: list[Mark] = []
-    samples = COLOURS | {name: _TINTS[k % len(_TINTS)] for k, name in enumerate(parts)}
+    tints = [hls_to_rgb(0.618 * k % 1.0, 0.88 - 0.04 * (k % 3), 0.8) for k in range(len(parts))]  # hues far from each other
+    hexes = ["#" + bytes(round(255 * share) for share in tint).hex() for tint in tints]
+    samples = COLOURS | dict(zip(parts, hexes, strict=True))
     for name, own in parts.items():
         for box in (box for element in dict.fromkeys(own) for box in drawn.boxes[element]):
             middle = Segment(Spot(box.x - box.width / 2.0, box.y), Spot(box.x + box.width / 2.0, box.y))
@@ -162,8 +162,7 @@ def picture(
             marks.append(_dashes(first.grown(1.5, 1.5)))
     marks += [_text(str(n), box, NUMBER_SIZE, _FAINT) for n, box in drawn.numbers.items()] if numbers else []
 
-    notes = _notes(graph, derivative)
-    return _framed(drawn, marks, notes, title, samples, parts)
+    return _framed(drawn, marks, _notes(graph, derivative), title, samples, parts, words)
 
 
 def _framed(
@@ -173,6 +172,7 @@ def _framed(
     title: str | None,
     samples: Mapping[str, str],
     parts: Collection[str] = (),
+    words: Mapping[str, str] = MappingProxyType({}),
 ) -> Picture:
     """The picture with margins, title and explanations: of its colours, lines, two-ports and parts."""
     left, bottom, right, top = drawn.bounds
@@ -197,10 +197,11 @@ def _framed(
             elif name in samples:
                 marks.append(Mark(sample, samples[name], 9.0 if name in parts else 2.0))
             x += 20.0 * (name in samples or note in (_DERIVATIVE, _SIGNAL))
-            literal = name if name in samples else ""
-            words = _text("" if literal else name, Box(x, y, 0.0, 0.0), NAME_SIZE)
-            marks.append(words._replace(side="left", literal=literal))
-            x += 10.0 + width(name, NAME_SIZE)
+            first, colon, rest = name.partition(":")
+            told = words.get(first, first) + colon if name not in parts else name
+            mark = _text("" if name in parts else rest, Box(x, y, 0.0, 0.0), NAME_SIZE)
+            marks.append(mark._replace(side="left", literal=told))
+            x += 10.0 + width(told + mark.text, NAME_SIZE)
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
         marks.insert(0, _text("", place, LABEL_SIZE)._replace(literal=title))
@@ -247,6 +248,7 @@ def draw(
     title: str | None = None,
     loops: bool = False,
     parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    words: Mapping[str, str] = MappingProxyType({}),
 ) -> Figure:
     """Draw a graph, and save the picture if a file is named; the same graph gives the same file every time.
 
@@ -263,6 +265,7 @@ def draw(
         title: a line above the picture.
         loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
         parts: elements by the part that they belong to, each part on a colour of its own, which the picture explains.
+        words: other words for those of the explanations below the picture, such as {"rotation": "rotación"}.
 
     Raises:
         GraphError: for another file ending, or strokes at elements that their bonds do not have.
@@ -277,7 +280,9 @@ def draw(
     if isinstance(graph, WordGraph):
         figure = figure_of(word_picture(graph, title))
     else:
-        figure = figure_of(picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts))
+        figure = figure_of(
+            picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts, words=words)
+        )
     _save(figure, file)
     return figure
 

@@ -37,7 +37,7 @@ from bondgraph.laws import TIME, Function, GraphError, law_of, own_name, refuse
 
 T = TypeVar("T", bound=Hashable)
 
-_DRAWN = 120  # bonds that a notebook draws unasked: more take seconds to lay out
+_DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
 
 
 def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:

@@ -30,6 +30,7 @@ from flywheel.pictures.mechanisms import colours, draw_bodies, write_names
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism, Scene
+from flywheel.tables.reduction import explanations
 
 Array = NDArray[np.float64]
 
@@ -301,17 +302,8 @@ def bond_graph(machine: Machine, only: Collection[str] = ()) -> str:
         mechanisms = tuple(mechanism for mechanism in scene.mechanisms if mechanism.name in only)
         machine = Machine(replace(scene, mechanisms=mechanisms, **some))
     graph, _left_out = graph_with_flywheel(machine)
-    drawn_graph = svg(bondgraph.draw(graph))
-    legend = {
-        "translation": _("translation"),
-        "rotation": _("rotation"),
-        "store in derivative causality": _("store in derivative causality"),
-        "transformer": _("transformer"),
-        "flywheel": _("flywheel"),
-    }
-    for english, told in legend.items():
-        drawn_graph = re.sub(rf"(>[^<]*)\b{english}\b(?=[^<]*</t)", rf"\g<1>{told}", drawn_graph)
-    return drawn_graph
+    drawn_graph = svg(bondgraph.draw(graph, words=explanations()))
+    return re.sub(r"(>[^<]*)\bflywheel\b(?=[^<]*</t)", rf"\g<1>{_('flywheel')}", drawn_graph)
 
 
 def shares(machine: Machine, q: Array, total: Array, parts: Mapping[str, Array], label: str, sliding: bool) -> str:

@@ -283,7 +283,21 @@ def draw_graph(graph: BondGraph, path: Path, scene: Path, rows: Sequence[MapRow]
         if row.group != "-":
             parts.setdefault(row.group or row.part, []).append(row.element)
     with _explained():
-        bondgraph.draw(graph, path, title=scene.stem, parts=parts)
+        bondgraph.draw(graph, path, title=scene.stem, parts=parts, words=explanations())
+
+
+def explanations() -> dict[str, str]:
+    """The words that explain the picture of a bond graph, in the language in use, by the English ones."""
+    return {
+        "translation": _("translation"),
+        "rotation": _("rotation"),
+        "electric": _("electric"),
+        "hydraulic": _("hydraulic"),
+        "store in derivative causality": _("store in derivative causality"),
+        "signal, without power": _("signal, without power"),
+        "transformer": _("transformer"),
+        "gyrator": _("gyrator"),
+    }
 
 
 class MapRow(NamedTuple):

@@ -286,6 +286,13 @@ def test_parts_have_a_colour_each_that_the_picture_explains():
     assert all(colours.count(colour) == 4 for colour in added)  # two labels in a junction, one in a store, and the sample
 
 
+def test_explanations_take_other_words():
+    found = texts(draw(condensed(), causality={}, words={"rotation": "rotación", "transformer": "transformador"}))
+    assert "rotación" in found
+    assert "translation" in found
+    assert any(text.startswith("transformador: $f_{") for text in found)
+
+
 def test_parts_of_elements_that_are_none_are_named():
     with pytest.raises(GraphError, match="part 'rod': no element 'm_rod'"):
         draw(condensed(), parts={"rod": ["slider", "m_rod"]})
