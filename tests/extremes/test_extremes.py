@@ -26,6 +26,8 @@ from tests.limits import sample
 
 
 CASES = names("coincidence", "table")
+NEAR = names("rod", "offset", "change point", "shaper")
+SWEEPS, WINDOWS = names("sweep"), names("window", "windows")
 FAULTY = {
     "three equal angles": ([0, 1, 1, 1, tau], "load[0].table: found three equal angles from row 2, expected two at most"),
     "a jump at the first row": ([0, 0, 1, tau], "load[0].table: found a jump at the first row"),
@@ -52,7 +54,7 @@ def results() -> list[Row]:
     ]
 
 
-@pytest.mark.parametrize("name", sample(CASES, 5))
+@pytest.mark.parametrize("name", [*sample(CASES, 5), *sample(NEAR, 3), *sample(SWEEPS, 6), *sample(WINDOWS, 5)])
 def test_every_figure_is_known_to_its_estimate_and_to_rtol(name: str) -> None:
     assert [item for item in measured(name) if not item.honest] == []
     assert [item for item in measured(name) if not item.kept] == []
@@ -76,7 +78,6 @@ def test_zeros_of_the_moment_on_breakpoints_make_no_areas_of_their_own(torque: s
 # Mechanisms that all but lock, against 30 digits; those that do are refused, with the length and the angle.
 
 
-NEAR = names("rod", "offset", "change point", "shaper")
 GROUPS = {
     "slider-crank": ("rod", "r/l 0.99..0.999999, offset 0"),
     "slider-crank with offset": ("offset", "l above r + |e| by 1e-3..1e-6"),
@@ -104,12 +105,6 @@ def geometry() -> list[Row]:
     return near + [Row("locked", key, None, None, refusal(scene)) for key, (scene, *_) in LOCKED.items()]
 
 
-@pytest.mark.parametrize("name", sample(NEAR, 3))
-def test_close_to_a_lock_every_figure_is_known_to_its_estimate_and_to_rtol(name: str) -> None:
-    assert [item for item in measured(name) if not item.honest] == []
-    assert [item for item in measured(name) if not item.kept] == []
-
-
 @pytest.mark.slow
 def test_only_the_shaper_loses_digits() -> None:
     assert [i for n in NEAR if "shaper" not in n for i in measured(n) if i.rtol == 1e-9 and i.estimate > 1e-9] == []
@@ -127,7 +122,6 @@ def test_what_locks_is_refused_with_the_length_and_the_angle(name: str) -> None:
 # Irregularities from 1e-14 to 1.99 and speeds from 1e-6 to 1e6 rad/s, for every mechanism, against 30 digits.
 
 
-SWEEPS = names("sweep")
 BEYOND = (0.0, -1e-14, 2.0, 2.5)
 
 
@@ -141,12 +135,6 @@ def irregularities() -> list[Row]:
 def even(eps: float) -> Scene:
     """A scotch yoke for an irregularity."""
     return running(MACHINES["scotch-yoke"](), 6.0, eps)
-
-
-@pytest.mark.parametrize("name", sample(SWEEPS, 6))
-def test_every_figure_of_small_irregularities_is_known(name: str) -> None:
-    assert [item for item in measured(name) if not item.honest] == []
-    assert [item for item in measured(name) if not item.kept] == []
 
 
 @pytest.mark.slow
@@ -684,7 +672,6 @@ def test_a_toggle_clamp_scales_too() -> None:
 # Load windows from 20 deg down to 0.001 deg: alone, across the seam, several, touching; against 30 digits.
 
 
-WINDOWS = names("window", "windows")
 WIDTHS = [20.0, 1.0, 0.1, 0.01, 0.001, 1e-5]
 
 
@@ -712,12 +699,6 @@ def windows() -> list[Row]:
         Row("a window of a shaft alone", "20..0.001 deg", *worst, "closed form: nothing else sways the speed"),
         Row("a window", "1e-10 deg", None, None, refusal(shaft(1e-10))),
     ]
-
-
-@pytest.mark.parametrize("name", sample(WINDOWS, 5))
-def test_every_figure_of_windows_is_known(name: str) -> None:
-    assert [item for item in measured(name) if not item.honest] == []
-    assert [item for item in measured(name) if not item.kept] == []
 
 
 @pytest.mark.parametrize("start", [0.0, 90.0, 330.0])

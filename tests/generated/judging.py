@@ -354,6 +354,8 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
         return "wrong", f"irregularity {motion['irregularity']:.9g} for {uneven:.9g}"
     if balanced and "speed" in scene.get("regime", {}) and abs(mean / figures["speed_asked"] - 1) > 2 * said:
         return "wrong", f"mean of extremes {mean:.9g} for {figures['speed_asked']:.9g}"
+    if fault := _powers(scene, figures, machine, cycle):
+        return "wrong", fault
     if "limits" in scene["flywheel"]:
         return _limited(scene, figures, machine, cycle, omega)
     if asked is None:
@@ -410,35 +412,66 @@ def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
         rated = value(row["power"]) / value(row["speed"])
         if row["type"] == "induction":
             rated, whole = rated_point(row)
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    square, heat, tops = 0.0, 0.0, []
     heats, ratio = heating(row), machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
-
-    def torque(at: float, p: Piece) -> float:
-        y = p.states(at).tolist()
-        return machine.torques(at, y, machine.bodies(y[0]), p.mode)[-1]
-
-    for p in cycle.course.pieces:
-        half = 0.5 * (p.end - p.start)
-        torques = [torque(at, p) for at in (p.start, *(p.start + half * (1 + nodes)), p.end)]
-        square += half * float(weights @ np.square(torques[1:-1]))
-        if "motor_heat" in scene["flywheel"]["limits"]:
-            speeds = [ratio * float(p.states(at)[1]) for at in p.start + half * (1 + nodes)]
-            heat += half * sum(w * heats(t, s) for w, t, s in zip(weights, torques[1:-1], speeds, strict=True))
-        tops.append((max(map(abs, torques)), p))
-    tops.sort(key=lambda row: -row[0])
-    greatest = tops[0][0]
-    for _, p in tops[:3]:
-        run = minimize_scalar(lambda at, p=p: -abs(torque(at, p)), bounds=(p.start, p.end))
-        greatest = max(greatest, -float(run.fun))
-    root = math.sqrt(square / cycle.period)
+    root, heat, (greatest, _) = driven(scene, machine, cycle, heats)
     found = {"irregularity": cycle.irregularity, "motor_torque": greatest / rated, "motor_rms": root / rated}
     if "motor_heat" in scene["flywheel"]["limits"]:
-        found["motor_heat"] = heat / cycle.period / (whole or heats(rated, value(row["speed"])))
+        found["motor_heat"] = heat / (whole or heats(rated, value(row["speed"])))
     if "current_pulsation" in scene["flywheel"]["limits"]:
         _, r, k, _, current = plate(row)
         found["current_pulsation"] = k * ratio * (cycle.top - cycle.bottom) / r / current
     return found
+
+
+def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float, float], float]) -> tuple[float, float, Any]:
+    """Rms torque (N m) and mean heat (W) of the drive over a cycle, and its greatest torque and power, by amount."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
+
+    def pair(at: float, p: Piece) -> Any:
+        y = p.states(at).tolist()
+        torque = machine.torques(at, y, machine.bodies(y[0]), p.mode)[-1]
+        return np.array([torque, torque * ratio * y[1], ratio * y[1]])
+
+    square, heat, rows = 0.0, 0.0, []
+    for p in cycle.course.pieces:
+        half = 0.5 * (p.end - p.start)
+        found = np.array([pair(at, p) for at in (p.start, *(p.start + half * (1 + nodes)), p.end)])
+        square += half * float(weights @ found[1:-1, 0] ** 2)
+        heat += half * sum(w * heats(t, s) for w, (t, _, s) in zip(weights, found[1:-1].tolist(), strict=True))
+        rows.append((np.abs(found).max(axis=0), p))
+    greatest = []
+    for k in (0, 1):
+        tops = sorted(rows, key=lambda row, k=k: -row[0][k])[:3]
+        sought = (minimize_scalar(lambda at, p=p, k=k: -abs(pair(at, p)[k]), bounds=(p.start, p.end)).fun for _, p in tops)
+        greatest.append(max(float(tops[0][0][k]), *(-float(top) for top in sought)))
+    return math.sqrt(square / cycle.period), heat / cycle.period, greatest
+
+
+def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
+    """Figures of the drive's power along a cycle, and of losses in meshes, that are off; empty where all is right."""
+    told, flow = figures["energy"], figures["power_flow"]
+    if told is None or flow is None or "drive" not in scene:
+        return ""
+    motor = scene["drive"].get("motor", {})
+    plain_slip = motor.get("type") == "induction" and not {"electrical", "inverter"} & motor.keys()
+    heats = slip_heat(motor) if plain_slip else heating({"type": "none"})
+    rms, heat, (_, peak) = driven(scene, machine, cycle, heats)
+    works = machine.works(cycle.end)
+    scale = sum(map(abs, works.values())) / cycle.period
+    lost = sum(stream["mean"] for stream in flow["streams"] if stream["kind"] in ("mesh", "slip"))
+    ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
+    rows = [
+        ("mean power", told["mean_power"], works["drive"] / cycle.period, scale),
+        ("peak power", abs(told["peak_power"]), peak, max(scale, peak)),
+        ("rms torque", told["rms_torque"], rms, max(rms, scale / ratio / cycle.bottom)),
+        ("loss in meshes", lost, works["meshes"] / cycle.period, scale),
+    ]
+    if plain_slip:
+        rows.append(("heat of the rotor", told["rotor_heat"], heat, max(heat, scale)))
+    said = 10 * max(figures["error"]["energy"] or 0.0, FLOOR)
+    off = [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in rows if abs(one - true) > said * size]
+    return ", ".join(off)
 
 
 def plate(row: Scene) -> tuple[float, float, float, float, float]:

@@ -1,7 +1,8 @@
-"""The drive along a cycle: duty, engines, drive lines."""
+"""The drive along a cycle: duty, engines, drive"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import pi
 from typing import Any
 
@@ -16,8 +17,7 @@ from flywheel.components.energy import mean_effective_pressure, mechanical_effic
 from flywheel.duty import Stretch, mean, root_mean_square
 from flywheel.sizing.duty import over
 from flywheel.tables import sizing as report
-from tests.oracle import random_drive_lines as lines
-from tests.oracle.drive_lines import DriveLine
+from tests.oracle.drive_lines import DriveLine, Regime
 
 # Duties: the flywheel of the hardest phase, torque and heat over all phases, against integrals by hand and handbooks.
 
@@ -473,7 +473,118 @@ def test_a_balance_in_two_places_of_two_units_has_none() -> None:
 # Shafts in series against the series equations: flywheel, speeds, powers, and what every mesh loses.
 
 
-TRUE = {  # of the press for an irregularity of 15 %, by `DriveLine(PRESS).sized(0.15)`
+RTOLS = (1e-3, 1e-6, 1e-9, 1e-11)
+FLOOR = 2e-11  # what the oracle itself may be off by
+LINE: dict[str, Any] = {
+    "shafts": {
+        "wheel": {"ratio": 6.0, "efficiency": 0.97, "drag": 4.0},
+        "motor": {"on": "wheel", "ratio": 4.7, "efficiency": 0.96, "slip": "2 %"},
+    },
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.05, "mass": 90, "inertia": 2.4},
+        "rod": {"length": 0.4, "mass": 45, "inertia": 1.1, "com": 0.13},
+        "slider": {"mass": 160},
+    },
+    "load": [{"on": "slider", "force": "-250 kN", "from": "320 deg", "to": "350 deg"}],
+    "inertia": [{"on": "wheel", "value": 0.25}],
+    "drive": {
+        "on": "motor",
+        "motor": MOTOR | {"power": 6000.0, "speed": "1380 rpm", "breakdown_ratio": 2.8, "inertia": 0.016},
+    },
+    "flywheel": {"on": "wheel", "inertia": 14.0},
+}
+
+
+def reshafted(**changed: dict[str, Any]) -> dict[str, Any]:
+    """The press with keys of its shafts changed."""
+    return LINE | {"shafts": {name: row | changed.get(name, {}) for name, row in LINE["shafts"].items()}}
+
+
+def on_motor(table: dict[str, Any], **changed: Any) -> dict[str, Any]:
+    return table | {"drive": {"on": "motor", "motor": table["drive"]["motor"] | changed}}
+
+
+def twelve(on: list[str]) -> dict[str, Any]:
+    """Twelve shafts, each on the shaft named; the motor on the last, the flywheel in the middle."""
+    shafts: dict[str, Any] = {f"s{k}": {"on": near, "ratio": 1.3, "drag": 0.2} for k, near in enumerate(on)}
+    for k, row in enumerate(shafts.values()):
+        row |= {"efficiency": 0.98 - 0.005 * k, "slip": "0.4 %" if k % 3 == 0 else 0}
+    inertia = [{"on": name, "value": 0.05 / (k + 1)} for k, name in enumerate(shafts)]
+    sent = {"on": "s11", "torque": "400 - 3*omega"}
+    return LINE | {"shafts": shafts, "inertia": inertia, "drive": sent, "flywheel": {"on": "s5", "inertia": 60.0}}
+
+
+BALANCED = {"drive": {"on": "motor", "torque": "balance"}, "regime": {"speed": "50 rpm"}}
+EXTREMES: dict[str, dict[str, Any]] = {
+    "efficiency of 2 %": reshafted(motor={"efficiency": 0.02}) | BALANCED,
+    "flywheel behind 20 %": reshafted(wheel={"efficiency": 0.2}) | BALANCED | {"flywheel": {"on": "wheel", "inertia": 90.0}},
+    "ratio of 1000": on_motor(
+        reshafted(wheel={"ratio": 1000.0, "drag": 0.02}, motor={"ratio": 4.7 * 6 / 1000}), breakdown_ratio=3.0
+    )
+    | {"flywheel": {"on": "wheel", "inertia": 14.0 * 36 / 1e6}, "inertia": []},
+    "ratio of 1/1000": reshafted(wheel={"ratio": 0.001, "drag": 20.0}, motor={"ratio": 4.7 * 6 * 1000})
+    | {"flywheel": {"on": "wheel", "inertia": 14.0 * 36e6}},
+    "flywheel behind three meshes": LINE
+    | {
+        "shafts": LINE["shafts"]
+        | {
+            "a": {"on": "wheel", "ratio": 2.0, "efficiency": 0.9},
+            "b": {"on": "a", "ratio": 0.7, "efficiency": 0.85, "slip": "3 %"},
+            "c": {"on": "b", "ratio": 1.5, "efficiency": 0.95},
+        },
+        "flywheel": {"on": "c", "inertia": 3.0},
+    },
+    "the motor's own inertia": on_motor(LINE, inertia=2.0) | {"flywheel": {"on": "wheel", "inertia": 0.1}},
+    "a motor five times as large": on_motor(LINE, power=30e3, speed="980 rpm", poles=6, breakdown_ratio=2.6, inertia=0.48)
+    | {"flywheel": {"on": "wheel", "inertia": 3.0}},
+    "a load that drives the motor": LINE
+    | {"load": [*LINE["load"], {"on": "crank", "torque": 1500.0}], "flywheel": {"on": "wheel", "inertia": 14.0}},
+    "twelve in series": twelve(["crank", *(f"s{k}" for k in range(11))]),
+    "a bush of twelve": twelve(["crank", "crank", "s0", "s0", "s1", "s1", "s2", "s2", "s3", "s4", "s4", "s9"]),
+}
+
+
+def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float, float]]:
+    """Figures of an analysis or a sizing with the true ones, the errors said of them, and what errors are relative to."""
+    found = sizing.as_dict()
+    error, motion, energy = found["error"], found["simulation"], found["energy"]
+    yield "speed", found["speed"], true.speed, error["speed"], true.speed
+    for key in ("irregularity", "speed_max", "speed_min", "period"):
+        yield key, motion[key], getattr(true, key), error["simulation"], getattr(true, key)
+    if found["balance"] is not None:
+        yield "balance", found["balance"]["value"], true.unknown, error["balance"], true.unknown
+    flow = sizing.power_flow
+    scale = flow.scale
+    drive = true.rms_torque / true.mean_power * scale if true.mean_power else 1.0
+    for key, size in (("mean_power", scale), ("peak_power", scale), ("rms_torque", drive)):
+        yield key, energy[key], getattr(true, key), error["energy"], max(abs(getattr(true, key)), size)
+    if energy.get("rotor_heat") is not None and energy.get("rotor_heat_share") is not None:
+        yield "rotor_heat", energy["rotor_heat"], true.rotor_heat, error["rotor_heat"], true.rotor_heat
+    of = {(stream.kind, stream.name): stream.mean for stream in flow.streams}
+    for name, passed in true.flows.items():
+        lost = of.get(("mesh", f"shafts.{name}"), 0.0) + of.get(("slip", f"shafts.{name}"), 0.0)
+        yield f"lost {name}", lost, passed.lost, flow.error, scale
+        yield f"slip {name}", of.get(("slip", f"shafts.{name}"), 0.0), passed.slip, flow.error, scale
+    for row in flow.shafts:
+        if row.on is not None:
+            rms = true.flows[row.shaft].rms_torque
+            yield f"rms torque {row.shaft}", row.torque_rms, rms, flow.error, max(rms, scale / row.speed)
+    yield "in less out less losses", flow.left, 0.0, flow.error, scale
+
+
+def off(table: dict[str, Any], true: Regime, rtol: float) -> list[tuple[Any, ...]]:
+    """Figures, with the true ones, whose errors are above the estimates, or above rtol where that is reported as reached."""
+    sizing = flywheel.size(flywheel.load(table | {"accuracy": {"rtol": rtol}}), simulate=False)
+    found = []
+    for figure, value, exact, said, size in pairs(sizing, true):
+        error = abs(value - exact) / max(abs(size), 1e-300)
+        if error > said + FLOOR or (sizing.reached and error > rtol + FLOOR):
+            found.append((figure, value, exact, said, error))
+    return found
+
+
+TRUE = {  # of the press for an irregularity of 15 %, by `DriveLine(LINE).sized(0.15)`
     "inertia": 17.291497418502406,
     "speed": 5.061360492761736,
     "speed_max": 5.440962529718867,
@@ -491,7 +602,7 @@ RMS = {"wheel": 305.37618199008307, "motor": 28.40230158002637}  # N m through t
 
 
 def press(**wheel: Any) -> dict[str, Any]:
-    return lines.PRESS | {"flywheel": {"on": "wheel", **wheel}}
+    return LINE | {"flywheel": {"on": "wheel", **wheel}}
 
 
 def test_press_of_motor_belt_flywheel_shaft_gear_and_crank() -> None:
@@ -521,26 +632,16 @@ def test_digits_of_the_press() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
-def test_random_drive_lines(seed: int) -> None:
-    table = lines.scene(seed)
-    true = DriveLine(table).analysed(table["flywheel"]["inertia"])
-    for rtol in lines.RTOLS:
-        assert lines.compared(table, true, rtol) == []
-        assert lines.recovered(table, true, rtol) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", lines.EXTREMES)
+@pytest.mark.parametrize("name", EXTREMES)
 def test_extreme_drive_lines(name: str) -> None:
-    table = lines.EXTREMES[name]
+    table = EXTREMES[name]
     true = DriveLine(table).analysed(table["flywheel"]["inertia"])
-    for rtol in lines.RTOLS:
-        assert lines.compared(table, true, rtol) == []
+    for rtol in RTOLS:
+        assert off(table, true, rtol) == []
 
 
 def test_drag_that_eats_the_motors_torque() -> None:
-    shafts = lines.PRESS["shafts"]
+    shafts = LINE["shafts"]
     table = press(irregularity=0.15) | {"shafts": shafts | {"wheel": shafts["wheel"] | {"drag": 700.0}}}
     with pytest.raises(flywheel.SceneError, match="a drive that cannot carry the mean load"):
         flywheel.size(flywheel.load(table), simulate=False)
@@ -555,7 +656,7 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
         "mechanism": {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.45}, "slider": {"mass": 40}},
         "load": [{"on": "slider", "force": "-50*sign(v)"}],
         "inertia": [{"on": "crank", "value": 2.0}],
-        "drive": {"on": "motor", "motor": lines.PRESS["drive"]["motor"] | {"power": 15e3, "speed": "1440 rpm"}},
+        "drive": {"on": "motor", "motor": LINE["drive"]["motor"] | {"power": 15e3, "speed": "1440 rpm"}},
         "flywheel": {"on": "fly", "inertia": 0.2},
     }
     line, end = DriveLine(table), 0.15
@@ -572,7 +673,7 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
 
 
 def test_lightly_loaded_motor_of_a_press() -> None:
-    table = lines.EXTREMES["a motor five times as large"]
+    table = EXTREMES["a motor five times as large"]
     run = flywheel.size(flywheel.load(table), simulate=False).run
     assert (run.speed_max, run.speed_min) == pytest.approx(LARGE, rel=1e-11)
     punch = {"type": "punch", "diameter": 0.06, "thickness": 0.008, "shear_strength": 360e6, "shape": "triangular"}
