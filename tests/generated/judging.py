@@ -458,7 +458,7 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     heats = slip_heat(motor) if plain_slip else heating({"type": "none"})
     rms, heat, (_, peak) = driven(scene, machine, cycle, heats)
     works = machine.works(cycle.end)
-    scale = sum(map(abs, works.values())) / cycle.period
+    scale = max(sum(map(abs, works.values())), 1e-6 * machine.kinetic(cycle.end)) / cycle.period
     lost = sum(stream["mean"] for stream in flow["streams"] if stream["kind"] in ("mesh", "slip"))
     ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
     rows = [
