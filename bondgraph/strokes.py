@@ -477,7 +477,7 @@ def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
 
 
 def _completed(draft: _Assignment, wanted: Mapping[str, str]) -> _Assignment:
-    """The first assignment in the order of preference that adds no conflict; where there is none, one that adds few."""
+    """The first assignment in the order of preference that adds no conflict; if there is none, one that adds few."""
     stack: list[_Trial] = [lambda: draft]
     for _ in range(_MOST_TRIALS * len(draft.graph.bonds)):
         if not stack:

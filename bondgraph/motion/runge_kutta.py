@@ -382,15 +382,15 @@ class DormandPrince:
 # -- implicit steps -----------------------------------------------------------------------------------------------------
 
 STAGES = 16  # order 31 at the end of a step, 16 within it
-STIFF = 20.0  # time constants: about the first number at which explicit steps are held up
-_TRIED = 1e-7  # of a state's size: how far it is moved to see what that changes
-_FIRST = 4.0  # time constants of the fastest change: what a step of this order resolves
+STIFF = 20.0  # time constants in a step: explicit steps are limited by stability from about here
+_TRIED = 1e-7  # of a state's size: its change for a derivative by differences
+_FIRST = 4.0  # time constants of the fastest change that a step of this order resolves
 _MOST_NEWTON, _MOST_TRIES = 12, 40  # iterations in a step, and steps tried before one is accepted
 _GROWTH = 10.0  # of one step over the one before, at the most
-_SETTLED = 0.1  # of the tolerance: below it Newton's method has arrived
-_STALLED = 0.3  # of the change before: a change that is larger is rounding
-_ROUGH = 1e-8  # of a state: more than this is no rounding, but a Newton iteration that has lost its way
-_OPEN = 8.0  # times that rounding: below it, what is missing of a step is left open
+_SETTLED = 0.1  # of the tolerance: below it Newton's method has converged
+_STALLED = 0.3  # of the change before: a larger change is rounding
+_ROUGH = 1e-8  # of a state: a larger change is not rounding, but a diverging Newton iteration
+_OPEN = 8.0  # added to the tolerance: 8 times the rounding of a step
 
 
 class RateField(NamedTuple):

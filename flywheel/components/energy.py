@@ -27,8 +27,8 @@ class Energy(NamedTuple):
     speed (W). Powers of a motor that brakes are below 0. `rms_torque` is the root of the mean square of the motor's torque
     over time (N m): on the drive's own shaft in a sizing, on the reduction element in `of_cycle`.
 
-    What heats a motor, averaged over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
-    square and by the value that is greatest in size, and the copper heat R i² (W); of an induction motor the heat of its
+    Heat of a motor, averaged over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
+    square and its value of greatest size, and the copper heat R i² (W); of an induction motor the heat of its
     rotor (W), torque times slip speed, and by its name plate the line current (A) and the copper heat of its stator (W);
     each as a share of that at the rated point, too. None if they do not apply.
     `errors` are estimated relative errors of these.
@@ -89,7 +89,7 @@ class ServoLoad(NamedTuple):
     `rms_torque` is the root of the mean square over time, `continuous_torque` the continuous curve at the `mean_speed` over
     time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is that which
     takes most of the peak curve, `peak_share` of it. `inertia_ratio` is the mean inertia of all that the rotor drives, at
-    its shaft, over its own; None without that. `errors` are relative but for those of the shares and the angle.
+    its shaft, over its own; None without that. `errors` are relative except for those of the shares and the angle.
     """
 
     mean_speed: float
@@ -105,7 +105,7 @@ class ServoLoad(NamedTuple):
 
     @property
     def at_peak(self) -> bool:
-        """Tells whether the peak curve cuts the torque off."""
+        """Tests whether the peak curve cuts the torque off."""
         return self.peak_share >= 1.0 - self.errors["peak_share"]
 
 
@@ -126,7 +126,7 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     Raises:
         SceneError: if speeds are not above 0, weights are below 0 or all 0, shapes do not fit, or a number is not finite.
 
-    Peaks are the greatest values at the given points: as near to the true ones as the points lie to them.
+    Peaks are the greatest values at the given points; their accuracy depends on the spacing of the points.
     Source: power as moment times speed; the course's March 2010 exam.
 
     >>> from math import pi
@@ -231,8 +231,8 @@ def mechanical_efficiency(brake: float, indicated: float) -> float:
     """Mechanical efficiency: the brake's work (or power) over the indicated one.
 
     Args:
-        brake: what the engine gives, J or W.
-        indicated: what its gas gives, J or W.
+        brake: output of the engine, J or W.
+        indicated: work or power of its gas, J or W.
 
     Raises:
         SceneError: if a number is below 0, or the second 0.

@@ -1,9 +1,9 @@
 """Shafts geared to one another, with losses in the meshes; the same flywheel compared on every shaft.
 
 Speeds, torques and accelerations count positive in each shaft's own rotation, so that every ratio is above 0. Shafts and
-stages make a tree. A mesh takes a share 1 - eta of the power that passes it, in either direction: tau being what the far
-side of a stage asks for (its inertia times its acceleration, less its torques), the near side feels r tau/eta where it
-drives and r tau eta where it is driven, r being the far speed over the near one.
+stages form a tree. A mesh loses a share 1 - eta of the power through it, in either direction: with tau the torque that the
+far side of a stage needs (its inertia times its acceleration, less its torques), the near side feels r tau/eta if it
+drives and r tau eta if it is driven, with r the far speed over the near one.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Running(NamedTuple):
     """A train in motion, or about to move: `direction` is 1 or -1, or 0 if it stays at rest.
 
     `accelerations` of every shaft (rad/s²); `inertia` and `moment` reduced to the shaft `on`, with the losses as the power
-    flows now (kg m², N m); `torque` that must act on it besides (N m): inertia * acceleration = moment + torque.
-    `meshes` are empty if the train stays at rest, as its losses then are not determined.
+    flows now (kg m², N m); `torque` that must also act on it (N m): inertia * acceleration = moment + torque.
+    `meshes` are empty if the train stays at rest, because its losses are then undetermined.
     """
 
     on: str
@@ -67,7 +67,7 @@ def with_rope(shaft: Shaft, mass: float, radius: float, pull: float) -> Shaft:
     """A shaft with a rope on a drum: inertia + m r², torque + F r.
 
     Args:
-        shaft: what sits on it otherwise.
+        shaft: without the rope.
         mass: m on the rope, kg.
         radius: r of the drum, m.
         pull: F in the direction of the drum's rotation, N: m g where the mass sinks, -m g where it is lifted.
@@ -89,7 +89,7 @@ def with_rope(shaft: Shaft, mass: float, radius: float, pull: float) -> Shaft:
 def geared_acceleration(
     shafts: Mapping[str, Shaft], stages: Sequence[Stage], on: str | None = None, direction: int = 1
 ) -> Running:
-    """Acceleration of geared shafts under given torques, every mesh losing in the direction of its power.
+    """Acceleration of geared shafts under given torques, with losses in every mesh in the direction of its power.
 
     The moment that the shaft `on` would still need, R(alpha) = I alpha - T + sum of what its stages feel, is linear between
     the accelerations at which a mesh is without load, convex (concave when turning backwards) and rising: Newton's
@@ -98,14 +98,14 @@ def geared_acceleration(
     Args:
         shafts: by name.
         stages: that join them to a tree.
-        on: the shaft that things are reduced to; the first if None.
-        direction: 1 or -1 as the shafts turn; 0 at rest: they then start the way on which torques overcome friction and
-            losses, or stay.
+        on: the shaft of reduction; the first if None.
+        direction: 1 or -1 as the shafts turn; 0 at rest: they then start in the direction in which torques overcome friction
+            and losses, or stay.
 
     Raises:
         SceneError: if the shafts are no tree, have no inertia, or a number is out of range.
 
-    Valid for efficiencies that are the same both ways and do not depend on load or speed.
+    Valid for efficiencies that are equal in both directions and independent of load and speed.
     Source: Khurmi and Gupta, Theory of Machines, section 3.19 and example 3.13; Bevan, chapter 2, example 10.
 
     >>> drum = with_rope(Shaft(100.0), 75.0, 0.3, 75.0 * 9.81)
@@ -131,10 +131,10 @@ def geared_acceleration(
 def geared_torque(
     shafts: Mapping[str, Shaft], stages: Sequence[Stage], on: str, acceleration: float, direction: int = 1
 ) -> Running:
-    """Torque on a shaft for a given acceleration: T = I alpha - M, reduced to it, the meshes losing as the power flows.
+    """Torque on a shaft for a given acceleration: T = I alpha - M, reduced to it, with losses in the direction of power.
 
     Args:
-        shafts: by name; what the motor gives is not among their torques.
+        shafts: by name; without the motor's torque.
         stages: that join them to a tree.
         on: the motor's shaft.
         acceleration: of that shaft, rad/s².
@@ -203,7 +203,7 @@ class _GearTrain:
             alpha = running.moment / running.inertia
 
     def at(self, alpha: float, direction: int) -> Running:
-        """The motion with the root at an acceleration, and the torque that this asks for."""
+        """The motion with the root at an acceleration, and the torque that it needs."""
         asked = {
             name: shaft.inertia * self.gains[name] * alpha - shaft.torque + direction * shaft.friction
             for name, shaft in self.shafts.items()
@@ -298,7 +298,7 @@ def on_every_shaft(
     radius: float | None = None,
     rim_speed: float | None = None,
 ) -> tuple[OnShaft, ...]:
-    """The flywheels that do the same on each shaft: J_s = J (r_on/r_s)², GD² = 4 J_s.
+    """The equivalent flywheels on each shaft: J_s = J (r_on/r_s)², GD² = 4 J_s.
 
     As a thin rim of one radius R: m = J_s/R², and the rim runs at R w_s: on a faster shaft less mass at more rim speed.
     As a thin rim at one rim speed v: R = v/w_s and m = J_s w_s²/v², which is 2 E/v²: the same mass on every shaft.

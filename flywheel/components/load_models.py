@@ -1,4 +1,4 @@
-"""Loads of known kinds: belts, what resists motion (fans, pumps, windage, bearings, rolling), presses and punches, gases.
+"""Loads of known kinds: belts, resistances (fans, pumps, windage, bearings, rolling), presses and punches, gases.
 
 Gas on a piston acts by its pressure: from an indicator diagram, or by the cycle of a reciprocating compressor.
 """
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Model(NamedTuple):
-    """A load of a known kind: its words, its law in a sentence, and whether it is a loss, by which nothing is gained."""
+    """A load of a known kind: its words, its law in a sentence, and true for a loss, which has no useful work."""
 
     words: str
     formula: str
@@ -48,12 +48,12 @@ MODELS = {
 
 
 def model_of(text: str) -> Model | None:
-    """The known kind that a load's text names, such as `press: 24.7 kJ over 15 mm`; None for another, and for a drive."""
+    """The known kind that a load's text names, such as `press: 24.7 kJ over 15 mm`; else None, also for a drive."""
     return MODELS.get(text.partition(":")[0])
 
 
 def is_loss(text: str) -> bool:
-    """Tests whether nothing is gained by a load of this text."""
+    """Tests whether a load of this text is a loss."""
     model = model_of(text)
     return model is not None and model.loss
 
@@ -151,7 +151,7 @@ def quadratic_coefficient(effort: float, speed: float, constant: float = 0.0) ->
     """Coefficient c of a fan or pump from one point of its characteristic: c = (T - T0)/omega².
 
     Args:
-        effort: T, torque (N m) or force (N) that it takes at that speed.
+        effort: T, torque (N m) or force (N) at that speed.
         speed: omega, rad/s or m/s, above 0.
         constant: T0, the share that does not depend on speed (static head, friction), in units of T.
 
@@ -169,12 +169,12 @@ def quadratic_coefficient(effort: float, speed: float, constant: float = 0.0) ->
 
 CONSTANT, TRIANGULAR = "constant", "triangular"
 FULLNESS = {CONSTANT: 1.0, TRIANGULAR: 0.5}
-"""Mean force over the greatest one, by how it goes with penetration: it stays, or falls in a straight line to nothing."""
+"""Mean force over the greatest one, by its course over penetration: constant, or falling linearly to zero."""
 FORCE_SHAPES = tuple(FULLNESS)
 
 
 class Press(NamedTuple):
-    """A working stroke: greatest force (N; N m), way that it acts along (m; rad), shape, way that is left then (m; rad)."""
+    """A working stroke: greatest force (N; N m), its travel (m; rad), shape, remaining travel (m; rad)."""
 
     force: float
     travel: float
@@ -183,7 +183,7 @@ class Press(NamedTuple):
 
     @property
     def energy(self) -> float:
-        """Work of a stroke (J): F s where the force is constant, F s/2 where it falls to nothing."""
+        """Work of a stroke (J): F s for a constant force, F s/2 for one that falls to zero."""
         return self.force * self.travel * FULLNESS[self.shape]
 
 
@@ -204,7 +204,7 @@ def sheared_area(thickness: float, perimeter: float) -> float:
 
 
 def greatest_force(energy: float, travel: float, shape: str = CONSTANT) -> float:
-    """Force at the beginning of a stroke of given energy: F = E/s constant, F = 2 E/s falling to nothing.
+    """Force at the beginning of a stroke of given energy: F = E/s constant, F = 2 E/s falling to zero.
 
     Args:
         energy: E of the stroke, J.
@@ -225,10 +225,10 @@ def greatest_force(energy: float, travel: float, shape: str = CONSTANT) -> float
 
 
 def press_force(penetration: ArrayLike, press: Press) -> Array:
-    """Force against the punch at a penetration p: F, or F (1 - p/s) where it falls; 0 before and behind the sheet.
+    """Force against the punch at a penetration p: F, or F (1 - p/s) if it falls; 0 before and beyond the sheet.
 
     Args:
-        penetration: p, way into the sheet, m, any shape.
+        penetration: p, depth in the sheet, m, any shape.
         press: F, s, and the shape.
 
     Source: as `greatest_force`.
@@ -250,7 +250,7 @@ def press_law(press: Press, end: float, high: bool) -> Expression:
     Args:
         press: F, s, the shape, and o.
         end: displacement of the port where its stroke ends, m (rad).
-        high: whether that is the greatest displacement, else the least.
+        high: true for the greatest displacement, false for the least.
 
     >>> press_law(Press(1e5, 0.01), 0.5, True).text
     '(-100000.0) if v > 0 and x > 0.49 else 0'
@@ -269,7 +269,7 @@ def press_law(press: Press, end: float, high: bool) -> Expression:
 def shaft_law(energy: float, window: tuple[float, float], every: float, ratio: float, shape: str = CONSTANT) -> Expression:
     """Torque on a shaft that gives an energy over a window of the crank's angle, as an expression of phi.
 
-    T = -E/(i theta) constant, T = -2 E/(i theta) (1 - (phi - from)/theta) falling to nothing.
+    T = -E/(i theta) constant, T = -2 E/(i theta) (1 - (phi - from)/theta) falling to zero.
 
     Args:
         energy: E of one window, J.
@@ -299,7 +299,7 @@ ATMOSPHERE = 101325.0
 class Space(NamedTuple):
     """A gas space in front of a piston: the area (m²) that gas presses on, and the ends of the stroke (m).
 
-    `near` is the port's displacement where the piston stands closest to this space's cover, `far` where it stands away.
+    `near` is the port's displacement with the piston closest to this space's cover, `far` with it farthest away.
     """
 
     area: float
@@ -308,7 +308,7 @@ class Space(NamedTuple):
 
     @property
     def stroke(self) -> float:
-        """Way of the piston, m."""
+        """Stroke of the piston, m."""
         return abs(self.far - self.near)
 
     @property
@@ -347,7 +347,7 @@ def piston_area(bore: float, rod: float = 0.0) -> float:
 def gas_force(pressure: ArrayLike, space: Space, atmosphere: float = ATMOSPHERE) -> Array:
     """Force of gas on a port: F = -+ (p - p_0) A, away from the cover while p is above p_0.
 
-    Two spaces of a double-acting cylinder, each taken so, add up to p_2 (A - a) - p_1 A + p_0 a, the atmosphere's share on
+    The sum over the two spaces of a double-acting cylinder is p_2 (A - a) - p_1 A + p_0 a, the atmosphere's share on
     the rod included.
 
     Args:
@@ -369,7 +369,7 @@ def indicated_pressure(share: ArrayLike, outward: ArrayLike, diagram: Indicator)
 
     Args:
         share: of the stroke, from the cover, 0 to 1, any shape.
-        outward: whether the piston moves away from the cover, same shape.
+        outward: true if the piston moves away from the cover, same shape.
         diagram: its rows.
 
     >>> loop = Indicator(np.array([0.0, 1.0]), np.array([4e5, 2e5]), np.array([3e5, 1e5]))
@@ -477,7 +477,7 @@ def volumetric_efficiency(cycle: Compression) -> float:
 
 
 def compressor_work(cycle: Compression, swept: float) -> float:
-    """Work that a gas space takes in a double stroke: compression and delivery less what the clearance gives back, J.
+    """Work of a gas space in a double stroke: compression and delivery less the work returned by the clearance, J.
 
     W = n/(n-1) p_s V_1 (r^((n-1)/n) - 1) - m/(m-1) p_s V_4 (r^((m-1)/m) - 1), with V_1 = V (1 + c), V_4 = V c r^(1/m);
     with one exponent n/(n-1) p_s (V_1 - V_4) (r^((n-1)/n) - 1). An exponent of 1 has the logarithm of r instead.
@@ -516,7 +516,7 @@ def cylinder_pressure(share: ArrayLike, outward: ArrayLike, cycle: Compression) 
 
     Args:
         share: s of the stroke, from the cover, 0 to 1, any shape.
-        outward: whether the piston moves away from the cover, same shape.
+        outward: true if the piston moves away from the cover, same shape.
         cycle: pressures, clearance c, exponents.
 
     Valid without losses in the valves, which open and close at once.

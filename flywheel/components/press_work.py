@@ -1,8 +1,8 @@
 """Work of presses: a flywheel between two speeds, energy and rate of strokes, the motor that brings the flywheel back.
 
-Speeds are in rad/s and the greater one comes first; inertia is that of all that turns with the flywheel, at its shaft, and
-so are energies, torques and powers: a tool takes less than the flywheel gives, by what is lost between them
-(`press_cycle`), and what is lost between the motor and the flywheel is taken off what the motor gives.
+Speeds are in rad/s and the greater one comes first; inertia includes all parts that turn with the flywheel, at its shaft,
+and so are energies, torques and powers: a tool takes less than the flywheel gives, by what is lost between them
+(`press_cycle`), and losses between the motor and the flywheel are subtracted from the motor's output.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def inertia_between(energy: float, high: float, low: float) -> float:
 
 
 def inertia_for(energy: float, mean: float, irregularity: float) -> float:
-    """Inertia (kg m²) that holds an irregularity: I = E/(eps w²).
+    """Inertia (kg m²) for an irregularity: I = E/(eps w²).
 
     Args:
         energy: E, greatest less least energy within a cycle, J.

@@ -1,13 +1,13 @@
 """The suitable motors of a table for a machine, each with the flywheel that it needs, by total price.
 
-Every motor takes the place of the scene's drive in turn. One that cannot set the machine going from rest, that stalls, that
-no flywheel keeps within what is asked of it, or that its start with that flywheel overheats, is told with its reason. It is
-asked to keep the scene's irregularity or its `[flywheel.limits]`; where these have none of the motor's, its heat and the
+Every motor replaces the scene's drive. One that cannot start the machine from rest, that stalls, that
+no flywheel keeps within its limits, or that its start with that flywheel overheats, is listed with the reason. It must
+keep the scene's irregularity or its `[flywheel.limits]`; if these have no limit of the motor, its heat and the
 root mean square of its torque stay within the rated point. The flywheel is the smallest that keeps all of that. It may have
 bounds and a price; the order is by the price of motor and flywheel together.
 
 A start is followed through the motor's torque map (`flywheel.motions.starting`), which takes a few hundredths of a second;
-that of the first motor in the order, and those that no map tells, are followed in time.
+that of the first motor in the order, and those without a map, are followed in time.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ from flywheel.sizing.sizing import size
 ADJUSTED, FIXED = "adjusted", "fixed"
 RATIOS = (ADJUSTED, FIXED)
 RATED = {"motor_heat": 1.0, "motor_rms": 1.0}
-"""Limits of a motor where the scene has none: within its rated point."""
+"""Limits of a motor if the scene has none: those of its rated point."""
 WORST = "worst"
-"""The crank angle from which the machine needs most at rest."""
+"""The crank angle with the greatest load at rest."""
 IN_TIME, MAPPED = "time", "map"
-"""How a start was followed."""
+"""Method of a start."""
 WHEEL = {"inertia": "kg m^2", "mass": "kg", "diameter": "m"}
-"""What a wheel may be bounded and priced by, with its unit."""
+"""Quantities of a wheel for bounds and prices, with units."""
 UP_TO_SPEED = 0.98
 """Share of the steady mean speed at which a start is over, where the rated speed is not come to before."""
 _MOST_TURNS = 200  # of the crank in a start that is followed in time, too
@@ -89,21 +89,21 @@ class StartOfMotor(NamedTuple):
 
     @property
     def share(self) -> float | None:
-        """Share of what the motor bears that the start takes."""
+        """Load of the start over the motor's limit."""
         return None if self.current_squared is None or self.allowed is None else self.current_squared / self.allowed
 
 
 class MotorChoice(NamedTuple):
-    """A motor of the table in the machine: whether it does, or else the `reason` why not; None if that was not found out.
+    """A motor of the table in the machine: `suits` is True, False with the `reason`, or None if undecided.
 
     `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None
     where none was found; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated
     point; `load_share`, the mean power over the rated one; `binding`, the limit that decides the flywheel.
 
-    `starting_torque` is the motor's at rest, `load_at_start` what the machine asks for (N m, on the motor's shaft);
-    `hardest_start` the crank angle (rad) at which it asks for most, `hardest_load` how much; `start` the start itself.
+    `starting_torque` is the motor's at rest, `load_at_start` the load at rest (N m, on the motor's shaft);
+    `hardest_start` the crank angle (rad) of the greatest load at rest, `hardest_load` that load; `start` the start itself.
     `wheel_inertia` is that of the wheel as built, or the flywheel's (kg m²); `wheel_mass` (kg) and `wheel_diameter` (m) are
-    known where the scene asks for a wheel; `wheel_price` and `total_price` are in the table's currency.
+    known if the scene has a wheel's shape; `wheel_price` and `total_price` are in the table's currency.
     """
 
     motor: CatalogueMotor
@@ -220,24 +220,24 @@ def suitable_motors(
     """Finds the suitable motors of a table for a machine, with the flywheel that each needs and its start.
 
     Args:
-        scene: with a [drive], whose motor or torque the motors take the place of, and a flywheel that is asked for or given.
-            How its motor is started holds for theirs, too.
+        scene: with a [drive], whose motor or torque the motors replace, and a flywheel with requirements or given.
+            The start of its motor applies to theirs, too.
         catalogue: a table that was read, or its file.
         ratio: "adjusted": the ratio of the motor's shaft is chosen for each motor such that the crank turns at the scene's
             speed at the motor's rated point (without a speed, at that of the scene's own motor); "fixed": it is the
             scene's. If None adjusted where the motor has a shaft of its own and that speed is known.
-        at: crank angle (rad) from which the machine is started, or "worst": the one at which it asks for most at rest.
+        at: crank angle (rad) from which the machine is started, or "worst": the one with the greatest load at rest.
         start_time: longest time that a start may take, s; any if None.
         wheel_limits: greatest "inertia" (kg m², on its own shaft), "mass" (kg) and "diameter" (m) of the flywheel; the last
             two of a scene that asks for a wheel by its `shape`.
         wheel_prices: price of the flywheel in the table's currency, for each kg m² of its inertia, kg of its mass and m of
             its diameter, by the same names.
         rtol: required relative error of each flywheel; the scene's own if None.
-        skip_faulty: whether rows at fault are left out.
-        progress: whether to show a bar on standard error; None if that is a terminal.
+        skip_faulty: true to leave faulty rows out.
+        progress: true to show a bar on standard error; default: if that is a terminal.
 
     Raises:
-        SceneError: for faults of the table, and a scene that has no drive or asks for no flywheel.
+        SceneError: for faults of the table, and a scene without a drive or a flywheel.
 
     """
     if not isinstance(catalogue, Catalogue):
@@ -449,7 +449,7 @@ def starting_torque(motor: Motor) -> float:
 
 
 def _at_rest(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice:
-    """Choice with the check of the breakaway from rest, and of the angle at which the machine needs most."""
+    """Choice with the check of the breakaway from rest, and of the angle with the greatest load."""
     motor, edges = machine.scene.motor, machine.restarts
     assert motor is not None
     around = np.concatenate([(edges[:-1, None] + np.diff(edges)[:, None] * _PLACES).ravel(), edges[:-1]])
@@ -637,7 +637,7 @@ def _named(choices: list[MotorChoice]) -> str:
 
 
 def _sized(machine: Machine, rtol: float | None) -> Sizing:
-    """The sizing for what the scene asks, and within the rated point where it asks nothing of its motor."""
+    """The sizing for the scene's requirements, and within the rated point if it limits nothing of its motor."""
     scene = machine.scene
     found = size(machine, rtol, simulate=False)
     if scene.inertia is not None or of_motor(scene):
@@ -668,7 +668,7 @@ def _loads(sizing: Sizing) -> dict[str, float]:
 
 
 def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
-    """A motor that does so far, with what its machine's sizing says."""
+    """A motor suitable so far, with the figures of its machine's sizing."""
     row = choice.motor
     loads, energy, rated = _loads(found), found.energy, row.motor.rated
     power = None if energy is None else energy.mean_power

@@ -75,16 +75,16 @@ def sweep(
         scene: one that was read.
         columns: values (SI) of numbers of the scene by their paths (`mechanism.crank.length`, `load.0.from`); of equal
             length, a single number for all designs.
-        rtol: relative error asked of every figure.
+        rtol: required relative error of every figure.
         grid: all combinations of the columns' values instead, which may then differ in length; the last varies fastest.
         executor: a `concurrent.futures.Executor`, a client of dask, or a number of worker processes; sized here if None.
         engine: "numpy", "numba" (which must be installed) or "size", which sizes one by one; "numpy" if None.
         file: that it is written to, NPZ or by its ending CSV or Parquet; or several. What is finished is kept in a folder
-            beside the first, `FILE.part`, until it is whole: the same sweep goes on from there when it was interrupted or
+            beside the first, `FILE.part`, until it is whole: the same sweep continues from there when it was interrupted or
             its process was killed, and its figures take no memory.
         chunk: designs that are sized together, 1,000 at least; by the number of designs if None, and of those that are
             sized one by one what takes about a second.
-        progress: whether to show a bar on standard error; None where that is a terminal.
+        progress: whether to show a bar on standard error; None if that is a terminal.
 
     Returns: a record of arrays; where it is interrupted by Ctrl-C, of what is finished.
 
@@ -383,7 +383,7 @@ def _second_of_designs(plan: Plan) -> int:
 
 
 def _mostly_alone(batch: Batch) -> bool:
-    """Tells whether more than half of the designs of a chunk were sized one by one."""
+    """Tests whether more than half of the designs of a chunk were sized one by one."""
     return int((batch.ways == ALONE).sum()) > batch.ways.size // 2
 
 

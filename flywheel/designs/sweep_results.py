@@ -117,7 +117,7 @@ class Sweep:
 
     Figures are attributes: `sweep.exact`, `sweep.balance`... (`designs.FIGURES` names all), `sweep.error.exact` is the
     estimated error of the first, as `size` gives it: relative to the larger of the figure and its scale, in rad for angles.
-    A design that is refused has nan and a reason. `needed` is 1 where a flywheel is needed, 0 where none is.
+    A design that is refused has nan and a reason. `needed` is 1 if a flywheel is needed, 0 if none is.
 
     `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: how each
     was sized (0 with many at once, 1 so and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
@@ -217,7 +217,7 @@ class Sweep:
         """The scene of one design, as `size` and all other calls take it.
 
         Raises:
-            SceneError: where the design is refused.
+            SceneError: if the design is refused.
 
         """
         return with_numbers(self.scene, {path: float(column[index]) for path, column in self.columns.items()})
@@ -227,7 +227,7 @@ class Sweep:
 
         Args:
             of: a figure's name, a path, or an array.
-            where: the designs among which it is looked for; all if None.
+            where: the designs among which it is searched for; all if None.
 
         Raises:
             SceneError: for an unknown name; where no design is left.
@@ -248,7 +248,7 @@ class Sweep:
         Args:
             of: names of figures, paths or arrays of which less is better.
             greatest: names of those of which more is better.
-            where: the designs among which they are looked for; all if None.
+            where: the designs among which they are searched for; all if None.
 
         Returns: indices, ordered by the first of them.
 
@@ -288,7 +288,7 @@ class Sweep:
         write_csv(self, path)
 
     def to_npz(self, path: str | Path) -> None:
-        """Writes everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
+        """Writes everything as arrays of NumPy, from which `sweep(..., file=path)` continues."""
         write_npz(self, path)
 
     def to_parquet(self, path: str | Path) -> None:
@@ -440,7 +440,7 @@ def write_csv(sweep: Sweep, path: str | Path) -> None:
 
 
 def csv_lines(sweep: Sweep, rows: int | None = None) -> Iterator[str]:
-    """The lines of the CSV; empty where a figure is not known."""
+    """The lines of the CSV; empty if a figure is not known."""
     units = sweep.units
     yield ",".join(f"{name} [{units[name]}]" if units.get(name) else name for name in table_of(sweep, slice(0))) + "\n"
     for part in blocks(len(sweep) if rows is None else rows, _ROWS):
@@ -599,7 +599,7 @@ class Store:
                 file.writelines(f"{json.dumps(each)}\n" for each in reasons.items())
 
     def _array(self, name: str, kind: Any = float, fill: float = np.nan) -> NDArray[Any]:
-        """An array of the folder, made where there is none, or one in memory."""
+        """An array of the folder, made if there is none, or one in memory."""
         if self.folder is None:
             return np.full(self.plan.total, fill, kind)
         place = self.folder / f"{name}.npy"

@@ -56,10 +56,10 @@ def followed(function: Callable[[Any], tuple[Any, Any]], angle: float, span: flo
     Args:
         function: value and slope at an angle.
         angle: the zero now, rad.
-        span: range of the angles, rad: that the last step is next to nothing in it is a guard.
+        span: range of the angles, rad: that the last step is negligible in it is a guard.
 
     Raises:
-        SwitchingError: where the steps do not settle.
+        SwitchingError: if the steps do not settle.
 
     """
     phi: Any = angle

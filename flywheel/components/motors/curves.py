@@ -1,4 +1,4 @@
-"""Motors whose torque follows their speed at once: constant, straight, by a table, governed engines, hydraulic motors."""
+"""Motors whose torque depends on the instantaneous speed: constant, linear, by a table, engines, hydraulic motors."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from flywheel.numerics.expressions import Expression, Node, between, compiled, e
 from flywheel.numerics.faults import Fault, SceneError, suggestion
 
 MOST_ROWS = 200
-"""How many rows a curve may have: each evaluation goes through all of them."""
+"""Greatest number of rows of a curve: each evaluation goes through all of them."""
 INTERPOLATIONS = ("linear", "pchip")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Constant(Motor):
-    """A torque that no speed changes: T = T0.
+    """A torque independent of speed: T = T0.
 
     Args:
         value: T0, N m, above 0.
@@ -34,7 +34,7 @@ class Constant(Motor):
     Raises:
         SceneError: for values out of range.
 
-    Valid where something else limits the speed: it has no no-load speed and no running branch. By definition.
+    Valid if another torque limits the speed: it has no no-load speed and no running branch. By definition.
 
     >>> Constant(value=40.0).torque([0.0, 100.0]).tolist()
     [40.0, 40.0]
@@ -214,7 +214,7 @@ class Curve(Motor):
         return tuple(map(Point, self.speeds, self.torques))
 
     def __post_init__(self) -> None:
-        """Refuses rows that make no curve."""
+        """Refuses rows that form no curve."""
         faults = wrong_numbers(self)
         for name, column in (("speed", self.speeds), ("torque", self.torques)):
             faults += [fault for i, number in enumerate(column) for fault in number_faults(f"{name}[{i}]", number)]
@@ -264,7 +264,7 @@ class Curve(Motor):
         return self._start_of_fall(chosen), self._end_of_fall(chosen)
 
     def fall_before(self, speed: float) -> float:
-        """The speed (rad/s) below a given one at which the torque begins to fall; the given one where it does not."""
+        """The speed (rad/s) below a given one at which the torque begins to fall; the given one if it does not."""
         piece = max(i for i, start in enumerate((-math.inf, *self.speeds[1:-1])) if start < speed)
         return self._start_of_fall(piece) if self.torques[piece + 1] < self.torques[piece] else speed
 
@@ -296,7 +296,7 @@ class Curve(Motor):
 
     @property
     def _padded(self) -> bool:
-        """Tests whether the straight lines beyond the ends are pieces of their own."""
+        """Tests whether the straight lines beyond the ends are separate pieces."""
         return len(self._pieces) > len(self.speeds)
 
     @property
@@ -386,7 +386,7 @@ class Engine(Motor):
 
     @property
     def rated(self) -> Point:
-        """Full load at rated speed, where the governor sets in."""
+        """Full load at rated speed, where the governor begins to act."""
         full = self.full_load.torque(self.speed) if isinstance(self.full_load, Curve) else self.full_load
         return Point(self.speed, float(full))
 
@@ -404,7 +404,7 @@ class Engine(Motor):
 
     @property
     def no_load_speed(self) -> float:
-        """Speed omega_n (1 + droop) at which the governor has taken all fuel away, rad/s."""
+        """Speed omega_n (1 + droop) at which the governor has cut off all fuel, rad/s."""
         return self.speed * (1 + self.droop)
 
     @property
@@ -458,10 +458,10 @@ class Hydraulic(Motor):
     Raises:
         SceneError: for values out of range.
 
-    Valid for changes that are slow beside the filling of the lines (oil's compressibility left out), a closed circuit with
-    valves on either side, and efficiencies that do not change with speed: at rest real motors give less. Source: Merritt,
-    Hydraulic Control Systems, chapter 4 (ideal flow, laminar leakage); Esposito, Fluid Power with Applications, 7th ed.,
-    chapter 7 (efficiencies), and chapter 8 (relief valves); ISO 4391.
+    Valid for changes that are slow compared with the filling of the lines (oil's compressibility left out), a closed circuit
+    with valves on either side, and efficiencies that do not change with speed: at rest real motors give less. Source:
+    Merritt, Hydraulic Control Systems, chapter 4 (ideal flow, laminar leakage); Esposito, Fluid Power with Applications, 7th
+    ed., chapter 7 (efficiencies), and chapter 8 (relief valves); ISO 4391.
 
     >>> motor = Hydraulic(displacement=164e-6, flow=0.006, pressure=70e5, volumetric_efficiency=0.911,
     ...                   mechanical_efficiency=0.9305)
@@ -496,7 +496,7 @@ class Hydraulic(Motor):
 
     @property
     def no_load_speed(self) -> float:
-        """Speed Q/D at which nothing is left to leak, rad/s."""
+        """Speed Q/D without leakage, rad/s."""
         return 2 * math.pi * self.flow / self.displacement
 
     @property

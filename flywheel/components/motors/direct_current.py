@@ -144,7 +144,7 @@ class DC(Motor):
         return np.asarray(self.current_of_torque(omega, torque) / (running.rated_current or 1.0))
 
     def split_heat(self, omega: Array, torque: Array, running: Motor) -> tuple[Array | None, Array | None]:
-        """Copper heat (W) of the armature itself, and of what is added to its resistance."""
+        """Copper heat (W) of the armature itself, and of added resistance."""
         current = self.current_of_torque(omega, torque)
         own = running.resistance if isinstance(running, DC) else self.resistance
         return own * current * current, (self.resistance - own) * current * current

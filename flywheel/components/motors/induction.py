@@ -1,6 +1,6 @@
 """Induction motors: torque by Kloss's formula, current by the name plate, heat of rotor and stator.
 
-`Plate` is what a name plate says of the electric side, `line_currents` makes the parts of the line current of it, and
+`Plate` has the electrical data of a name plate, `line_current` gives the parts of the line current, and
 `Induction` is the motor.
 """
 
@@ -27,14 +27,14 @@ USUAL_SLIP = 0.13
 """The greatest rated slip that is usual: that of motors wound for presses (NEMA design D has 5 to 13 %)."""
 
 MOST_SLIP = 0.3
-"""The greatest rated slip that is believed: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""
+"""The greatest rated slip that is accepted: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""
 
 PLATE_ROUNDING = 0.05
-"""By which share efficiency, power factor, voltage and current may miss the rated power: plates give two or three digits."""
+"""Tolerance of the rated power by efficiency, power factor, voltage and current: plates give two or three digits."""
 
 
 class Plate(NamedTuple):
-    """Electrical data of an induction motor's name plate, as far as it states them.
+    """Electrical data of an induction motor's name plate, as far as stated.
 
     Args:
         voltage: U between the lines, V.
@@ -63,11 +63,11 @@ class Plate(NamedTuple):
 
 
 BARE = Plate()
-"""A plate that says nothing of the electric side."""
+"""A plate without electrical data."""
 
 
 class LineCurrent(NamedTuple):
-    """The line current at rated load in its parts, as shares of it: those with the voltage, and those behind it.
+    """The line current at rated load in its parts, as shares of it: those in phase with the voltage, and those lagging.
 
     `active` is the load's part, which follows torque, and `losses` what the other losses need, the same at any load.
     `magnetizing` flows at rated load, `idle` without load. `rated` is the current itself, A, `efficiency` the rated one
@@ -94,7 +94,7 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     without either the whole current is that of the rotor circuit: I/I_n = sqrt(T s/(T_n s_n)).
 
     Args:
-        plate: as far as it goes.
+        plate: its data.
         power: P at the shaft, W.
         rated_slip: s_n.
         breakdown_slip: s_b of Kloss's formula.
@@ -157,7 +157,7 @@ def _idle_fault(plate: Plate, current: float | None, expected: str, advice: str 
 
 
 def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float | None, float | None, float | None]:
-    """Power factor, line current (A) and efficiency at rated load, each as far as the plate or the others tell it.
+    """Power factor, line current (A) and efficiency at rated load, each from the plate or from the others, if possible.
 
     P = sqrt(3) U I cos(phi) eta; where all four stand on the plate, current and power factor count.
     """
@@ -202,7 +202,7 @@ class Induction(Motor):
         poles: number of poles, 2, 4, 6...
         frequency: f of the mains, Hz.
         breakdown_ratio: lambda, breakdown torque over rated torque, above 1.
-        plate: what the name plate says of the electric side.
+        plate: electrical data of the name plate.
         added_resistance: in the circuit of a rotor with slip rings, over the rotor's own: torque and current are then those
             of the slip s/(1 + a), so that the plate's rated point holds without it.
         inertia: of the rotor, kg m².
@@ -211,7 +211,7 @@ class Induction(Motor):
         SceneError: for values out of range, for a rated speed that does not go with poles and frequency, and for a plate
             that contradicts itself.
 
-    Where the plate has a starting torque or current, the curve from breakdown down to rest reaches it: Kloss's value there
+    If the plate has a starting torque or current, the curve from breakdown down to rest reaches it: Kloss's value there
     is raised by x²(3 - 2x) of what misses at rest, x = (omega_b - omega)/omega_b, so that it leaves the running branch as it
     is and has no kink. Both between are an interpolation.
 
@@ -265,7 +265,7 @@ class Induction(Motor):
         self._check_plate()
 
     def _check_plate(self) -> None:
-        """Refuses what the plate says where it is out of range, or contradicts the rest."""
+        """Refuses data of the plate that are out of range, or contradict the rest."""
         given = {name: value for name, value in self.plate._asdict().items() if value is not None}
         faults = [fault for name, value in given.items() for fault in number_faults(name, value, POSITIVE)]
         shares = ("power_factor", "efficiency", "stator_share")
@@ -381,7 +381,7 @@ class Induction(Motor):
         return self.line_current.rated
 
     def current_share(self, omega: ArrayLike) -> Array:
-        """Line current over the rated one at speeds omega (rad/s), of their shape: its size, whichever way the power goes.
+        """Line current over the rated one at speeds omega (rad/s), of their shape: its size, in either direction of power.
 
         The parts of `line_current`: with the voltage I_a T/T_n + I_w, behind it I_a T/T_n s/s_b and the magnetizing current.
         The load takes this from I_0m to I_0m + (I_m - I_0m) 2 q/(1 + q), q = T s/(T_n s_n).
@@ -434,7 +434,7 @@ class Induction(Motor):
         )
 
     def _down_to_rest(self, law: Expression, missing: float) -> Expression:
-        """A law of omega that is raised by what misses at rest, from breakdown down to there: see the class."""
+        """A law of omega raised by the difference at rest, from breakdown down to there: see the class."""
         return compiled(
             "{law} if omega >= {least} else "
             "({law} + {missing}*(1 - omega/{least})**2*(3 - 2*(1 - omega/{least})) if omega >= 0 else {law} + {missing})",
@@ -477,9 +477,9 @@ class Induction(Motor):
     def rotor_heat(self, omega: ArrayLike) -> Array:
         """Heat in the rotor, W, at speeds omega (rad/s), of their shape: torque times slip speed, T (omega_s - omega).
 
-        The field gives the rotor T omega_s, the shaft takes T omega. A generator's heat is above 0, too, as both factors
-        change their sign. Kloss's formula leaves out the stator's resistance; what the load's current heats there goes along
-        with the rotor's heat, by the square of the same current. Source: Fitzgerald et al. and Chapman, as above.
+        The field gives the rotor T omega_s, the shaft takes T omega. A generator's heat is above 0, too, because both
+        factors change their sign. Kloss's formula leaves out the stator's resistance; what the load's current heats there
+        goes along with the rotor's heat, by the square of the same current. Source: Fitzgerald et al. and Chapman, as above.
 
         >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5)
         >>> round(float(motor.rotor_heat(motor.speed)), 6), round(7500.0 * motor.rated_slip / (1 - motor.rated_slip), 6)
@@ -568,7 +568,7 @@ class Induction(Motor):
         yield Fact(_("Torque (Kloss)"), "T", formula="T(s) = 2*T_b/(s/s_b + s_b/s)")
 
     def heat_facts(self, energy: Energy) -> Iterator[Fact]:
-        """Heat of its rotor, line current and heat of its stator by what its name plate says."""
+        """Heat of its rotor, line current and heat of its stator by its name plate."""
         if energy.rotor_heat is None:
             yield from super().heat_facts(energy)
             return

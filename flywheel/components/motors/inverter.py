@@ -69,7 +69,7 @@ class InverterInduction(Induction):
     starts: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        """Refuses values out of range, and what the motor cannot give."""
+        """Refuses values out of range, and a torque that the motor cannot give."""
         super().__post_init__()
         own, limit = self.inverter, self.inverter.torque_limit
         refuse([fault._replace(path=f"inverter.{fault.path}") for fault in own.faults()])
@@ -111,7 +111,7 @@ class InverterInduction(Induction):
 
     @property
     def rated_heat(self) -> float:
-        """Heat of the rotor at the rated point of the name plate, W, whatever the limit allows."""
+        """Heat of the rotor at the rated point of the name plate, W, independent of the limit."""
         return self.mains.rated_heat
 
     @property
@@ -171,7 +171,7 @@ class InverterInduction(Induction):
         return self._torque_law(compiled("{field}", field=self.field_speed))
 
     def _torque_law(self, field: Expression) -> Expression:
-        """The torque where the speed of the field, as it is set, is this (rad/s).
+        """The torque at a set speed of the field (rad/s).
 
         With a limit the slip speed stays within u_b: the field is then no faster than the rotor and that.
         """
@@ -237,7 +237,7 @@ class InverterInduction(Induction):
         return power if stator is None or constant is None else power + stator + constant * self.constant_share(omega)
 
     def started(self) -> InverterInduction:
-        """The motor with a start by its ramp of frequency, where it has one."""
+        """The motor with a start by its ramp of frequency, if it has one."""
         if not self.inverter.ramp:
             return self
         ramped = RampedInduction(**{one.name: getattr(self, one.name) for one in fields(InverterInduction)})

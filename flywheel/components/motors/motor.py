@@ -4,11 +4,11 @@
    shaft's speed (rad/s). Nothing but the speed decides the torque.
 2. The torque is written once, as the expression of `omega` that `law` gives. `torque` and `slope_at` evaluate it.
 3. The running branch is the range of speeds in which torque falls with speed (`stable`) and which holds the no-load speed.
-   There a load that asks for more finds a slower motor that gives more; anywhere else it stalls it.
-4. `covers` is the range of speeds that the motor's data speak of. Outside it the law is an extrapolation, which each kind
+   There a greater load slows the motor, whose torque then rises; anywhere else it stalls the motor.
+4. `covers` is the range of speeds of the motor's data. Outside it the law is an extrapolation, which each kind
    states.
-5. What a type has beyond its torque is a class variable or a method that it overrides: `Motor` has neither current nor heat.
-   Whoever shows a motor, follows it or starts it asks these, and no one asks for its class.
+5. Further properties of a type are class variables or methods that it overrides: `Motor` has neither current nor heat.
+   Other modules use these methods and never test the class.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Shaft(Protocol):
 
 
 def figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
-    """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
+    """A figure and its relative error; 0, and the error as a share of its scale, if it is lost in its error."""
     found = 0.0 if abs(value) <= error else value
     return found, error / (abs(found) or scale)
 
@@ -106,7 +106,7 @@ class Point(NamedTuple):
 class Fact(NamedTuple):
     """Fact of a motor for a report: words, symbol, value (SI) and unit, in a `table` of that caption if there is one.
 
-    With a `formula` it is how the value follows from those of the symbols in `numbers`; words alone are a remark. `share` is
+    With a `formula`, the value follows from those of the symbols in `numbers`; words alone are a remark. `share` is
     a heat over that at the rated point, NaN if there is none.
     """
 
@@ -127,7 +127,7 @@ States = Sequence[Any] | NDArray[np.float64]
 
 
 class StateName(NamedTuple):
-    """A state by name, with its unit in SI and whether it is an angle that turns on for ever where the motor slips."""
+    """A state by name, with its unit in SI; true for an angle that grows without limit while the motor slips."""
 
     name: str
     unit: str
@@ -186,7 +186,7 @@ class Circuit(ABC):
 
     @abstractmethod
     def steady(self, omega: Any) -> tuple[Any, ...]:
-        """The states that stand still at constant speeds (rad/s); where they do not, those that give the mean torque."""
+        """The stationary states at constant speeds (rad/s); if there are none, those that give the mean torque."""
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states at `only_speed` at which a net work, which grows with the torque, is 0; None if it is not at any."""
@@ -197,12 +197,12 @@ class Circuit(ABC):
         """The states after times (s) at rest, from those at its beginning."""
 
     def current(self, omega: Any, states: States) -> Any:
-        """The current that the motor takes, A (where it alternates, its root mean square); None if that is unknown."""
+        """The current of the motor, A (root mean square of an alternating one); None if unknown."""
         return None
 
     @property
     def unfed(self) -> tuple[float, ...]:
-        """The states of a motor at rest that has just been switched on."""
+        """The states of a motor at rest just switched on."""
         return (0.0,) * len(self.names)
 
 
@@ -220,11 +220,11 @@ class Switch(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """A motor as it is connected for a while: torque T(omega) v², current I(omega) v, at a share v of the voltage.
+    """A motor in one connection: torque T(omega) v², current I(omega) v, at a share v of the voltage.
 
-    motor: as its resistances and field then are, at full voltage.
+    motor: with its resistances and field in this connection, at full voltage.
     until: when it ends.
-    voltage: v; with a `ramp` that at t = 0, rising evenly to 1 in so many seconds.
+    voltage: v; with a `ramp` that at t = 0, which rises linearly to 1 in this time (s).
     line: line current over that of the motor's terminals at that voltage: v of a transformer, 1/sqrt(3) of a star.
     torque_limit: of a soft start that lowers the voltage so far, N m.
     current_limit: the same, over the rated line current.
@@ -246,7 +246,7 @@ class Connection(NamedTuple):
         return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
 
     def _voltage_squared(self) -> Node | None:
-        """The square of the voltage's share, as the ramp and a limit of current have it; None if it is full."""
+        """The square of the voltage's share under the ramp and a limit of current; None if it is full."""
         factor, current = None, self.motor.share_law()
         if self.ramp:
             rising = Node(
@@ -282,7 +282,7 @@ class Start(NamedTuple):
 # -- what feeds it -------------------------------------------------------------------------------------------------------
 
 OVERCURRENT = 2.0
-"""Current at which an inverter trips unless the scene says otherwise, over the motor's rated one: usual are 1.8 to 2.2."""
+"""Default current at which an inverter trips, over the motor's rated one: 1.8 to 2.2 are usual."""
 
 BRAKING = ("none", "resistor", "regenerative")
 
@@ -349,19 +349,19 @@ class Motor(ABC):
     thermal: Thermal | None = None
     title: ClassVar[str]
     formula: ClassVar[str] = ""
-    """Its torque in a sentence; none if its expression says it."""
+    """Its torque in a sentence; empty if its expression suffices."""
     heated: ClassVar[str | None] = None
     """The figure of a sizing's `Energy` that heats it; None if torque against speed alone does not give it."""
     whole_heat: ClassVar[str | None] = None
-    """That figure of `heats` which is all its heat over that at the rated point; None if that is rotor's and stator's."""
+    """The figure of `heats` that is all its heat over that at the rated point; None if rotor and stator share it."""
     starts: ClassVar[tuple[str, ...]] = ()
     """The starts that it can have."""
     governed: ClassVar[bool] = False
-    """Whether a governor holds it: its rated point is full load, and it has no windings that get hot."""
+    """True for a governed motor: its rated point is full load, and it has no windings that heat up."""
     keeps_step: ClassVar[bool] = False
-    """Whether it runs at one speed alone, by its load angle."""
+    """True if it runs at one speed alone, by its load angle."""
     takes_power: ClassVar[bool] = False
-    """Whether `powers` tells what it takes beside the power of its shaft."""
+    """True if `powers` gives its losses in addition to the power of its shaft."""
 
     @abstractmethod
     def law(self) -> Expression:
@@ -384,7 +384,7 @@ class Motor(ABC):
 
     @cached_property
     def circuit(self) -> Circuit | None:
-        """States of its own, beside its shaft's; None if torque follows the speed at once."""
+        """Its own states, in addition to its shaft's; None if torque depends on the instantaneous speed."""
         return None
 
     @property
@@ -394,7 +394,7 @@ class Motor(ABC):
 
     @property
     def covers(self) -> Span:
-        """Lowest and highest speed (rad/s) that the motor's data speak of."""
+        """Lowest and highest speed (rad/s) of the motor's data."""
         return EVERYWHERE
 
     @property
@@ -404,17 +404,17 @@ class Motor(ABC):
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The measured points of its curve, where it has any."""
+        """The measured points of its curve, if any."""
         return ()
 
     @property
     def breakdown_torque(self) -> float | None:
-        """The greatest torque, N m, where its name plate has it."""
+        """The greatest torque, N m, if its name plate gives it."""
         return None
 
     @property
     def static(self) -> Motor | None:
-        """The same motor with states that follow the speed at once, where the two are to be compared."""
+        """The same motor with states that follow the speed without delay, for a comparison."""
         return None
 
     def peak(self, omega: ArrayLike) -> Any:
@@ -434,11 +434,11 @@ class Motor(ABC):
         return None
 
     def share_law(self) -> Expression | None:
-        """The current over the rated one as an expression of `omega`, where an alternating voltage is to limit it."""
+        """The current over the rated one as an expression of `omega`, for a limit by an alternating voltage."""
         return None
 
     def current_along(self, omega: Array, time: Array, switched: Array) -> Array | None:
-        """Current (A) along a motion, at speeds (rad/s) and times (s); `switched` are times that tell the connection."""
+        """Current (A) along a motion, at speeds (rad/s) and times (s); `switched` are times that decide the connection."""
         found = self.current(omega)
         return None if found is None else np.asarray(found)
 
@@ -481,7 +481,7 @@ class Motor(ABC):
         return None
 
     def total_heat(self, omega: Any, states: States = ()) -> Any:
-        """Heat (W) of all windings that it tells, at speeds omega (rad/s) and states of its own."""
+        """Heat (W) of all windings for which data exist, at speeds omega (rad/s) and states of its own."""
         stator, heat = self.stator_heat(omega), self.heat(omega, states)
         return heat if stator is None else heat + stator
 
@@ -493,7 +493,7 @@ class Motor(ABC):
 
     @property
     def rated_total_heat(self) -> float:
-        """Heat (W) of all windings that it tells at the rated point."""
+        """Heat (W) of all windings for which data exist, at the rated point."""
         assert self.rated is not None
         return float(self.total_heat(np.array(self.rated.speed)))
 
@@ -502,15 +502,15 @@ class Motor(ABC):
         return np.asarray(self.total_heat(omega, states) / self.rated_total_heat)
 
     def heats(self, shaft: Shaft) -> dict[str, Any]:
-        """Current and heat along a motion as figures of `Energy`, with their relative `errors`; none if it tells none."""
+        """Current and heat along a motion as figures of `Energy`, with their relative `errors`; empty without data."""
         return {}
 
     def locked_rotor_limit(self, cold: bool = False) -> float | None:
-        """The integral of (I/I_n)² dt that it bears on starting (s), by its locked rotor's time; None if not told."""
+        """The limit of the integral of (I/I_n)² dt in a start (s), by its locked rotor's time; None if unknown."""
         return None
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
-        """Powers that it takes beside its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
+        """Its powers in addition to its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
         return {}
 
     def input_power(self, omega: Array, torque: Array) -> Array:
@@ -526,7 +526,7 @@ class Motor(ABC):
         raise NotImplementedError
 
     def graph(self) -> Part | None:
-        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft; None if it is its law."""
+        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft; None if its law suffices."""
         return None
 
     def facts(self) -> Iterator[Fact]:
@@ -578,7 +578,7 @@ class Motor(ABC):
         return root(lambda omega: float(self.torque(omega)) - torque, low, high)
 
     def _within(self, end: float, torque: float, side: float) -> float:
-        """A finite end of the running branch, beyond the place where it reaches a torque."""
+        """A finite end of the running branch, beyond the speed at which it reaches a torque."""
         if math.isfinite(end):
             return end
         known = (*(self.stable or ()), self.no_load_speed)
@@ -598,5 +598,5 @@ def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tu
 
 
 def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> list[Fault]:
-    """The faults of a rated point, which must drive."""
+    """The faults of a rated point, whose torque must be positive."""
     return number_faults(speed, point.speed, POSITIVE) + number_faults(torque, point.torque, POSITIVE)

@@ -1,7 +1,7 @@
 """Starts of a motor: star-delta, transformer, soft start, resistance steps, a stronger field; then normal running.
 
-A `Start` is the connections that a motor goes through, each until a time or a speed of its shaft, before it is connected as
-it runs. `Started` is the motor along a motion in which the times of its switches are known: its torque is a law of speed
+A `Start` has the connections of a motor, each until a time or a speed of its shaft, before its
+normal connection. `Started` is the motor along a motion with known times of its switches: its torque is a law of speed
 and time.
 """
 
@@ -69,7 +69,7 @@ def star_delta(motor: Motor, until: Switch) -> Start:
 
 
 def transformer(motor: Motor, voltage: float, until: Switch) -> Start:
-    """A motor that starts behind an autotransformer of a share v of the voltage: torque v², current in the line v².
+    """A motor that starts on an autotransformer at a share v of the voltage: torque v², current in the line v².
 
     Source: Chapman, Electric Machinery Fundamentals, 5th ed., section 6.8; NEMA MG 1, part 1 (starting methods).
     """
@@ -88,11 +88,11 @@ def soft_start(
     torque_limit: float | None = None,
     current_limit: float | None = None,
 ) -> Start:
-    """A motor behind a controller of its voltage: torque goes with the square of the voltage, current with the voltage.
+    """A motor with a controller of its voltage: torque is proportional to the square of the voltage, current to the voltage.
 
     Args:
         motor: an induction motor.
-        until: when the controller is bridged; by default when the ramp has ended, or with a limit at the rated speed.
+        until: time or speed at which the controller is bridged; default: end of the ramp, or with a limit the rated speed.
         voltage: share at t = 0 of a ramp.
         ramp: s, in which the voltage rises evenly to its full value.
         torque_limit: greatest torque, over the rated one.
@@ -128,12 +128,12 @@ def soft_start(
 
 
 def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Switch]) -> Start:
-    """A motor with resistors in its rotor (slip rings) or armature (DC), which are cut out step by step.
+    """A motor with resistors in its rotor (slip rings) or armature (DC), which are removed step by step.
 
     Args:
         motor: an induction motor, or a DC motor without inductance.
-        added: resistance beside the winding's own, over that, one for each step.
-        untils: when each step ends.
+        added: resistance over the winding's own, one for each step.
+        untils: end of each step.
 
     Raises:
         SceneError: for steps that do not match, resistances that do not fall, or a motor that has no such winding.
@@ -240,7 +240,7 @@ class Started(Motor):
     def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Line or armature current over the rated one at speeds (rad/s) and times (s); None if the type does not give it.
 
-        Of a DC motor without a rated current, A. `within` are times that tell the connection, at a switch either side of it.
+        Of a DC motor without a rated current, A. `within` are times that decide the connection, on either side of a switch.
         """
 
         def line(one: Connection, speed: Array, torque: Array) -> Array | None:
@@ -250,7 +250,7 @@ class Started(Motor):
         return self._by_connection(omega, time, within, line)
 
     def windings_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
-        """Current of the windings over the rated one: what heats them, in star as in delta."""
+        """Current of the windings over the rated one, which heats them, in star as in delta."""
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.windings_share(*at, self.own))
 
     def heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
@@ -298,5 +298,5 @@ class Started(Motor):
 
 
 def as_started(motor: Motor) -> Started:
-    """A motor along a motion, which may have no start."""
+    """A motor along a motion, with its start if it has one."""
     return motor if isinstance(motor, Started) else Started(own=motor, connections=(), times=(), inertia=motor.inertia)

@@ -35,14 +35,14 @@ from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
 
 MOST_SALIENCY = 2.0
-"""The greatest reluctance torque, over that of the field, that is believed: a machine of salient poles has 0.1 to 0.5."""
+"""The greatest reluctance torque over that of the field that is accepted: a machine of salient poles has 0.1 to 0.5."""
 
 FIELD_BAND = 0.01
 """Share of synchronous speed over which the field is given, from `field_at` on."""
 
 
 def pull_out(saliency: float) -> tuple[float, float]:
-    """The load angle (rad, electrical) at which sin(d) + r sin(2 d) is greatest, and how great it is there.
+    """The load angle (rad, electrical) at which sin(d) + r sin(2 d) is greatest, and that greatest value.
 
     From cos(d) + 2 r cos(2 d) = 0: cos(d) = (-1 + sqrt(1 + 32 r²))/(8 r), written without cancellation.
 
@@ -290,7 +290,7 @@ class Synchronous(Motor):
         V²/(X omega) ~ phi², and the damper winding at the same slip speed with phi². The rated torque goes with phi.
 
         Raises:
-            SceneError: for a ramp, a torque limit, or a field that is switched, which its load angle does not tell of.
+            SceneError: for a ramp, a torque limit, or a field that is switched, which its load angle does not describe.
 
         >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
         >>> fast = motor.fed(Inverter(100.0, 50.0))

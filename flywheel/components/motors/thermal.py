@@ -1,7 +1,7 @@
 """Temperature of a motor's windings over its losses: by one or two time constants, over a duty, a cycle or any motion.
 
-`Thermal` is what is known of the motor; `course` the temperature over a sequence of losses that repeats for ever,
-`rise_after` that at the end of losses from the cold motor on, `starts_an_hour` how many starts the windings stand.
+`Thermal` has the data of the motor; `course` gives the temperature over a sequence of losses repeated indefinitely,
+`rise_after` that at the end of losses from the cold motor on, `starts_an_hour` the permissible number of starts.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CLASSES = {"A": 60.0, "E": 75.0, "B": 80.0, "F": 105.0, "H": 125.0}
 
 
 class Losses(NamedTuple):
-    """A stretch of constant losses: how long (s), the losses over those at the rated point, the share of the cooling."""
+    """A stretch of constant losses: its time (s), the losses over those at the rated point, the share of the cooling."""
 
     time: float
     share: float
@@ -30,11 +30,11 @@ class Losses(NamedTuple):
 
 
 class Thermal(NamedTuple):
-    """What is known of how a motor's windings warm up.
+    """Data of the heating of a motor's windings.
 
     With losses q over the rated ones the rise of the windings is the sum of two parts, each dx/dt = (r q - c x)/T: that of
     the whole motor, r = (1 - a) R, time constant T, c the share of its cooling; and that of the windings over the iron,
-    r = a R, time constant T_w, c = 1. R is the rise at the rated point for ever.
+    r = a R, time constant T_w, c = 1. R is the rise in continuous running at the rated point.
 
     Args:
         time_constant: T, s.
@@ -72,7 +72,7 @@ class Thermal(NamedTuple):
 
     @property
     def bodies(self) -> tuple[tuple[float, float, bool], ...]:
-        """Rise (K) at the rated point, time constant (s) and whether less cooling reaches it, of each part."""
+        """Rise (K) at the rated point, time constant (s), and true if reduced cooling affects it, of each part."""
         slow = ((1.0 - self.winding_share) * self.rise, self.time_constant, True)
         if self.winding_time_constant is None:
             return (slow,)
@@ -88,7 +88,7 @@ class Thermal(NamedTuple):
         return tuple(found)
 
     def turn(self, parts: Sequence[float], losses: Losses) -> float | None:
-        """The time (s) within a stretch at which the rise is greatest or least; None if it is so at an end.
+        """The time (s) within a stretch at which the rise is greatest or least; None if that is at an end.
 
         The parts change at r_i exp(-c_i t/T_i): one against the other is 0 at ln(-r_1/r_2)/(c_1/T_1 - c_2/T_2).
         """
@@ -108,7 +108,7 @@ class Thermal(NamedTuple):
 def thermal(
     time_constant: float, rise: float | None, kind: str, winding: float | None = None, share: float = 0.0
 ) -> Thermal:
-    """A motor's thermal data by its class; without a rise at the rated point the limit of the class counts as that.
+    """A motor's thermal data by its class; without a rise at the rated point that of the class's limit is used.
 
     Raises:
         SceneError: for values out of range, and an unknown class.
@@ -125,7 +125,7 @@ def thermal(
 
 
 class Course(NamedTuple):
-    """The rise over a sequence that repeats for ever: K at the ends of its stretches, the greatest, when (s).
+    """The rise over a sequence repeated indefinitely: K at the ends of its stretches, the greatest and its time (s).
 
     `ends` begins with the rise at the sequence's beginning.
     """
@@ -136,9 +136,9 @@ class Course(NamedTuple):
 
 
 def course(data: Thermal, sequence: Iterable[Losses]) -> Course:
-    """The rise over a sequence of losses that repeats for ever.
+    """The rise over a sequence of losses repeated indefinitely.
 
-    Each part is linear in its beginning, x_1 = D x_0 + E, so that x_0 = E/(1 - D) comes again.
+    Each part is linear in its initial value, x_1 = D x_0 + E, so that x_0 = E/(1 - D) repeats.
 
     >>> data = thermal(600.0, 100.0, "H")
     >>> found = course(data, [Losses(300.0, 1.0), Losses(300.0, 0.0)])

@@ -25,7 +25,7 @@ from flywheel.numerics.expressions import Expression, compiled, expression_of, p
 from flywheel.numerics.faults import Fault, SceneError
 
 ALIKE = 0.2
-"""By which share the circuit's torques may miss those of the name plate."""
+"""Tolerance of the circuit's torques relative to those of the name plate."""
 
 
 class Impedances(NamedTuple):
@@ -96,14 +96,14 @@ class EquivalentCircuit:
         return self.voltage / math.sqrt(3.0) * share, stator * share
 
     def current(self, slip: ArrayLike) -> NDArray[np.complex128]:
-        """Line current (A, its root mean square, as a phasor on the voltage's) at slips, of their shape."""
+        """Line current (A, its root mean square, as a phasor relative to the voltage's) at slips, of their shape."""
         slips = np.asarray(slip, dtype=float)
         field, stator = 1j * self.magnetizing_reactance, complex(self.stator_resistance, self.stator_reactance)
         admittance = 1.0 / field + slips / (self.rotor_resistance + 1j * self.rotor_reactance * slips)
         return np.asarray(self.voltage / math.sqrt(3.0) / (stator + 1.0 / admittance))
 
     def torque(self, slip: ArrayLike) -> Array:
-        """Torque of the air gap, N m, at slips, of their shape; what friction takes is not taken off."""
+        """Torque of the air gap, N m, at slips, of their shape; friction is not subtracted."""
         slips, (source, inner) = np.asarray(slip, dtype=float), self.thevenin
         resistance, reactance = inner.real * slips + self.rotor_resistance, (inner.imag + self.rotor_reactance) * slips
         power = 3.0 * abs(source) ** 2 * self.rotor_resistance * slips / (resistance**2 + reactance**2)
@@ -205,7 +205,7 @@ class TwoAxisInduction(Induction):
 
     @property
     def rated_current(self) -> float:
-        """Current of a line at rated load, A: that of the plate, or where it tells none that of the circuit."""
+        """Current of a line at rated load, A: that of the plate, or without it that of the circuit."""
         return self.line_current.rated or float(self._line_law.evaluate({"omega": np.float64(self.speed)}, np))
 
     def share_law(self) -> Expression:
@@ -243,7 +243,7 @@ class TwoAxisInduction(Induction):
         return self.rotor_heat(omega) if self.circuit is None or not len(states) else self.circuit.rotor_heat(states)
 
     def total_heat(self, omega: Any, states: States = ()) -> Any:
-        """Heat of rotor and stator, W, by the fluxes, those that stand still where none are given."""
+        """Heat of rotor and stator, W, by the fluxes, the stationary ones if none are given."""
         if self.circuit is None:
             return super().total_heat(omega)
         own = states if len(states) else self.circuit.steady(omega)
@@ -252,7 +252,7 @@ class TwoAxisInduction(Induction):
     def heats(self, shaft: Shaft) -> dict[str, Any]:
         """Line current and heats of rotor and stator by the fluxes where these are states of the motion.
 
-        What the fluxes are off, by at most e each, makes 2 sqrt(3/2 r Q) k e of a heat Q, with k e the error of a current.
+        Errors of the fluxes of at most e each change a heat Q by 2 sqrt(3/2 r Q) k e, with k e the error of a current.
         """
         circuit = self.circuit
         if circuit is None or not shaft.has_states:
@@ -369,13 +369,13 @@ class Fluxes(Circuit):
         )
 
     def _settled(self, omega: Any) -> tuple[Any, Any]:
-        """The complex fluxes that stand still at constant speeds."""
+        """The stationary complex fluxes at constant speeds."""
         turned = 1j * (self.mains - self.pairs * omega) + self.d
         share = self.voltage / ((1j * self.mains + self.a) * turned - self.b * self.c)
         return share * turned, share * self.c
 
     def steady(self, omega: Any) -> tuple[Any, ...]:
-        """The fluxes that stand still at constant speeds."""
+        """The stationary fluxes at constant speeds."""
         stator, rotor = self._settled(omega)
         return stator.real, -stator.imag, rotor.real, -rotor.imag
 
@@ -393,7 +393,7 @@ class Fluxes(Circuit):
         return stator.real, -stator.imag, rotor.real, -rotor.imag
 
     def current(self, omega: Any, states: States) -> Any:
-        """Current of a line, A: the root mean square that it would have if it went on so."""
+        """Current of a line, A: the root mean square at constant fluxes."""
         sq, sd, rq, rd = states
         q, d = (self.of_stator * s - self.of_shared * r for s, r in ((sq, rq), (sd, rd)))
         return np.sqrt(0.5 * (q * q + d * d))

@@ -3,7 +3,7 @@
 Degrees of freedom: the count of Gruebler (in space: Kutzbach), checked against the rank of the Jacobian at the position.
 
 Where the Jacobian by the unknowns is singular, the driver does not determine the position. At a lock (a fold) the driver
-turns back; at a change point two assemblies cross; a continuous family has one at every position of the driver, because
+reverses; at a change point two assemblies cross; a continuous family has one at every position of the driver, because
 links have collapsed onto each other.
 
 The loop equations have several solutions; guesses and sides choose one, never the iteration that
