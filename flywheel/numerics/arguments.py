@@ -1,4 +1,4 @@
-"""Arguments of a library's user: finite numbers, arrays of them, names that are known, objects of the right type."""
+"""Checks of arguments of the library: finite numbers, arrays of them, known names, objects of the right type."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def number_faults(path: str, value: object, expected: str = ANY, unit: str = "")
 
 
 def refuse(faults: list[Fault]) -> None:
-    """SceneError of all faults, if there are any."""
+    """Raises SceneError with all faults, if there are any."""
     if faults:
         raise SceneError(faults)
 
 
 def require(path: str, value: object, kind: type | tuple[type, ...], expected: str) -> None:
-    """SceneError where a value is not of a type.
+    """Raises SceneError if a value is not of a type.
 
     >>> require("arm", 2.5, str, "a name")
     Traceback (most recent call last):
@@ -60,7 +60,7 @@ def require(path: str, value: object, kind: type | tuple[type, ...], expected: s
 
 
 def known(path: str, name: object, valid: Mapping[str, T]) -> T:
-    """The value of a name; SceneError for a name that is not there."""
+    """The value of a name; SceneError for an unknown name."""
     faults = name_faults(path, name, valid)
     refuse(faults)
     return valid[str(name)]

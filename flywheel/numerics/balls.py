@@ -2,8 +2,8 @@
 
 A function that is written for numbers of any kind is evaluated over balls of python-flint, in which every rounding widens
 the radius: the true value is inside. Over power series of balls the same function gives Taylor coefficients at the middle
-of a cell, and over the whole cell, taken as one ball, a bound of the coefficient that is cut off. Both together are a
-polynomial whose last coefficient is a ball, and which holds the function all over the cell.
+of a cell, and over the whole cell, taken as one ball, a bound of the truncated coefficient. Both together are a
+polynomial whose last coefficient is a ball, and which encloses the function in the whole cell.
 
 Source: F. Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Transactions on Computers
 66 (2017); W. Tucker, Validated Numerics, Princeton 2011, chapters 4 to 6.
@@ -34,7 +34,7 @@ _ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is search
 
 
 class UnprovenError(ValueError):
-    """Why a value cannot be proven, in words."""
+    """Reason why a value cannot be proven."""
 
 
 def rational(numerator: int, denominator: int) -> Any:
@@ -43,7 +43,7 @@ def rational(numerator: int, denominator: int) -> Any:
 
 
 def constant(value: float) -> Any:
-    """The ball of a number in a formula: a multiple of pi, or the decimal that it was written as.
+    """The ball of a number in a formula: a multiple of pi, or its decimal as written.
 
     Raises:
         UnprovenError: for a number that no decimal of 9 digits gives: it may have been calculated with roundings.
@@ -66,7 +66,7 @@ def constant(value: float) -> Any:
 
 
 def exact(value: float) -> Any:
-    """The ball of a float as it is."""
+    """The ball of a float without error."""
     return arb(value)
 
 
@@ -165,7 +165,7 @@ def _one(name: str) -> Callable[[Any], Any]:
 
 
 def _sign(u: Any) -> int:
-    """The sign of a ball, or of the first coefficient of a series; an error where it is open."""
+    """The sign of a ball, or of the first coefficient of a series; an error if it is open."""
     value = first(u)
     if value > 0 or value < 0:
         return 1 if value > 0 else -1
@@ -236,14 +236,14 @@ class Model(NamedTuple):
 
 
 def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Sequence[Any]) -> list[Model]:
-    """Models of functions on cells between two balls, cut until what is open of each is within its error.
+    """Models of functions on cells between two balls, cut until the width of each is within its error.
 
     Args:
         functions: of a power series to power series, or to balls where they are constant.
         low: where the cells begin, a ball.
         high: where they end.
         order: degree of the polynomials.
-        errors: for each function the radius that is allowed at a cell's end, a number.
+        errors: for each function the allowed radius at a cell's end, a number.
 
     Raises:
         UnprovenError: if a function stays open however narrow the cells are.
@@ -410,9 +410,9 @@ class Place(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """A periodic solution: in each cell a polynomial, from which it is nowhere farther than `reach`, a ball.
+    """A periodic solution: in each cell a polynomial, and `reach`, a ball, the greatest distance from it.
 
-    `start` is the ball of values at the beginning of the cycle from which every solution stays so near: it holds one
+    `start` is the ball of values at the beginning of the cycle from which every solution stays so near: it contains one
     periodic solution and no more.
     """
 
@@ -432,7 +432,7 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
         cells: of the cycle, one after another.
         start: E where the cycle begins, nearly.
         order: degree of the polynomials.
-        error: how far from its polynomials the solution is searched for first; farther where that does not suffice.
+        error: distance from its polynomials in which the solution is first searched for; increased if necessary.
 
     Raises UnprovenError where no stable periodic solution is proven near.
     Source: J. Mawhin, First order ordinary differential equations with several periodic solutions, ZAMP 38 (1987).

@@ -1,4 +1,4 @@
-"""Work: what a result costs, in positions of the crank and seconds, and how much of it a search may take."""
+"""Work: the cost of a result, in positions of the crank and seconds, and limits of it for a search."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Cost(NamedTuple):
     """Positions of the crank at which the machine was evaluated, and seconds of wall clock.
 
     An evaluation is one position at which the machine's bond graph is walked, or at which torques are computed for
-    another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
-    went into which part of the work.
+    another speed; with losses in meshes, one for each of them. `stages` has the parts of the whole
+    by stage of the work.
 
     >>> Cost(34, 0.001, {"figures": Cost(34, 0.001)}).as_dict()
     {'evaluations': 34, 'seconds': 0.001, 'figures': {'evaluations': 34, 'seconds': 0.001}}
@@ -40,7 +40,7 @@ _LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)  # work
 
 
 class Meter:
-    """A running measurement: `cost` is what it has come to so far."""
+    """A running measurement: `cost` is the cost so far."""
 
     def __init__(self, tally: Tally) -> None:
         self._tally, self._start, self._before = tally, perf_counter(), FREE
@@ -58,7 +58,7 @@ class Meter:
 
 @contextmanager
 def metered() -> Iterator[Meter]:
-    """Measures what is done inside.
+    """Measures the cost of the block.
 
     >>> with metered() as meter:
     ...     count(5)
@@ -70,12 +70,12 @@ def metered() -> Iterator[Meter]:
 
 
 class BudgetError(SceneError):
-    """A search that took more work than it was allowed."""
+    """A search that exceeded its allowed work."""
 
 
 @contextmanager
 def limited(work: float) -> Iterator[None]:
-    """Allows what is searched for inside so much work, the same on every machine; without it there is no limit.
+    """Limits the work of searches in the block, equally on every machine; without it there is no limit.
 
     >>> with limited(10):
     ...     spend(8)
@@ -89,7 +89,7 @@ def limited(work: float) -> Iterator[None]:
 
 @contextmanager
 def portion(share: float) -> Iterator[None]:
-    """Allows what is tried inside a share of the work that is left, so that something is left for what is tried after it.
+    """Limits the block to a share of the remaining work, so that some remains for later attempts.
 
     >>> with limited(10):
     ...     with portion(0.5):
@@ -111,7 +111,7 @@ def portion(share: float) -> Iterator[None]:
 
 
 def spend(work: float) -> None:
-    """Counts work done. Raises BudgetError once there was too much of it."""
+    """Counts work; raises BudgetError beyond the limit."""
     left = _LEFT.get()
     if left is None:
         return

@@ -1,8 +1,8 @@
 """Functions of phi that are smooth between breakpoints, as Chebyshev series on cells.
 
 All cells have the same order and live in one array, so that fitting, integrating, differentiating and root finding
-are a handful of matrix products, however many cells there are. Values are taken at interior nodes only: a cell never
-looks at its own ends, where a load may jump. The middle node is the cell's anchor, at which every switch is decided.
+are a few matrix products for any number of cells. Values are taken at interior nodes only: a cell never
+evaluates its own ends, where a load may jump. The middle node is the cell's anchor, at which every switch is decided.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def middles(edges: Array, phi: Any) -> Any:
 
 
 def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
-    """Cell and local abscissa of angles; those beyond the mesh are taken to its ends.
+    """Cell and local abscissa of angles; those beyond the mesh are moved to its ends.
 
     Of many meshes each has angles of its own, (meshes, angles).
     """
@@ -124,13 +124,13 @@ def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], 
 
     Args:
         edges: of the cells to begin with, ascending.
-        evaluate: for edges what is found on the cells between them, its error, and which cells (a mask) are too coarse for
-            the error to fall to a share of what it is.
+        evaluate: for edges the result on the cells between them, its error, and a mask of the cells that are too coarse for
+            the error to fall to a share of its present value.
         rtol: the error that is allowed.
         most: edges, at most.
 
     Halving has no further effect where two successive rounds gain less than a tenth: the rest is rounding. An error above a
-    tenth is that of cells which may first have to become as narrow as what they follow, so that such rounds do not count.
+    tenth is that of cells that may first have to become as narrow as the function's features, so such rounds do not count.
 
     >>> def mean(edges):
     ...     mesh = cells(edges)
@@ -275,7 +275,7 @@ def tails(series: Array) -> Array:
 
     That sum is a geometric one, continued from the last six coefficients at the slower of their two decays. They are
     taken in pairs, so that even and odd functions count alike. Two of the five are due to aliasing, the rest covers
-    coefficients that swing in sign and size. A series that does not decay gets at least 90 times its last pair.
+    coefficients that vary in sign and size. A series that does not decay gets at least 90 times its last pair.
     """
     size = np.abs(series[..., -6:])
     pairs = np.maximum(size[..., ::2], size[..., 1::2])
@@ -325,7 +325,7 @@ def crossings(series: Array, noise: Array) -> Crossings:
     """Every sign change of the functions with series (functions, cells, ORDER).
 
     Values within `noise` (functions, cells) count as zero; a stretch of zeros takes the sign before it, so that a sign
-    change after it stands where the zeros end. Jumps between cells give t = 1 of the cell before. Where the first
+    change after it is at the end of the zeros. Jumps between cells give t = 1 of the cell before. Where the first
     coefficient outweighs all others and the noise, its sign is the cell's, and no grid is laid.
     """
     count, number, order = series.shape
@@ -366,7 +366,7 @@ def crossings(series: Array, noise: Array) -> Crossings:
 
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
-    """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
+    """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection if that fails."""
     return _roots(rows, t, left, right)[0]
 
 

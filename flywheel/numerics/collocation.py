@@ -1,8 +1,8 @@
-"""Linear algebra of periodic collocation: how small changes run through the cells of a cycle, and round it.
+"""Linear algebra of periodic collocation: propagation of small changes through the cells of a cycle, and round it.
 
 On every cell the states z obey z' = F(phi, z, p). Written as an integral, z(phi) = z_left + integral of F, and taken at the
-cell's nodes, its linearisation is one small system per cell, all solved at once. What a cell adds to its left end is kept
-apart from that end itself, so that a cycle that hardly changes what it starts with loses no digits.
+cell's nodes, its linearisation is one small system per cell, all solved at once. The increment of a cell is kept
+apart from its left end, so that a cycle that changes its start only little loses no digits.
 
 Source: L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapter 21 (integral collocation);
 U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 5.
@@ -37,7 +37,7 @@ class Changes(NamedTuple):
     At the nodes: `start` (cells, states, nodes, states), `by` (cells, states, nodes, parameters), `rest` (cells, states,
     nodes); at the edges: the same with edges (cells + 1) in place of cells, and no nodes; `start` less the identity there.
 
-    `around` (states, states + parameters + 1) is what is gained round the cycle, beside dz0: it closes where that is 0.
+    `around` (states, states + parameters + 1) is the gain round the cycle, in addition to dz0: it closes if that is 0.
     Where changes grow by orders of magnitude, dz0 is that at the edge from which none does: backwards, where the whole cycle
     makes them grow, by exp(`growth`).
     """
@@ -71,8 +71,8 @@ class Changes(NamedTuple):
 def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array, gap: Array) -> Changes:
     """The linearised motion round a cycle whose end exceeds its start by a gap (..., states); the changes close it.
 
-    One state is followed from the edge, and in the sense, in which changes only die away: what grew by G on the way would
-    lose as many digits as G has. Of many motions at once those that need that are left over, as numbers that are none. The
+    One state is followed from the edge, and in the sense, in which changes only decay: growth by G on the way would
+    lose as many digits as G has. Of many motions at once those that need that give NaN. The
     other arguments are those of `changes`.
     """
     growth = np.zeros((*half.shape[:-1], half.shape[-1] + 1))
@@ -126,7 +126,7 @@ def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, 
         half: half widths of the cells (..., cells).
         jacobian: dF/dz, (..., cells, states, states, nodes).
         by_parameter: dF/dp, (..., cells, states, parameters, nodes).
-        at_nodes: what z_left + integral of F exceeds z by, (..., cells, states, nodes).
+        at_nodes: excess of z_left + integral of F over z, (..., cells, states, nodes).
         at_edges: the same at the right ends, (..., cells, states).
 
     """
@@ -148,7 +148,7 @@ def _faded(
     """Values of one state in each cell for a unit at its left end, for units of the parameters, beside these; and its gains.
 
     A change y beside the excess r obeys y' = a y + (a r + b dp), so that with G = exp(integral of a) it is
-    G (y_left + integral of (a r + b dp)/G). What the cell's nodes do not resolve of that the next step mends.
+    G (y_left + integral of (a r + b dp)/G). The next step corrects the part that the cell's nodes do not resolve.
     """
     exponents = np.minimum(np.maximum(exponents, -_MILD), _MILD)  # beyond that `_eliminated` is asked
     growth = np.exp(exponents[..., :-1])
@@ -186,7 +186,7 @@ def _eliminated(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
 
 
 def _chained(solved: Array, gained: Array) -> Changes:
-    """Cell after cell: what each starts with is what the one before ends with."""
+    """Cell after cell: each starts with the end of the one before."""
     *lead, count, states, columns = gained.shape
     edges = np.zeros((count + 1, *lead, states, columns))
     for k, gain in enumerate(np.moveaxis(gained, -3, 0) if lead else gained):

@@ -384,7 +384,7 @@ class Motor(ABC):
 
     @cached_property
     def circuit(self) -> Circuit | None:
-        """Its own states, in addition to its shaft's; None if torque depends on the instantaneous speed."""
+        """States of the motor, in addition to its shaft's; None if torque depends on the instantaneous speed."""
         return None
 
     @property
@@ -510,7 +510,7 @@ class Motor(ABC):
         return None
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
-        """Its powers in addition to its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
+        """Powers of the motor in addition to its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
         return {}
 
     def input_power(self, omega: Array, torque: Array) -> Array:
