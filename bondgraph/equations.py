@@ -20,7 +20,7 @@ import numpy as np
 from bondgraph.elements import SOURCES, C, Displacement, Element, I, Law, R, Se
 from bondgraph.graph import BondGraph, Builder, Scale, Sum, as_graph
 from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, exact, full_digits, law_of, refuse
-from bondgraph.motion.algebra import total
+from bondgraph.motion.algebra import readable, total
 from bondgraph.motion.dynamics import Dynamics, Tables, Walk
 from bondgraph.motion.formulation import Formulation, Group, Port, targets
 from bondgraph.twin import Twin, twin
@@ -29,9 +29,7 @@ if TYPE_CHECKING:
     from bondgraph.strokes import Causality
 
 
-_MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are searched for
 _ONE_FRACTION = 7  # resistors of a loop whose flows and efforts are one fraction each
-_MOST_EXACT = 1000  # the same where its numbers are exact
 
 
 class SymbolicWalk(Walk):
@@ -194,29 +192,6 @@ class Reading:
                     f"{graph.where(port.element.name)}: its law is not linear, and no formula gives its {wanted}; "
                     f"give the law as {other}, or use Dynamics"
                 )
-
-
-def readable(expression: Any) -> Any:
-    """An expression in the shortest of its forms: as it is, as one fraction, with common factors out.
-
-    >>> import sympy
-    >>> a, b, c = sympy.symbols("a b c")
-    >>> readable(a / b - a * c / (b * (b + c)))
-    a/(b + c)
-    """
-    import sympy
-
-    least = sympy.count_ops(expression)
-    divided = any(power.base.is_Add and power.exp.is_negative for power in expression.atoms(sympy.Pow))
-    most = _MOST_CANCELLED if expression.has(sympy.Float) else _MOST_EXACT
-    if least > max(most, _MOST_TIDIED) or not divided:  # a sum of products is left as it is
-        return expression
-    forms = [expression]
-    if least <= _MOST_TIDIED:
-        forms.append(sympy.factor_terms(sympy.together(expression)))
-    if least <= most and expression.is_rational_function():
-        forms.append(sympy.factor_terms(sympy.cancel(expression)))
-    return min(forms, key=sympy.count_ops)
 
 
 def inert(read: Reading) -> Iterator[str]:

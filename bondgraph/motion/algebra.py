@@ -140,6 +140,33 @@ def _adjugate(matrix: Any) -> tuple[Any, Any]:
     return sign * product.to_Matrix(), -sign * given.domain.to_sympy(last)
 
 
+_MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are searched for
+_MOST_EXACT = 1000  # the same where its numbers are exact
+
+
+def readable(expression: Any) -> Any:
+    """An expression in the shortest of its forms: as it is, as one fraction, with common factors out.
+
+    >>> import sympy
+    >>> a, b, c = sympy.symbols("a b c")
+    >>> readable(a / b - a * c / (b * (b + c)))
+    a/(b + c)
+    """
+    import sympy
+
+    least = sympy.count_ops(expression)
+    divided = any(power.base.is_Add and power.exp.is_negative for power in expression.atoms(sympy.Pow))
+    most = _MOST_CANCELLED if expression.has(sympy.Float) else _MOST_EXACT
+    if least > max(most, _MOST_TIDIED) or not divided:  # a sum of products is left as it is
+        return expression
+    forms = [expression]
+    if least <= _MOST_TIDIED:
+        forms.append(sympy.factor_terms(sympy.together(expression)))
+    if least <= most and expression.is_rational_function():
+        forms.append(sympy.factor_terms(sympy.cancel(expression)))
+    return min(forms, key=sympy.count_ops)
+
+
 def total(terms: Iterable[Any]) -> Any:
     """The sum of terms, left to right, of whatever kind they are."""
     found: Any = 0.0

@@ -6,7 +6,7 @@ the energy must add up over the run: stored - stored at the start + dissipated -
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -223,3 +223,17 @@ def _energy(at: Auditor, name: str) -> Array:
 def filled(value: Any, shape: tuple[int, ...]) -> Array:
     """Returns a value as an array of a shape."""
     return np.broadcast_to(np.asarray(value, dtype=float), shape)
+
+
+def lost_heat(graph: BondGraph) -> Iterator[str]:
+    """Yields a line for heat bonds, and for every resistor that takes power out of a thermal network, where it is kept."""
+    if graph.pseudo:
+        numbers = ", ".join(map(str, sorted(graph.pseudo)))
+        yield f"bonds {numbers} carry temperature and heat flow, which is no power: the power audit leaves them out"
+    for element in graph.of_kind("R"):
+        domain = graph.domain(graph.bond_of(element.name))
+        if domain is not None and domain.name == "thermal" and f"{element.name}.heat" not in graph.elements:
+            yield (
+                f"{graph.where(element.name)} removes power from a thermal network, but heat cannot vanish: give it as RS, "
+                "with a bond to the 0-junction of the body that it heats"
+            )

@@ -22,24 +22,12 @@ from numpy.typing import NDArray
 from bondgraph.elements import ONE_PORTS
 from bondgraph.graph import BondGraph, as_graph, entry
 from bondgraph.laws import TIME, GraphError, refuse
-from bondgraph.motion import runge_kutta
+from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.algebra import WEIGHTLESS
-from bondgraph.motion.audit import Audit, Sight, audit, filled
+from bondgraph.motion.audit import Audit, Sight, audit, filled, lost_heat
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.formulation import Port
-from bondgraph.motion.stepping import (
-    ADAPTIVE,
-    FIXED,
-    PLAIN,
-    SERIES,
-    Breaks,
-    Step,
-    StepError,
-    adaptive,
-    fixed,
-    taylor,
-    through_breaks,
-)
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
 from bondgraph.numerics import count, counting
 
@@ -322,7 +310,7 @@ def simulate(
         stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
         run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
         run = replace(run, messages=(*run.messages, *dynamics.branches(start.tolist())))
-    run = replace(run, messages=(*run.messages, *_lost_heat(graph)))
+    run = replace(run, messages=(*run.messages, *lost_heat(graph)))
     if tolerance is None and step is None:
         tolerance = max(_AUDITED, _AUDITED_ROUGHLY * rtol)
     if tolerance is not None:
@@ -333,20 +321,6 @@ def simulate(
         if not run.audit.energy <= tolerance:
             raise GraphError(f"energy audit: {run.audit.energy:.3g} of the energy is missing, {tolerance:g} allowed")
     return run
-
-
-def _lost_heat(graph: BondGraph) -> Iterator[str]:
-    """Yields a line for heat bonds, and for every resistor that takes power out of a thermal network, where it is kept."""
-    if graph.pseudo:
-        numbers = ", ".join(map(str, sorted(graph.pseudo)))
-        yield f"bonds {numbers} carry temperature and heat flow, which is no power: the power audit leaves them out"
-    for element in graph.of_kind("R"):
-        domain = graph.domain(graph.bond_of(element.name))
-        if domain is not None and domain.name == "thermal" and f"{element.name}.heat" not in graph.elements:
-            yield (
-                f"{graph.where(element.name)} removes power from a thermal network, but heat cannot vanish: give it as RS, "
-                "with a bond to the 0-junction of the body that it heats"
-            )
 
 
 class _Stepper:
@@ -536,7 +510,7 @@ class _Stepper:
             elif self.method == _TAYLOR:
                 assert self.dynamics.linear is not None
                 tolerances = rtol * self.relative, rtol * self.scale
-                made = taylor(self.dynamics.linear, t, state, stop, tolerances, length or (lambda t: longest))
+                made = stepping.taylor(self.dynamics.linear, t, state, stop, tolerances, length or (lambda t: longest))
             else:
                 tolerances = rtol * self.relative, rtol * self.scale
                 plain: Any = self._rates(anchors, last) if self.method in PLAIN else field
@@ -544,7 +518,9 @@ class _Stepper:
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
-                self.evaluations += SERIES if self.method == _TAYLOR and stretch.start == stretch.dense.time else 0
+                self.evaluations += (
+                    len(stretch.dense.terms) if self.method == _TAYLOR and stretch.start == stretch.dense.time else 0
+                )
                 if self.method in _STABLE and taken % _OBSERVED == 0:
                     mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
                     lasts.append(stretch.end)
