@@ -675,7 +675,7 @@ LAW = {"type": "indicator", "bore": 0.1} | LOOP
         ("slider", LAW | {"rod": 0.2}, ".rod", "less than the bore"),
         ("slider", LAW | {"gauge": 1}, ".gauge", "true or false"),
         ("slider", LAW | {"gauge": True, "atmosphere": 1e5}, ".atmosphere", "none"),
-        ("slider", LAW | {"out": [1, 2]}, ".position", "as many"),
+        ("slider", LAW | {"out": [1, 2]}, ".position", "the same number of each"),
         ("slider", LAW | {"out": 3}, ".out", "a list"),
         ("slider", LAW | {"out": [1, 2, 3, -4, 5]}, ".out", "gauge"),
         ("slider", LAW | {"out": [1, 2, 3, 1e60, 5]}, ".out", "at most"),
