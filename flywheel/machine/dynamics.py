@@ -565,11 +565,12 @@ def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> Dynam
 
 
 class Start(NamedTuple):
-    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s), and a motor's own states."""
+    """The state at a time (s): position (rad; on a stroke from its beginning), speed (rad/s), and a motor's own states."""
 
     phi: float
     omega: float
     states: tuple[float, ...] = ()
+    time: float = 0.0
 
 
 class Stretch(NamedTuple):
@@ -641,7 +642,7 @@ class Trail(NamedTuple):
     @property
     def t(self) -> Array:
         """Times of the steps, s."""
-        return np.array([0.0, *(stretch.step.end for stretch in self.stretches)])
+        return np.array([self.start.time, *(stretch.step.end for stretch in self.stretches)])
 
     def owners(self, times: Array) -> Index:
         """The stretch that each time belongs to."""

@@ -16,7 +16,7 @@ from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
-from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, extreme, periodic, regaining
+from flywheel.motions.strokes import BRAKE, NAME, Leg, Phases, Ramp, Strokes, check, extreme, periodic, regaining, torque_at
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.state import DRIVE
@@ -62,9 +62,12 @@ FINDINGS: tuple[Finding, ...] = (
         "recovery_time", "s", "from the least speed until 95 % of its drop is made up", words=lambda: _("recovery time")
     ),
     Finding("wheel_energy", "J", "that flywheel and driving side give at most", words=lambda: _("energy from the flywheel")),
-    Finding("slip_time", "s", "how long the clutch slips", words=lambda: _("clutch slips for")),
+    Finding("slip_time", "s", "how long the clutch slips until it locks", words=lambda: _("clutch slips for")),
     Finding("lock_angle", "rad", "crank angle at which the clutch locks", words=lambda: _("clutch locks at")),
     Finding("clutch_torque", "N m", "the greatest that the locked clutch passes", words=lambda: _("clutch torque, locked")),
+    Finding("second_slip_time", "s", "for which it slips again under the work", words=lambda: _("clutch slips again for")),
+    Finding("second_slip_angle", "rad", "crank angle where that begins", words=lambda: _("clutch slips again from")),
+    Finding("second_slip_heat", "J", "of that, in the clutch's heat", words=lambda: _("heat of slipping again")),
     Finding("clutch_heat", "J", "of the clutch in a period", words=lambda: _("clutch heat a period")),
     Finding("clutch_heat_per_hour", "J", "of the clutch", words=lambda: _("clutch heat an hour")),
     Finding("brake_heat", "J", "of the brake in a period", words=lambda: _("brake heat a period")),
@@ -144,8 +147,15 @@ class SingleStroke:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """Sentences on loads beyond their limits; empty if there are none."""
-        return tuple(f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0)
+        """Sentences on loads beyond their limits, and on a clutch that slips under the work; empty if there are none."""
+        found = [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
+        if self.phases.slips:
+            angle, time, heat = (self.figures[f"second_slip_{name}"] for name in ("angle", "time", "heat"))
+            where = math.degrees(float(angle or 0.0) % TURN)
+            found.append(
+                f"the clutch slips again from crank angle {where:.4g} deg on, for {time:.4g} s, and heats by {heat:.4g} J"
+            )
+        return tuple(found)
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
         """The picture of `flywheel size --plot`: written into a PNG, SVG or PDF file, or else as a figure of matplotlib."""
@@ -295,8 +305,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     plan, wheel = strokes.plan, strokes.wheel
     sides = _driving_sides(strokes, found)
     speeds = _speeds(sides)
-    passed = extreme(found.locked, lambda times, owners: np.abs(strokes.locked_torque(found.locked, times, owners)))[1]
-    braking = found.braking
+    slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
     mean, rms, peak = _motor_torques(strokes, sides, found.period)
     heat = _motor_heat(strokes, sides, found.period)
     hours = _HOUR / found.period
@@ -309,17 +318,20 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "irregularity": speeds.irregularity,
         "slip_time": found.lock_time,
         "lock_angle": found.lock_angle,
-        "clutch_torque": passed,
+        "clutch_torque": strokes.clutch.static_torque if slips else max(map(strokes.greatest_passed, locked)),
+        "second_slip_time": float(sum(leg.end - leg.begin for leg in slips)),
+        "second_slip_angle": float(slips[0].driven.start.phi) if slips else None,
+        "second_slip_heat": float(sum(slip_heat(leg, strokes.ratio) for leg in slips)),
         "clutch_heat": energy["clutch_heat"],
         "clutch_heat_per_hour": energy["clutch_heat"] * hours,
         "brake_heat": energy["brake_heat"],
         "brake_heat_per_hour": energy["brake_heat"] * hours,
-        "brake_angle": found.rest - float(braking.start.phi),
+        "brake_angle": found.rest - strokes.brakes_at,
         "stopping_time": found.stop_time - found.brake_time,
         "overrun": found.rest - plan.stop_at - plan.continuous * TURN,
         "stroke_time": found.stop_time,
         "recovery_time": _recovery(sides, speeds, found),
-        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.driving.start.omega**2 - speeds.least**2),
+        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.begin[0] ** 2 - speeds.least**2),
         "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / found.period,
         "motor_torque_mean": mean,
@@ -360,10 +372,12 @@ _GAUSS_POINTS = 4  # between neighbouring times of a course
 def course(found: SingleStroke, count: int) -> Course:
     """The course of a period, at about so many times, ends of phases among them."""
     strokes, phases = found.strokes, found.phases
-    lock, release, brake, stop = phases.lock_time, phases.release_time, phases.brake_time, phases.stop_time
-    trails = (phases.slipping, 0.0), (phases.locked, lock), (phases.coasting, release), (phases.braking, brake)
+    release, brake, stop = phases.release_time, phases.brake_time, phases.stop_time
+    trails = [(leg.driven, leg.clock) for leg in phases.legs] + [(phases.coasting, release), (phases.braking, brake)]
     switches = np.concatenate([begin + _switches(trail) for trail, begin in trails if trail is not None])
-    ends = np.unique(np.concatenate((switches, [0.0, lock, release, brake, stop, phases.period])))
+    ends = np.unique(
+        np.concatenate((switches, [0.0, release, brake, stop, phases.period], [leg.end for leg in phases.legs]))
+    )
     ends = ends[np.diff(ends, prepend=-1.0) > _SIDE * phases.period]
     shares = np.sqrt(np.diff(ends))  # short parts get more than their share
     points = 2 + np.round(count * shares / shares.sum()).astype(int)
@@ -371,7 +385,7 @@ def course(found: SingleStroke, count: int) -> Course:
     time = np.concatenate(parts)
     side = _SIDE * phases.period
     inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
-    phi, crank = _crank(strokes, phases, inside)
+    phi, crank = _crank(phases, inside)
     driving = _driving_speeds(strokes, phases, inside)
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     half = 0.5 * np.diff(time)[:, None]
@@ -402,7 +416,7 @@ def _switches(trail: Trail) -> Array:
 
 def driven_inertia(strokes: Strokes, phases: Phases) -> float:
     """I* of the driven side (kg m² at the crank) where the crank stands as the clutch engages."""
-    rest = phases.slipping.start.phi
+    rest = phases.begin[1]
     return float(strokes.driven.at(rest, rest, 0.0).inertia)
 
 
@@ -411,58 +425,60 @@ def driving_inertia(strokes: Strokes) -> float:
     return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
 
 
-def _along(times: Array, *parts: tuple[Trail | None, float, float, float]) -> Array:
-    """Rows of states at times (s) by motions, each from one time to another, with a factor of its speeds."""
+def _along(times: Array, parts: Iterable[tuple[Trail | None, float, float]]) -> Array:
+    """Rows of states at times (s) by motions one after the other, each with its clock and a factor of its speeds."""
     states = np.zeros((2, times.size))
-    for trail, begin, end, factor in parts:
-        mine = (times >= begin) & (times <= end)
-        if trail is not None and mine.any():
-            states[:, mine] = trail.states(times[mine] - begin)[:2] * np.array([[1.0], [factor]])
+    for trail, clock, factor in parts:
+        if trail is None:
+            continue
+        mine = (times >= clock + trail.start.time) & (times <= clock + trail.t[-1])
+        if mine.any():
+            states[:, mine] = trail.states(times[mine] - clock)[:2] * np.array([[1.0], [factor]])
     return states
 
 
 def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """Speed (rad/s) of the clutch's shaft."""
-    lock, release = phases.lock_time, phases.release_time
-    sides = (phases.locked, lock, release, strokes.ratio), (phases.recovery, release, math.inf, 1.0)
-    speeds: Array = _along(times, (phases.driving, 0.0, lock, 1.0), *sides)[1]
+    speeds: Array = _along(times, [(trail, clock, factor) for trail, factor, clock in _driving_sides(strokes, phases)])[1]
     return speeds
 
 
-def _crank(strokes: Strokes, phases: Phases, times: Array) -> Array:
+def _crank(phases: Phases, times: Array) -> Array:
     """Crank angle (rad) and speed (rad/s): two rows."""
-    lock, release, brake, stop = phases.lock_time, phases.release_time, phases.brake_time, phases.stop_time
-    sides = (phases.coasting, release, brake, 1.0), (phases.braking, brake, stop, 1.0)
-    states = _along(times, (phases.slipping, 0.0, lock, 1.0), (phases.locked, lock, release, 1.0), *sides)
-    states[0, times > stop] = phases.rest
+    legs = [(leg.driven, leg.clock, 1.0) for leg in phases.legs]
+    states = _along(times, [*legs, (phases.coasting, phases.release_time, 1.0), (phases.braking, phases.brake_time, 1.0)])
+    states[0, times > phases.stop_time] = phases.rest
     return states
 
 
 def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """The torque (N m) that the clutch gives to the driven side."""
-    slips, locked = times < phases.lock_time, (times >= phases.lock_time) & (times < phases.release_time)
-    found, rise = np.zeros(times.size), strokes.clutch.rise
-    found[slips] = strokes.clutch.torque * (np.minimum(1.0, times[slips] / rise) if rise > 0.0 else 1.0)
-    if locked.any():
-        mine = times[locked] - phases.lock_time
-        found[locked] = strokes.locked_torque(phases.locked, mine, phases.locked.owners(mine))
+    found = np.zeros(times.size)
+    for leg in phases.legs:
+        mine = (times >= leg.begin) & (times < leg.end)
+        on_clock = times[mine] - leg.clock
+        if leg.sense:
+            found[mine] = leg.sense * torque_at(leg.torque, on_clock)
+        elif mine.any():
+            found[mine] = strokes.locked_torque(leg.driven, on_clock, leg.driven.owners(on_clock))
     return found
 
 
 def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
     brake, found = strokes.brake, np.zeros(times.size)
-    since, released = times - phases.brake_time, times < min(brake.fall, phases.lock_time)
+    since, released = times - phases.brake_time, times < brake.fall
     acts = (since >= 0.0) & (times <= phases.stop_time)
-    found[acts] = -brake.torque * (np.minimum(1.0, since[acts] / brake.rise) if brake.rise > 0.0 else 1.0)
+    found[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
     found[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
-    found[released] = -brake.torque * (1.0 - times[released] / brake.fall) if brake.fall > 0.0 else 0.0
+    if brake.fall > 0.0:
+        found[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
     return found
 
 
 def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     """Figures by the formulas of presses: a clutch alone against inertias, then the work as a blow from the flywheel."""
-    inertia, speed = driving_inertia(strokes), run.phases.driving.start.omega
+    inertia, speed = driving_inertia(strokes), run.phases.begin[0]
     clutch, energy, period = strokes.clutch, max(run.energy["loads"], 0.0), run.phases.period
     behind = driven_inertia(strokes, run.phases)
     joined = press_work.engage(inertia, speed, behind / strokes.ratio**2, torque=clutch.torque)
@@ -481,16 +497,16 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
 def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
     """The longest stop from a signal while the clutch holds, and the distance that a hand needs meanwhile (ISO 13855).
 
-    After the signal the clutch transmits torque for its `fall`; then it is released, and the brake is applied.
+    At the signal the clutch holds for its `hold` and its `fall`; then it lets go, and the brake is put on.
     """
     plan = strokes.plan
     if plan.approach is None:
         return dict.fromkeys(("emergency_time", "emergency_angle", "safety_distance"))
-    locked, wait = found.locked, strokes.clutch.fall
-    last = float(locked.t[-1]) - wait
+    wait = strokes.clutch.hold + strokes.clutch.fall
+    last = max(found.release_time - wait - found.lock_time, 0.0)
 
     def lasts(signal: float) -> float:
-        phi, omega = locked.states(np.array([signal + wait]))[:2, 0].tolist()
+        phi, omega = _crank(found, np.array([found.lock_time + signal + wait]))[:, 0].tolist()
         return wait + float(strokes.braked_from(phi, omega).t[-1])
 
     signals = np.linspace(0.0, last, _SIGNALS)
@@ -503,30 +519,19 @@ def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
     stopping = plan.response + longest
     return {
         "emergency_time": stopping,
-        "emergency_angle": float(locked.states(np.array([when]))[0, 0]),
+        "emergency_angle": float(_crank(found, np.array([found.lock_time + when]))[0, 0]),
         "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
     }
 
 
 _Side = tuple[Trail, float, float]
-"""A motion of the driving side, the factor from its speed to the clutch shaft's, and its starting time (s)."""
+"""A motion of the driving side, the factor from its speed to the clutch shaft's, and its clock (s)."""
 
 
 def _driving_sides(strokes: Strokes, found: Phases) -> list[_Side]:
-    """The driving side over a whole period; of the slip, the part until the clutch locks."""
-    return [
-        (_until(found.driving, found.lock_time), 1.0, 0.0),
-        (found.locked, strokes.ratio, found.lock_time),
-        (found.recovery, 1.0, found.release_time),
-    ]
-
-
-def _until(trail: Trail, end: float) -> Trail:
-    """A motion as far as a time (s)."""
-    kept = [stretch for stretch in trail.stretches if stretch.step.start < end]
-    step = kept[-1].step  # with the same dense output, to its new end
-    kept[-1] = kept[-1]._replace(step=type(step)(step.dense, step.start, min(step.end, end)))
-    return trail._replace(stretches=tuple(kept))
+    """The driving side over a whole period."""
+    legs = [(leg.driving, 1.0 if leg.sense else strokes.ratio, leg.clock) for leg in found.legs]
+    return [*legs, (found.recovery, 1.0, found.release_time)]
 
 
 class _Speeds(NamedTuple):
@@ -667,11 +672,10 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
     By quadrature of every law over the motions apart from the stepping; the clutch's heat by the speeds of both its sides.
     """
     works: dict[str, float] = {}
-    driving = _until(found.driving, found.lock_time)
     meshes = 0.0
-    phases = [driving, found.slipping, found.locked, found.coasting, found.braking, found.recovery]
-    for trail in phases:
-        if trail is None:
+    trails = [trail for leg in found.legs for trail in (leg.driving, leg.driven)[: 2 if leg.sense else 1]]
+    for trail in (*trails, found.coasting, found.braking, found.recovery):
+        if trail is None or not trail.stretches:
             continue
         parts, lost, _ = works_of(trail)
         meshes += lost
@@ -680,23 +684,28 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
     motor = works.pop(DRIVE, 0.0)
     brake = -sum(work for part, work in works.items() if part.startswith(BRAKE))
     works = {part: work for part, work in works.items() if not part.startswith((f"{NAME} on", BRAKE))}
-    clutch = clutch_heat(strokes, driving, found.slipping)
+    clutch = float(sum(slip_heat(leg, strokes.ratio) for leg in found.legs if leg.sense))
     loads = -sum(works.values())
     energy = {"motor": motor, "loads": loads, "mesh_heat": meshes, "clutch_heat": clutch, "brake_heat": brake}
     return {**energy, "residual": motor - loads - meshes - clutch - brake}
 
 
-def clutch_heat(strokes: Strokes, driving: Trail, slipping: Trail) -> float:
-    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes."""
-    rise, end = strokes.clutch.rise, float(slipping.t[-1])
-    edges = np.unique(np.concatenate((driving.t, slipping.t, [rise])))
-    edges = edges[edges <= end]
+def slip_heat(leg: Leg, ratio: float) -> float:
+    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
+
+    Args:
+        leg: through which the clutch slips.
+        ratio: speed of the clutch's shaft over that of the crank.
+
+    """
+    begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
+    edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
+    edges = edges[(edges >= begin) & (edges <= end)]
     nodes, weights = np.polynomial.legendre.leggauss(10)
     half = 0.5 * np.diff(edges)[:, None]
     times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
-    torque = strokes.clutch.torque * (np.ones_like(times) if rise == 0.0 else np.minimum(1.0, times / rise))
-    slip = driving.states(times)[1] - strokes.ratio * slipping.states(times)[1]
-    return float((half * weights).ravel() @ (torque * slip))
+    slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
+    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
 
 
 # -- searches ----------------------------------------------------------------------------------------------------------
@@ -807,7 +816,10 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     last = [run.phases]
 
     def over(speed: float) -> float:
-        """The load that is greatest over its limit, less 1; infinite where the stroke fails."""
+        """The load that is greatest over its limit, less 1; infinite where the stroke fails.
+
+        Of a clutch that slips under the work, the share of the period.
+        """
         if speed not in known:
             try:
                 tried = _Run.of(strokes, regaining(strokes, speed, last[0]))
@@ -815,8 +827,11 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
                 known[speed] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
             else:
                 last[0] = tried.phases
-                name = max(tried.shares, key=lambda each: tried.shares[each])
-                known[speed] = tried.shares[name] - 1.0, name, tried.phases.period
+                excess = {each: share - 1.0 for each, share in tried.shares.items()}
+                if tried.phases.slips:
+                    excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period
+                name = max(excess, key=lambda each: excess[each])
+                known[speed] = excess[name], name, tried.phases.period
         return known[speed][0]
 
     low = high = nominal

@@ -32,6 +32,8 @@ _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
 _BACKWARDS = 1e-6  # of the typical speed: a crank that reverses by this falls back
 _MOST_STEPS = 25  # of Newton's method
+_MOST_LEGS, _MOST_MACHINES = 200, 20  # of a stroke; that are kept
+_AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that slips again are apart the other way
 _TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _PLAIN = 2  # strokes one after the other, before the first of them
@@ -40,28 +42,69 @@ _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
 _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it after which no stroke returns
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
+_SLIPS = {"slip": 1, "overrun": -1}  # how a locked clutch begins to slip: the driving side then is faster, or slower
 NAME = "clutch"
 """The path of the clutch's torque as a load, and `BRAKE` that of the brake's."""
 BRAKE = "brake[0]"
 
 
-class Phases(NamedTuple):
-    """The motions of one stroke, each from its own t = 0; times (s) count from the engagement of the clutch.
+class Ramp(NamedTuple):
+    """A torque (N m) that builds up evenly, or `falls`, from a time (s) on and for a time (s)."""
 
-    `driving` is the driving side while the clutch slips (its position is not that of the crank) and `recovery` from the
-    release of the clutch on; `slipping` is the driven side until the clutch locks, `locked` the whole machine until its
-    release, `coasting` the driven side until the brake acts (None if it acts at once), `braking` until it stands
-    still. `resting` is M* where the crank then
+    torque: float
+    begin: float
+    lasting: float
+    falls: bool = False
+
+
+class Leg(NamedTuple):
+    """A part of a stroke through which the clutch slips, or holds both sides together.
+
+    `sense` is 1 while the driving side turns faster, -1 while it turns slower, and 0 while the clutch is locked: both
+    motions are then that of the whole machine at the crank. Their times count from `clock` (s after the engagement), as
+    those of `torque`, which the clutch passes while it slips.
+    """
+
+    clock: float
+    driving: Trail
+    driven: Trail
+    sense: int
+    torque: Ramp
+
+    @property
+    def begin(self) -> float:
+        """The time at which it begins, s after the engagement."""
+        return self.clock + self.driven.start.time
+
+    @property
+    def end(self) -> float:
+        """The time at which it ends, s after the engagement."""
+        return self.clock + float(self.driven.t[-1])
+
+
+class Acting(NamedTuple):
+    """What acts on both sides through a leg, and what ends it: goals, and at the latest a time (s) on its clock."""
+
+    sense: int
+    clutch: Ramp
+    brake: Ramp | None
+    goals: list[Goal]
+    last: float
+
+
+class Phases(NamedTuple):
+    """The motions of one stroke, each on its own clock; times (s) count from the engagement of the clutch.
+
+    `legs` are those until the clutch has let go, at `release_time`; they begin with a slip. From there `recovery` is that of
+    the driving side, on the clutch's shaft, and the driven side is `coasting` until the brake acts (None if it acts
+    already), then `braking` until it stands still, with its clock at `brake_time`. `resting` is M* where the crank then
     stands (N m). `slopes` are the derivatives of speed and angle after a stroke by those before it.
     """
 
-    driving: Trail
-    slipping: Trail
-    locked: Trail
+    legs: tuple[Leg, ...]
     coasting: Trail | None
     braking: Trail
     recovery: Trail
-    lock_time: float
     release_time: float
     brake_time: float
     stop_time: float
@@ -72,12 +115,22 @@ class Phases(NamedTuple):
     @property
     def begin(self) -> tuple[float, float]:
         """Speed of the clutch's shaft (rad/s) and resting angle of the crank (rad) where the stroke begins."""
-        return self.driving.start.omega, self.slipping.start.phi
+        return self.legs[0].driving.start.omega, self.legs[0].driven.start.phi
+
+    @property
+    def lock_time(self) -> float:
+        """The time at which the clutch first locks."""
+        return self.legs[0].end
 
     @property
     def lock_angle(self) -> float:
-        """The crank angle at which the clutch locks, rad; not reduced to a turn."""
-        return _last(self.slipping)[0]
+        """The crank angle at which the clutch locks for the first time, rad; not reduced to a turn."""
+        return _last(self.legs[0].driven)[0]
+
+    @property
+    def slips(self) -> tuple[Leg, ...]:
+        """The slips of the clutch under the work, after it has locked and before it is released."""
+        return tuple(leg for leg in self.legs[1:] if leg.sense and not leg.torque.falls)
 
     @property
     def rest(self) -> float:
@@ -114,6 +167,7 @@ class Strokes:
         self.wheel = scene.shafts[scene.flywheel_on] / self.ratio  # of the flywheel's speed over the clutch's shaft's
         self.end = self._coming(self.clutch.disengage)
         self.brakes_at = self._coming(self.brake.engage)
+        self._machines: dict[tuple[int, Ramp, Ramp | None], tuple[Dynamics, Dynamics]] = {}
 
     def _coming(self, angle: float) -> float:
         """A crank angle (rad) in the last turn of a stroke that begins at `stop_at`."""
@@ -134,27 +188,35 @@ class Strokes:
         return self._driving(None)
 
     @cached_property
-    def engaging(self) -> Dynamics:
-        """The driving side with the torque of the clutch against it."""
-        return self._driving(f"-{ramp(self.clutch.torque, self.clutch.rise)}")
-
-    @cached_property
     def driven(self) -> Dynamics:
         """The driven side alone, its brake off."""
         return self._driven()
 
     @cached_property
-    def taken(self) -> Dynamics:
-        """The driven side with the torque of the clutch, and with the brake that is just released."""
-        brake = self.brake
-        released = f"-{brake.torque!r}*(1 - t/{brake.fall!r} if t < {brake.fall!r} else 0)*sign(omega)"
-        loads = [_load(self.clutch.on, ramp(self.clutch.torque, self.clutch.rise), NAME)]
-        return self._driven(loads + [_load(brake.on, released, BRAKE)] * (brake.fall > 0.0))
-
-    @cached_property
     def braked(self) -> Dynamics:
         """The driven side with its brake, which is put on at t = 0."""
-        return self._driven([_load(self.brake.on, f"-{ramp(self.brake.torque, self.brake.rise)}", BRAKE)])
+        return self._driven([self._braking(Ramp(self.brake.torque, 0.0, self.brake.rise))])
+
+    def _braking(self, brake: Ramp) -> Load:
+        """The brake as a load: one that falls may hold the crank at rest, one that builds up acts until it stands."""
+        return _load(self.brake.on, f"-{ramp(brake)}{'*sign(omega)' if brake.falls else ''}", BRAKE)
+
+    def _engaged(self, sense: int, clutch: Ramp, brake: Ramp | None) -> tuple[Dynamics, Dynamics]:
+        """Both sides with the slipping clutch (sense 1 or -1) and a brake that acts; while it is locked twice the whole."""
+        key = sense, clutch if sense else Ramp(0.0, 0.0, 0.0), brake
+        if key not in self._machines:
+            if len(self._machines) > _MOST_MACHINES:  # a brake that builds up while the clutch lets go has a time of its own
+                self._machines.clear()
+            loads = [] if brake is None else [self._braking(brake)]
+            if sense:
+                law, back = (ramp(clutch), f"-{ramp(clutch)}")[::sense]
+                driven = self._driven([_load(self.clutch.on, law, NAME), *loads])
+                self._machines[key] = self._driving(back), driven
+            else:
+                scene = replace(self.scene, single_stroke=None, loads=(*self.scene.loads, *loads))
+                whole = Dynamics(Machine(scene), self.whole.inertia) if loads else self.whole
+                self._machines[key] = whole, whole
+        return self._machines[key]
 
     def _driving(self, law: str | None) -> Dynamics:
         scene, on = self.scene, self.clutch.on
@@ -224,7 +286,7 @@ class Strokes:
 
     def _run(self, dynamics: Dynamics, start: Start, goals: Iterable[Goal] = (), until: float | None = None) -> Trail:
         """A phase, until a goal or a time (s)."""
-        longest = _LONGEST * TURN / self.typical if until is None else until
+        longest = start.time + _LONGEST * TURN / self.typical if until is None else until
         return follow(dynamics, start, longest, self.rtol, [*goals])
 
     def stroke(self, speed: float, rest: float, *, regains: bool = False) -> Phases:
@@ -236,22 +298,20 @@ class Strokes:
             regains: the clutch engages again when the driving side has its speed again, in place of the scene's rate.
 
         Raises:
-            SceneError: a clutch that does not lock, or slips under the work, a machine that stalls, a brake that does not
-                stop the crank or does not hold it, a stroke that lasts longer than the period.
+            SceneError: a clutch that does not lock, a crank that stalls behind it, a machine that stalls, a brake that does
+                not stop the crank or does not hold it, a stroke that lasts longer than the period.
 
         """
-        driving, slipping = self._slip(speed, rest)
-        lock_time = float(slipping.t[-1])
-        locked = self._locked(_last(slipping), lock_time)
-        release_time = lock_time + float(locked.t[-1])
-        coasting, braking, brake_time, resting = self._stop(_last(locked), release_time)
+        legs, brake_time = self.engaged(speed, rest)
+        release_time, (side, crank) = legs[-1].end, self._ends(legs[-1])
+        coasting, braking, brake_time, resting = self._stop(crank, release_time, brake_time)
         stop_time = brake_time + float(braking.t[-1])
         lasting = math.inf if regains else self._period(stop_time)
         if lasting < stop_time:
             found = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
             raise SceneError([Fault("single_stroke.rate", found, "a stroke that ends before the next begins", advice)])
-        start, goals = Start(0.0, _last(locked)[1] * self.ratio), [straight("stop", 1, 0.0, 1.0)]
+        start, goals = Start(0.0, side), [straight("stop", 1, 0.0, 1.0)]
         if regains:
             goals.append(straight("speed", 1, speed, -1.0))
             lasting = _RECOVERING * stop_time
@@ -265,119 +325,200 @@ class Strokes:
             found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
             expected = "a motor that brings the flywheel back to its speed"
             raise SceneError([Fault("drive", found, expected, "a stronger motor")])
-        trails = driving, slipping, locked, coasting, braking, recovery
-        return Phases(*trails, lock_time, release_time, brake_time, stop_time, lasting, resting)
+        return Phases(legs, coasting, braking, recovery, release_time, brake_time, stop_time, lasting, resting)
 
     def _period(self, stop_time: float) -> float:
         if self.plan.rate is not None:
             return self.plan.continuous / self.plan.rate
         return stop_time + (self.plan.idle or 0.0)
 
-    def _slip(self, speed: float, rest: float) -> tuple[Trail, Trail]:
-        """Both sides while the clutch slips."""
-        longest = _LONGEST * TURN / self.typical
-        until = min(longest, self.clutch.rise + TURN / self.typical)
-        while True:  # what is followed of the driving side is no more than a few times what the slip takes
-            driving, slipping = self._slip_until(speed, rest, until)
-            if slipping.goal is not None or slipping.stuck is not None or driving.t[-1] < until or until >= longest:
-                return self._taken_along(driving, slipping, rest)
-            until = min(longest, 4.0 * until)
+    def engaged(self, speed: float, rest: float, touch: float | None = None) -> tuple[tuple[Leg, ...], float | None]:
+        """The legs of a stroke until the clutch has let go, and when the brake is put on, if that is before (s).
 
-    def _slip_until(self, speed: float, rest: float, until: float) -> tuple[Trail, Trail]:
-        """Both sides until the clutch locks, or a time (s)."""
-        driving = self._run(self.engaging, Start(0.0, speed), [straight("stop", 1, 0.0, 1.0)], until)
-        last, ratio = float(driving.t[-1]), self.ratio
+        The clutch is released at its angle, or after a touch (s). It locks where both sides have one speed, and slips where
+        it would have to pass more than it holds.
+        """
+        legs, clock, now, brake_time = list[Leg](), 0.0, 0.0, None
+        clutch = Ramp(self.clutch.torque, 0.0, self.clutch.rise)
+        brake = Ramp(self.brake.torque, 0.0, self.brake.fall, True) if self.brake.fall > 0.0 else None
+        side, crank, sense = speed, (rest, 0.0), 1
+        while True:
+            if brake is not None and brake.falls and now >= brake.lasting:
+                brake = None
+            last = clutch.begin + clutch.lasting if clutch.falls else math.inf if touch is None else touch
+            goals = [straight("release", 0, self.end, -1.0)] * (not clutch.falls and touch is None)
+            goals += [straight("brake", 0, self.brakes_at, -1.0)] * (clutch.falls and touch is None and brake_time is None)
+            begin, fresh = Start(*crank, (), now), bool(legs) and legs[-1].sense == 0
+            sides, acting = self._engaged(sense, clutch, brake), Acting(sense, clutch, brake, goals, last)
+            if sense:
+                leg = Leg(clock, *self._slip(sides, Start(0.0, side, (), now), begin, acting, fresh), sense, clutch)
+                self._check_slip(leg, legs, rest, touch)
+            else:
+                leg = Leg(clock, *(self._hold(sides[0], begin, acting, clock),) * 2, 0, clutch)
+            now, (side, crank) = float(leg.driven.t[-1]), self._ends(leg)
+            legs += [leg] * (leg.end > leg.begin)
+            if len(legs) > _MOST_LEGS:
+                raise SceneError([self._fault(f"a clutch that slips {len(legs) // 2} times by {_at(crank[0])}")])
+            goal = leg.driven.goal
+            if goal == "lock":
+                sense = 0
+            elif goal in _SLIPS:
+                sense = _SLIPS[goal]
+            elif goal == "brake":
+                brake_time, brake = clock + now, Ramp(self.brake.torque, now * (self.brake.rise > 0.0), self.brake.rise)
+            elif clutch.falls and now >= last:
+                return tuple(legs), brake_time
+            elif goal == "release" or now >= last:
+                clutch = Ramp(self.clutch.torque, self.clutch.hold, self.clutch.fall, True)
+                clock, now, brake = clock + now, 0.0, None
+                if touch is None and crank[0] >= self.brakes_at:
+                    brake_time, brake = clock, Ramp(self.brake.torque, 0.0, self.brake.rise)
+                if self.clutch.hold + self.clutch.fall == 0.0:
+                    return tuple(legs), brake_time
 
-        def apart(t: Array, phi: Array, omega: Array) -> Array:
-            times = np.ravel(np.asarray(t, dtype=float) + np.zeros_like(omega))
-            over = np.maximum(times - last, 0.0)  # a step may try a time past the end of the driving side's motion
-            speeds = driving.states(np.minimum(times, last))[1].reshape(np.shape(omega))
-            return np.asarray(speeds - over.reshape(np.shape(omega)) * speed / max(last, 1e-300) - ratio * omega)
+    def _ends(self, leg: Leg) -> tuple[float, tuple[float, float]]:
+        """The speed of the driving side at a leg's end, and the crank's position and speed."""
+        crank = _last(leg.driven)
+        return (_last(leg.driving)[1] if leg.sense else self.ratio * crank[1]), crank
 
+    def _slip(
+        self, dynamics: tuple[Dynamics, Dynamics], side: Start, crank: Start, acting: Acting, fresh: bool
+    ) -> tuple[Trail, Trail]:
+        """Both sides while the clutch slips, from where it was locked just before (`fresh`) or from any speeds."""
+        ratio, begin, goals, sense = self.ratio, side.time, acting.goals, acting.sense
+        longest = min(acting.last, begin + _LONGEST * TURN / self.typical)
+        until = min(longest, begin + acting.clutch.lasting + TURN / self.typical)
+        margin = _AFTER_LOCK * self.rtol * abs(side.omega) if fresh else 0.0
         back = straight("back", 1, _BACKWARDS * self.typical, 1.0)
-        goals = [Goal("lock", apart), straight("release", 0, self.end, -1.0), back]
-        return driving, self._run(self.taken, Start(rest, 0.0), goals, last)
+        while True:  # what is followed of the driving side is no more than a few times what the slip takes
+            driving = self._run(dynamics[0], side, [straight("stop", 1, 0.0, 1.0)], until)
+            there = float(driving.t[-1])
 
-    def _taken_along(self, driving: Trail, slipping: Trail, rest: float) -> tuple[Trail, Trail]:
-        """The same two motions, refused if the clutch did not lock."""
-        phi, omega = _last(slipping)
-        if slipping.goal == "lock" and omega > _BACKWARDS * self.typical:
-            return driving, slipping
-        where, when = _at(phi), float(slipping.t[-1])
-        torque = f"{self.clutch.torque:.5g} N m"
-        path, expected = f"shafts.{self.clutch.on}.clutch", "a clutch that takes the crank along"
-        if slipping.goal == "back":
+            def apart(t: Array, phi: Array, omega: Array, driving: Trail = driving, there: float = there) -> Array:
+                times = np.ravel(np.asarray(t, dtype=float) + np.zeros_like(omega))
+                over = np.maximum(times - there, 0.0)  # a step may try a time past the end of the driving side's motion
+                speeds = driving.states(np.minimum(times, there))[1].reshape(np.shape(omega))
+                slower = over.reshape(np.shape(omega)) * side.omega / max(there - begin, 1e-300)
+                return np.asarray(sense * (speeds - slower - ratio * omega) + margin)
+
+            driven = self._run(dynamics[1], crank, [Goal("lock", apart), *goals, back], there)
+            if driven.goal is not None or driven.stuck is not None or there < until or until >= longest:
+                break
+            until = min(longest, begin + 4.0 * (until - begin))
+        if driven.goal == "lock" and fresh:  # it has passed the instant by the margin
+            times, owners = driven.within(NODES)
+            states = driven.states(times, owners)
+            widest = int(np.argmax(apart(times, states[0], states[1])))
+
+            def gap(t: float) -> float:
+                state = driven.states(np.array([t]))
+                return float(apart(np.array([t]), state[0], state[1])[0]) - margin
+
+            if gap(float(times[widest])) > 0.0:
+                driven = until_time(driven, root(gap, float(times[widest]), float(times[-1])))
+        return until_time(driving, float(driven.t[-1])), driven
+
+    def _fault(self, found: str, advice: str = "a larger torque, or less inertia on the driven side") -> Fault:
+        return Fault(f"shafts.{self.clutch.on}.clutch", found, "a clutch that takes the crank along", advice)
+
+    def _check_slip(self, leg: Leg, before: list[Leg], rest: float, touch: float | None) -> None:
+        """Refuses a slip that ends neither by locking nor by release."""
+        goal, (side, (phi, omega)), torque = leg.driven.goal, self._ends(leg), f"{self.clutch.torque:.5g} N m"
+        moves = omega > _BACKWARDS * self.typical
+        over = leg.torque.falls or touch is not None
+        if moves and (goal in ("lock", "brake") or (goal == "release" and before) or (goal is None and over)):
+            return
+        where, when = _at(phi), leg.end
+        if leg.torque.falls and touch is None:
+            found = f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
+            found += "while that still passes torque"
+            raise SceneError([self._fault(found, "a later engage of the brake, or a shorter hold and fall of the clutch")])
+        if any(each.sense == 0 for each in before):
+            found = f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
+            found += f"which slips again from {_at(leg.driven.start.phi)} on"
+            raise SceneError([self._fault(found, "a larger torque, less work, or more inertia on the driven side")])
+        if goal == "back":
             found = f"a crank that falls back from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
             advice = "a clutch torque that is there sooner, a brake that is released later, or a counterbalance"
-        elif slipping.goal == "release":
+        elif goal == "release":
             found = (
                 f"a clutch of {torque} that never locks: at its release at {where}, after {when:.4g} s, "
-                f"{self.clutch.on} turns at {driving.states(np.array([when]))[1, 0] * _RPM:.4g} rpm "
+                f"{self.clutch.on} turns at {side * _RPM:.4g} rpm "
                 f"and the crank as if it turned at {self.ratio * omega * _RPM:.4g} rpm"
             )
             advice = "a larger torque, a shorter rise, less inertia on the driven side, or a later release"
-        elif slipping.stuck is not None or omega <= _BACKWARDS * self.typical:
+        elif not moves:
             found = f"a clutch of {torque} that does not move the crank from {where} ({when:.4g} s)"
             advice = "a larger torque, or less load on the way"
         else:
-            found = f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}"
-            advice = "a larger torque, or less inertia on the driven side"
-        raise SceneError([Fault(path, found, expected, advice)])
+            raise SceneError([self._fault(f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}")])
+        raise SceneError([self._fault(found, advice)])
 
-    def _locked(self, begin: tuple[float, float], time: float) -> Trail:
-        """The whole machine from the instant at which the clutch locks to its release."""
-        if time < self.brake.fall:
-            found = f"a brake that is still released when the clutch locks after {time:.4g} s"
-            raise SceneError([Fault(f"{BRAKE}.fall", found, f"less than {time:.4g} s", "a brake that lets go sooner")])
-        goals = [straight("release", 0, self.end, -1.0), straight("stall", 1, 0.0, 1.0)]
-        locked = self._run(self.whole, Start(*begin), goals)
-        if locked.goal == "release" and self.clutch.fall > 0.0:  # it still holds for a while
-            longer = [straight("brake", 0, self.brakes_at, -1.0), goals[1]]
-            locked = self._run(self.whole, Start(*begin), longer, float(locked.t[-1]) + self.clutch.fall)
-            if locked.goal == "brake":
-                found = f"a brake put on at {_at(self.brakes_at)}, less than {self.clutch.fall:.4g} s after the release"
-                advice = "put the brake on later, or release the clutch sooner"
-                raise SceneError([Fault(f"{BRAKE}.engage", found, "a clutch that has let go by then", advice)])
-            if locked.goal is None and locked.stuck is None:
-                locked = locked._replace(goal="release")
-        if locked.goal != "release":
-            phi, omega = _last(locked)
-            found = f"a machine that stalls at {_at(phi)}, {time + locked.t[-1]:.4g} s after the clutch engaged"
+    def _hold(self, whole: Dynamics, crank: Start, acting: Acting, clock: float) -> Trail:
+        """The whole machine with its clutch locked, until it slips or something else ends it."""
+        brake, longest = acting.brake, crank.time + _LONGEST * TURN / self.typical
+        until = min(acting.last, longest, brake.lasting if brake is not None and brake.falls else math.inf)
+        locked = self._run(whole, crank, [*acting.goals, straight("stall", 1, 0.0, 1.0)], until)
+        slips = self._slips(locked, acting.clutch) if locked.stretches else None
+        if slips is not None:
+            return until_time(locked, slips[0])._replace(goal=slips[1], stuck=None)
+        if locked.goal in (None, "stall") and (locked.goal or locked.t[-1] < until or until == longest):
+            (phi, omega), when = _last(locked), clock + float(locked.t[-1])
+            found = f"a machine that stalls at {_at(phi)}, {when:.4g} s after the clutch engaged"
             if locked.stuck is None and locked.goal is None:
-                found = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {time + locked.t[-1]:.4g} s on"
+                found = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {when:.4g} s on"
             advice = "a larger flywheel, a stronger motor, or more time between strokes"
             expected = "a flywheel that carries the crank through the work"
             raise SceneError([Fault("flywheel.inertia", found, expected, advice)])
-        self._check_grip(locked, time)
         return locked
 
-    def _check_grip(self, locked: Trail, time: float) -> None:
-        """Refuses a clutch that would slip again while it is locked."""
-        when, most = extreme(locked, lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))
-        if most > self.clutch.static_torque:
-            phi = float(locked.states(np.array([when]))[0, 0])
-            found = f"a clutch that holds {self.clutch.static_torque:.5g} N m and would have to pass {most:.5g} N m"
-            found += f" at {_at(phi)}, {time + when:.4g} s after it engaged: it slips again"
-            key = "torque" if self.clutch.static_torque == self.clutch.torque else "static_torque"
-            path = f"shafts.{self.clutch.on}.clutch.{key}"
-            advice = "a larger clutch, or more inertia on the driven side; a second slip is not followed"
-            raise SceneError([Fault(path, found, "a clutch that holds through the work", advice)])
+    def _slips(self, locked: Trail, clutch: Ramp) -> tuple[float, str] | None:
+        """The first time (s) at which the locked clutch would have to pass more than it holds, and which way; None else."""
+        holds = clutch._replace(torque=self.clutch.static_torque)
+
+        def excess(times: Array, owners: Index) -> Array:
+            return np.abs(self.locked_torque(locked, times, owners)) - torque_at(holds, times)
+
+        when, most = extreme(locked, excess)
+        if most <= 0.0:
+            return None
+        times, owners = locked.within(NODES)
+        beyond = np.flatnonzero((excess(times, owners) > 0.0) | (times >= when))
+        k = int(beyond[0])
+        low, high, which = float(times[k - 1]), min(float(times[k]), when), owners[k : k + 1]
+        way = "slip" if self.locked_torque(locked, np.array([high]), which)[0] > 0.0 else "overrun"
+        if k == 0 or owners[k] != owners[k - 1]:
+            return float(times[k]), way
+
+        def over(t: float) -> float:
+            return float(excess(np.array([t]), which)[0])
+
+        return (low if over(low) > 0.0 else root(over, low, high)), way
 
     def locked_torque(self, locked: Trail, times: Array, owners: Index) -> Array:
         """The torque (N m) of the locked clutch at times (s): the part that its driving side does not need for itself."""
         found = np.zeros(times.size)
         for portion, states, here in locked.along(times, owners):
-            alpha = self.whole.at_many(*here).acceleration
+            alpha = locked.dynamics.at_many(*here).acceleration
             at = np.full(alpha.size, math.pi)
             found[portion] = self.driving.surplus(
                 at, Anchor(math.pi, None, None), self.ratio * states[1], 0.0 * at, self.ratio * alpha
             )
         return found
 
-    def _stop(self, begin: tuple[float, float], time: float) -> tuple[Trail | None, Trail, float, float]:
-        """The driven side until the crank stands still, when the brake is put on (s), and M* where it then stands (N m)."""
+    def greatest_passed(self, locked: Trail) -> float:
+        """The greatest torque (N m), in size, that the locked clutch passes along a motion."""
+        return extreme(locked, lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))[1]
+
+    def _stop(
+        self, begin: tuple[float, float], time: float, brake_time: float | None
+    ) -> tuple[Trail | None, Trail, float, float]:
+        """The driven side until the crank stands still, when the brake is put on (s), and M* where it then stands (N m).
+
+        From the time (s) at which the clutch has let go; the brake is put on already, or at its angle.
+        """
         coasting = None
-        if begin[0] < self.brakes_at:
+        if brake_time is None and begin[0] < self.brakes_at:
             goals = [straight("brake", 0, self.brakes_at, -1.0), straight("stop", 1, 0.0, 1.0)]
             coasting = self._run(self.driven, Start(*begin), goals)
             begin, time = _last(coasting), time + float(coasting.t[-1])
@@ -386,7 +527,8 @@ class Strokes:
                 advice = "release the clutch later, or put the brake on sooner"
                 expected = f"one that comes to the brake at {_at(self.brakes_at)}"
                 raise SceneError([Fault(f"shafts.{self.clutch.on}.clutch.disengage", found, expected, advice)])
-        braking = self.braked_from(*begin)
+        brake_time = time if brake_time is None else brake_time
+        braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
         torque = f"a brake of {self.brake.torque:.5g} N m"
         held = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
@@ -395,26 +537,21 @@ class Strokes:
             found = f"{torque} that does not hold the crank at {_at(rest)}, where M* = {held.moment:.5g} N m on the crank"
             advice = "a larger torque, a counterbalance, or another stop_at"
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
-        return coasting, braking, time, held.moment
+        return coasting, braking, brake_time, held.moment
 
     def inching(self, touch: float) -> float:
         """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), with the driving side idling before.
 
-        The clutch acts for the touch and its `fall`; then the brake is put on.
+        The clutch acts for the touch, its `hold` and its `fall`; then the brake is put on.
         """
-        rest, last = self.plan.stop_at, touch + self.clutch.fall
-        driving, slipping = self._slip_until(self.typical * self.ratio, rest, last)
-        begin, time = _last(slipping), float(slipping.t[-1])
-        if slipping.goal == "lock":
-            begin = _last(self._run(self.whole, Start(*begin), [straight("stall", 1, 0.0, 1.0)], max(last - time, 0.0)))
-        elif slipping.goal is not None or begin[1] <= _BACKWARDS * self.typical:
-            self._taken_along(driving, slipping, rest)
-        return _last(self.braked_from(*begin))[0] - rest
+        rest = self.plan.stop_at
+        legs, _ = self.engaged(self.typical * self.ratio, rest, touch)
+        return _last(self.braked_from(*self._ends(legs[-1])[1]))[0] - rest
 
-    def braked_from(self, phi: float, omega: float) -> Trail:
-        """The driven side from an angle (rad) and a speed (rad/s) at which the brake is put on until it stands still."""
+    def braked_from(self, phi: float, omega: float, since: float = 0.0) -> Trail:
+        """The driven side until it stands still, from an angle (rad), a speed (rad/s), and a time (s) of its brake."""
         goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, phi + TURN, -1.0)]
-        braking = self._run(self.braked, Start(phi, omega), goals)
+        braking = self._run(self.braked, Start(phi, omega, (), since), goals)
         if braking.goal != "stop":
             left = _last(braking)[1] * _RPM
             found = f"a brake of {self.brake.torque:.5g} N m that leaves the crank at {left:.4g} rpm after a turn"
@@ -528,13 +665,42 @@ def beyond(scene: Scene, shaft: str) -> list[str]:
     return [name for name in scene.shafts if shaft in scene.inwards(name)]
 
 
-def ramp(torque: float, rise: float) -> str:
-    """A torque (N m) that builds up evenly in a time (s) from t = 0, as an expression.
+def ramp(torque: Ramp) -> str:
+    """A torque over time as an expression.
 
-    >>> ramp(900.0, 0.0), ramp(900.0, 0.05)
+    >>> ramp(Ramp(900.0, 0.0, 0.0)), ramp(Ramp(900.0, 0.0, 0.05))
     ('900.0', '900.0*min(1, t/0.05)')
     """
-    return f"{torque!r}" if rise == 0.0 else f"{torque!r}*min(1, t/{rise!r})"
+    size, begin, lasting, falls = torque
+    if lasting == 0.0:
+        return f"{size!r}"
+    since = "t" if begin == 0.0 else f"(t - {begin!r})"
+    if falls and begin == 0.0:
+        return f"{size!r}*(1 - {since}/{lasting!r} if t < {lasting!r} else 0)"
+    if falls:
+        return f"{size!r}*max(0, min(1, 1 - {since}/{lasting!r}))"
+    return f"{size!r}*min(1, {since}/{lasting!r})"
+
+
+def torque_at(torque: Ramp, times: Array) -> Array:
+    """A torque (N m) at times (s).
+
+    >>> torque_at(Ramp(900.0, 0.02, 0.04, True), np.array([0.0, 0.03, 0.05])).tolist()
+    [900.0, 675.0, 225.0]
+    """
+    if torque.lasting == 0.0:
+        return np.full(times.shape, torque.torque)
+    share = np.clip((times - torque.begin) / torque.lasting, 0.0, 1.0)
+    return torque.torque * (1.0 - share if torque.falls else share)
+
+
+def until_time(trail: Trail, end: float) -> Trail:
+    """A motion as far as a time (s)."""
+    kept = [stretch for stretch in trail.stretches if stretch.step.start < end]
+    if kept:
+        step = kept[-1].step  # with the same dense output, to its new end
+        kept[-1] = kept[-1]._replace(step=type(step)(step.dense, step.start, min(step.end, end)))
+    return trail._replace(stretches=tuple(kept))
 
 
 def _load(on: str, law: str, path: str) -> Load:

@@ -45,7 +45,7 @@ def _bands(found: SingleStroke) -> tuple[Band, ...]:
     """Slip of the clutch and braking of the crank."""
     phases = found.phases
     return (
-        Band(0.0, phases.lock_time, _("the clutch slips"), "orange"),
+        *(Band(leg.begin, leg.end, _("the clutch slips"), "orange") for leg in (phases.legs[0], *phases.slips)),
         Band(phases.brake_time, phases.stop_time, _("the crank is braked"), "sky"),
     )
 

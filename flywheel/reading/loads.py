@@ -619,7 +619,7 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     shared = ("rise", "fall", "heat_per_stroke", "heat_per_hour")
     static = torque if clutch.fields["static_torque"] is None else clutch.fields["static_torque"]
     return SingleStroke(
-        Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in shared)),
+        Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in (*shared, "hold"))),
         Brake(shaft, brake.fields["torque"], brake.fields["engage"], *(brake.fields[name] for name in shared)),
         plan.fields["rate"],
         plan.fields["idle"],

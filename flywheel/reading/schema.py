@@ -376,7 +376,8 @@ CLUTCH = Section(
         Key("engage", "angle", "crank angle at which it is engaged: that of stop_at", range=_ONCE_ROUND),
         Key("disengage", "angle", "crank angle at which it is released", required=True, range=_ONCE_ROUND),
         *_RAMPS,
-        Key("fall", "time", "for which it transmits torque after its release", 0.0, NOT_NEGATIVE),
+        Key("hold", "time", "for which it holds all its torque after its release", 0.0, NOT_NEGATIVE),
+        Key("fall", "time", "in which its torque then vanishes", 0.0, NOT_NEGATIVE),
         *_HEATS,
     ),
 )

@@ -371,7 +371,7 @@ class _Motion:
             absolute += [rtol * _LEAST_SPEED * scale for scale in circuit.scales]
         self.tolerance = Tolerance(rtol, np.array(absolute))
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, *start.states])
-        self.t, self.stretches = 0.0, list[Stretch]()
+        self.t, self.stretches = start.time, list[Stretch]()
         self.branching = dynamics.branching
         self.rough = rough_joints(dynamics)
         # of the motion, 0 at rest; None if no law knows it

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from flywheel.components.press_work import engage
-from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia, driving_inertia, share_name
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
+from flywheel.tables.strokes import decides
 
 _SYMBOLS = {
     "clutch_heat": ("Q_c", "J"),
@@ -99,6 +99,15 @@ def _clutch(found: SingleStroke) -> Section:
             how=_("an extremum of the motion's dense output"),
         ),
     ]
+    again = found.figures["second_slip_angle"]
+    if found.phases.slips and again is not None:
+        rows = (
+            (_("crank angle"), Formula("phi_2"), Quantity("phi_2", float(again), "rad")),
+            (_("time"), Formula("t_2"), _of(found, "second_slip_time", "t_2", "s")),
+            (_("heat"), Formula("Q_2"), _of(found, "second_slip_heat", "Q_2", "J")),
+        )
+        told = _("The clutch slips again under the work")
+        parts.append(Table(told, (_("quantity"), _("symbol"), _("value")), rows, emphasis=frozenset({0})))
     return Section(_("The clutch"), tuple(parts))
 
 
@@ -160,9 +169,7 @@ def _loads(found: SingleStroke) -> Section:
     )
     beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
-    rate = number(f"{60.0 * found.greatest_rate:.5g}")
-    told = _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
-    parts.append(Note(told, "remark"))
+    parts += [Note(told, "remark") for told in decides(found)]
     rows: list[tuple[Cell, ...]] = []
     for key, value in found.formulas.items():
         symbol, unit = _SYMBOLS[key]

@@ -254,8 +254,9 @@ class Stroke(NamedTuple):
 class Clutch(NamedTuple):
     """A friction clutch in the mesh of a shaft with the one that it hangs on; torques (N m) and heats (J) at that shaft.
 
-    `torque` is passed while it slips, `static_torque` at the most while it does not. `rise` (s) is the time in which the
-    torque builds up evenly, `fall` that for which it still holds after `disengage` (crank angle, rad), where it is released.
+    `torque` is passed while it slips, `static_torque` at the most while it does not. `rise` (s) is the time in which both
+    build up evenly. After `disengage` (crank angle, rad), where it is released, they last for the time `hold` and then
+    vanish evenly in the time `fall`.
     """
 
     on: str
@@ -266,6 +267,7 @@ class Clutch(NamedTuple):
     fall: float = 0.0
     heat_per_stroke: float | None = None
     heat_per_hour: float | None = None
+    hold: float = 0.0
 
 
 class Brake(NamedTuple):

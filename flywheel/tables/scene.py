@@ -133,7 +133,13 @@ def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLi
 
 def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
     """Times of a clutch or brake, and its limits of heat."""
-    for seconds, words in ((part.rise, _("builds up in {time} ms")), (part.fall, _("is released in {time} ms"))):
+    hold = part.hold if isinstance(part, Clutch) else 0.0
+    times = (
+        (part.rise, _("builds up in {time} ms")),
+        (hold, _("holds for {time} ms")),
+        (part.fall, _("vanishes in {time} ms")),
+    )
+    for seconds, words in times:
         if seconds:
             yield words.format(time=number(figure(1e3 * seconds, most=_DIGITS)))
     for heat, words in (

@@ -8,6 +8,7 @@ from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, share_name
 from flywheel.numerics.units import columns, figure
+from flywheel.scene.scene import TURN
 from flywheel.sizing.findings import KINDS, Finding
 from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
@@ -25,7 +26,8 @@ _OF_STROKE = (
     "recovery_time",
 )
 _OF_CLUTCH = (
-    *("slip_time", "lock_angle", "clutch_torque", "clutch_heat", "clutch_heat_per_hour", "brake_angle", "stopping_time"),
+    *("slip_time", "lock_angle", "second_slip_time", "second_slip_angle", "second_slip_heat"),
+    *("clutch_torque", "clutch_heat", "clutch_heat_per_hour", "brake_angle", "stopping_time"),
     *(
         "overrun",
         "holding_torque",
@@ -57,7 +59,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
     def rows(keys: Iterable[str]) -> Iterator[Row]:
         for key in keys:
             value = found.figures[key]
-            if isinstance(value, float):
+            if isinstance(value, float) and (found.phases.slips or not key.startswith("second_slip")):
                 yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, found.error.get(key, 0.0), system))
 
     title = printable(found.scene.title or "").strip() or _("Machine that works stroke by stroke")
@@ -66,11 +68,17 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         machine_block(found.scene, system),
         _flywheel(found, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
-        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH))),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(_decides(found))),
+        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(found, system))),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(decides(found))),
         _shares(found),
         _formulas(found, system),
     )
+
+
+def _slips_again(found: SingleStroke, system: TradeUnits) -> Iterator[str]:
+    for leg in found.phases.slips[:1]:
+        angle = system.read(float(leg.driven.start.phi) % TURN, "angle")
+        yield _("THE CLUTCH SLIPS AGAIN under the work from {angle} on: it needs a greater torque.", angle=angle)
 
 
 def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
@@ -85,8 +93,12 @@ def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
     return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), tuple(rows), sentences=decides)
 
 
-def _decides(found: SingleStroke) -> Iterator[str]:
+def decides(found: SingleStroke) -> Iterator[str]:
+    """The sentence on the greatest rate."""
     if found.greatest_rate is None:
+        return
+    if found.greatest_rate == 0.0:
+        yield _("Beyond its limit at any rate: {what}.", what=share_name(found.decides))
         return
     rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
     yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))

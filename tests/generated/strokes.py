@@ -64,13 +64,18 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     lasting = TURN / crank_speed
     period = short(lasting * rng.uniform(1.5, 4.0) + 0.2)
     rate, continuous = short(60.0 / period), 1
+    static, arm = short(1e6 * clutch), 1.0 if slider is None else radius * math.sin(math.radians(low))
+    most = short(clutch * ratio * rng.uniform(1.02, 1.3) * (1.0 + behind / wheel) / arm)  # slips again under this
+    if chance(rng, 0.4) and most * arm * math.radians(high - low) < 0.4 * energy:
+        force, static = math.copysign(most, force), short(clutch * rng.uniform(1.0, 1.1))
     shafts: Scene = {
-        "wheel": {"ratio": ratio, "efficiency": gear, "clutch": {"torque": clutch, "static_torque": 1e6 * clutch}},
+        "wheel": {"ratio": ratio, "efficiency": gear, "clutch": {"torque": clutch, "static_torque": static}},
         "motor": {"on": "wheel", "ratio": belt, "efficiency": belts},
     }
     shafts["wheel"]["clutch"] |= {"disengage": f"{release:g} deg", "rise": rise}
-    fall = short(rng.uniform(0.0, 0.6) * math.radians(engage - release) / crank_speed, 2) if engage > release else 0.0
-    shafts["wheel"]["clutch"]["fall"] = fall
+    between = math.radians(max(engage - release, 3.0)) / crank_speed
+    hold, fall = (short(rng.uniform(0.0, 0.7) * between, 2) if chance(rng, 0.5) else 0.0 for _ in range(2))
+    shafts["wheel"]["clutch"] |= {"hold": hold, "fall": fall}
     brake_rise = short(rng.uniform(0.01, 0.04), 2) if chance(rng, 0.5) else 0.0
     brake_fall = short(rng.uniform(0.001, 0.004), 2) if chance(rng, 0.4) else 0.0
     speed = short(belt * wheel_speed)
@@ -109,6 +114,7 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
         wheel, rotor, crank, ratio, belt, gear, belts, lambda omega: eval(law, names, {"omega": omega}), clutch, rise, fall,
         math.radians(release), brake, brake_rise, brake_fall, math.radians(engage), continuous * 60.0 / rate,
         ((math.radians(low), math.radians(high), force),), friction, -9.80665 if weighs else 0.0, slider,
+        static, hold,
     )  # fmt: skip
     return scene, plan
 
@@ -118,7 +124,7 @@ def tried_strokes(seed: int) -> list[Verdict]:
     scene, plan = drawn_strokes(seed)
     begun = time.monotonic()
     try:
-        found = flywheel.single_stroke(flywheel.load(scene))
+        found = flywheel.single_stroke(flywheel.load(scene), rates=False)
     except SceneError as error:
         return [Verdict("strokes", "refused", str(error), time.monotonic() - begun, 0.0)]
     took, begun = time.monotonic() - begun, time.monotonic()

@@ -9,7 +9,8 @@ the driven side, with k alike for the mesh of the clutch's shaft,
 
     I dv/dt + I'/2 v² = k r T + F - B, F of forces on the slider and weights, B of the brake.
 
-While the clutch slips T is its own; locked, w = r v, and both give dv/dt and T for the K and k that fit their directions.
+While the clutch slips T is its own, forwards if the wheel's side is the faster one; locked, w = r v, and both give dv/dt
+and T for the K and k that fit their directions. It slips again where that T is more than it holds.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ class Plan(NamedTuple):
     friction: float = 0.0
     weight: float = 0.0
     slider: tuple[float, float, float, float, float, float] | None = None
+    static: float = math.inf
+    hold: float = 0.0
 
 
 def gains(plan: Plan, phi: Any) -> tuple[Any, Any, Any]:
@@ -96,9 +99,10 @@ def driving(plan: Plan, w: float, torque: float) -> float:
     return alpha
 
 
-def locked(plan: Plan, phi: float, v: float, middle: float) -> tuple[float, float]:
-    """dv/dt of the crank and the torque of the clutch."""
+def locked(plan: Plan, phi: float, v: float, middle: float, brake: float = 0.0) -> tuple[float, float]:
+    """dv/dt of the crank and the torque of the clutch, against a torque of the brake."""
     reduced, slope, moment = driven(plan, phi, middle)
+    moment -= brake
     motor = float(plan.motor(plan.belt * plan.ratio * v))
     r, found = plan.ratio, (0.0, 0.0)
     for belt in (plan.belt_efficiency, 1 / plan.belt_efficiency):
@@ -176,55 +180,101 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
     # states: wheel, angle, crank's speed, heat of the clutch, of the brake, work and square of the motor's torque
     t, y = 0.0, [w, phi, 0.0, 0.0, 0.0, 0.0, 0.0]
-    pieces: list[float] = sorted({plan.rise, plan.brake_fall} - {0.0})
     hold = _held_until(plan, phi)
-    pieces = sorted({*pieces, hold} - {0.0})
-    while True:  # slip
-        end = ahead(plan, y[1])
-        last = next((each for each in pieces if each > t + 1e-13), 60.0)
+    sense, let_go, brake_on, lock, slip = 1, math.inf, math.inf, math.nan, math.nan
+    again, where = 0.0, math.nan  # the time of slips under the work, and the angle of the first
+
+    def share(t: float, time: float) -> float:
+        """Of the clutch's torque at a time, in the piece around another."""
+        if math.isinf(let_go):
+            return t / plan.rise if time < plan.rise else 1.0
+        return 1.0 if time < let_go + plan.hold else max(0.0, 1.0 - (t - let_go - plan.hold) / plan.fall)
+
+    def brakes(t: float, time: float) -> float:
+        if time < plan.brake_fall:
+            return plan.brake * (1.0 - t / plan.brake_fall)
+        if time < brake_on:
+            return 0.0
+        return plan.brake * ((t - brake_on) / plan.brake_rise if time < brake_on + plan.brake_rise else 1.0)
+
+    while True:
+        angles = [ahead(plan, y[1])] + [each for each in (plan.release, plan.engage) if each > y[1] + 1e-11]
+        end = min(angles)
+        times = (
+            [plan.rise, plan.brake_fall, hold]
+            if math.isinf(let_go)
+            else [let_go + plan.hold, let_go + plan.hold + plan.fall]
+        )
+        last = min(each for each in (*times, brake_on + plan.brake_rise, 60.0) if each > t + 1e-13)
         middle, time = 0.5 * (y[1] + end), 0.5 * (t + last)
+        angle = lambda t, y, end=end: y[1] - end  # noqa: E731
+        before = t
+        if sense:
 
-        def slips(t: float, y: Any, middle: float = middle, time: float = time) -> list[float]:
-            torque = plan.clutch * (t / plan.rise if time < plan.rise else 1.0)
-            brake = plan.brake * (1 - t / plan.brake_fall) if time < plan.brake_fall else 0.0
-            reduced, slope, moment = driven(plan, y[1], middle)
-            gear = plan.gear_efficiency * r * torque
-            alpha = (gear + moment - brake - slope * y[2] ** 2 / 2) / reduced if time > hold else 0.0
-            return [driving(plan, y[0], torque), y[2], alpha, torque * (y[0] - r * y[2]), brake * y[2], *motor(y[0])]
+            def slips(t: float, y: Any, middle: float = middle, time: float = time, sense: int = sense) -> list[float]:
+                torque, brake = sense * plan.clutch * share(t, time), brakes(t, time)
+                reduced, slope, moment = driven(plan, y[1], middle)
+                gear = plan.gear_efficiency if torque > 0.0 else 1.0 / plan.gear_efficiency
+                alpha = (gear * r * torque + moment - brake - slope * y[2] ** 2 / 2) / reduced if time > hold else 0.0
+                heat = torque * (y[0] - r * y[2])
+                return [driving(plan, y[0], torque), y[2], alpha, heat, brake * y[2], *motor(y[0])]
 
-        found = run.step(slips, y, t, (lambda t, y: y[0] - r * y[2], -1), (lambda t, y, end=end: y[1] - end, 1), last=last)
-        run.speeds(found, lambda y: y[0])
+            apart = lambda t, y, sense=sense: sense * (y[0] - r * y[2])  # noqa: E731
+            stall = [] if math.isnan(lock) else [(lambda t, y: y[2], -1)]
+            found = run.step(slips, y, t, (apart, -1), (angle, 1), *stall, last=last)
+            assert not (stall and found.t_events[2].size), "the crank stalls"
+            run.speeds(found, lambda y: y[0])
+        else:
+            y[0] = r * y[2]
+
+            def joined(t: float, y: Any, middle: float = middle, time: float = time) -> list[float]:
+                brake = brakes(t, time)
+                alpha, _ = locked(plan, y[1], y[2], middle, brake)
+                return [r * alpha, y[2], alpha, 0.0, brake * y[2], *motor(r * y[2])]
+
+            def passes(t: float, y: Any, middle: float = middle, time: float = time) -> float:
+                return locked(plan, y[1], y[2], middle, brakes(t, time))[1]
+
+            def spare(t: float, y: Any, time: float = time, passes: Callable[[float, Any], float] = passes) -> float:
+                return plan.static * share(t, time) - abs(passes(t, y))
+
+            tight = spare(t, y) < 0.0
+            found = None
+            if not tight:
+                found = run.step(joined, y, t, (spare, -1), (angle, 1), (lambda t, y: y[2], -1), last=last)
+                assert not found.t_events[2].size, "the machine stalls"
+                run.speeds(found, lambda y: r * y[2])
+                passed = run.most(found, lambda y, t=t, passes=passes: abs(passes(t, y)))
+                run.clutch_torque = max(run.clutch_torque, passed)
+            if tight or (found is not None and found.t_events[0].size):
+                if found is not None:
+                    t, y = float(found.t[-1]), found.y[:, -1].tolist()
+                y[0] = r * y[2]
+                sense = 1 if passes(t, y) > 0.0 else -1
+                if math.isinf(let_go):
+                    where = y[1] if math.isnan(where) else where
+                    run.clutch_torque = plan.static
+                continue
         t, y = float(found.t[-1]), found.y[:, -1].tolist()
-        if found.t_events[0].size:
+        if sense and not math.isnan(lock) and math.isinf(let_go):
+            again += t - before
+        if sense and found.t_events[0].size:
+            if math.isnan(lock):
+                slip, lock = t, y[1]
+            sense = 0
+        elif found.t_events[1].size:
+            y[1] = end
+            if end == plan.release:
+                let_go = t
+            if end == plan.engage:
+                brake_on = t
+        if t >= let_go + plan.hold + plan.fall - 1e-13:
             break
-    slip, lock = t, y[1]
-    released = math.inf
-    while True:  # locked
-        goal = plan.release if math.isinf(released) else math.inf
-        end = min(ahead(plan, y[1]), goal)
-        middle = 0.5 * (y[1] + end)
-
-        def joined(t: float, y: Any, middle: float = middle) -> list[float]:
-            alpha, _ = locked(plan, y[1], y[2], middle)
-            return [r * alpha, y[2], alpha, 0.0, 0.0, *motor(r * y[2])]
-
-        found = run.step(joined, [r * y[2], *y[1:]], t, (lambda t, y, end=end: y[1] - end, 1), last=min(released, 60.0))
-        run.speeds(found, lambda y: r * y[2])
-        passed = run.most(found, lambda y, middle=middle: abs(locked(plan, y[1], y[2], middle)[1]))
-        run.clutch_torque = max(run.clutch_torque, passed)
-        t, y = float(found.t[-1]), found.y[:, -1].tolist()
-        if math.isfinite(released) and not found.t_events[0].size:
-            break
-        if end == goal:
-            released = t + plan.fall
-            if plan.fall == 0.0:
-                break
-    release, wheel = t, r * y[2]
-    if y[1] < plan.engage - 1e-12:
+    release, wheel = t, y[0] if sense else r * y[2]
+    if math.isinf(brake_on):
         t, y = _alone(plan, run, t, y, plan.engage, 0.0)
-    braked = y[1]
-    begin = t
-    t, y = _alone(plan, run, t, y, math.inf, begin)
+        brake_on = t
+    t, y = _alone(plan, run, t, y, math.inf, brake_on)
     rest = y[1]
 
     def recovers(t: float, y: Any) -> list[float]:
@@ -238,10 +288,12 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
         "slip_time": slip,
         "lock_angle": lock,
         "clutch_torque": run.clutch_torque,
+        **({} if math.isnan(where) else {"second_slip_angle": where}),
         "clutch_heat": y[3],
         "brake_heat": y[4],
-        "brake_angle": rest - braked,
-        "stopping_time": t - begin,
+        "brake_angle": rest - plan.engage,
+        "stopping_time": t - brake_on,
+        "second_slip_time": again,
         "stroke_time": t,
         "speed_least": run.lowest,
         "speed_greatest": run.highest,
