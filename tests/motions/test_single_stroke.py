@@ -318,7 +318,7 @@ def test_what_does_not_work_is_refused_with_its_reason(changes, words):
         ({"single_stroke.continuous": 1.5}, "a whole number of strokes"),
         ({"shafts.wheel.clutch.torqe": 1.0}, 'did you mean "torque"'),
         ({"single_stroke.response": "1 s"}, "approach together with it"),
-        ({"duty": [{"duration": "60 s"}]}, r"duty beside \[single_stroke\]"),
+        ({"duty": [{"duration": "60 s"}]}, r"duty together with \[single_stroke\]"),
     ],
 )
 def test_faults_of_the_scene(changes, words):
