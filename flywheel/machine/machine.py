@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.graph import BondGraph, Builder
 from bondgraph.reduction import Reduced, Reduction
+from flywheel.language import text as _
 from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, moving_switches, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
@@ -840,3 +841,17 @@ def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
     if moved:
         left_out += ("nothing has inertia: a source of flow moves the driver at unit speed",)
     return graph, left_out
+
+
+def explanations() -> dict[str, str]:
+    """The words that explain the picture of a bond graph, in the language in use, by the English ones."""
+    return {
+        "translation": _("translation"),
+        "rotation": _("rotation"),
+        "electric": _("electric"),
+        "hydraulic": _("hydraulic"),
+        "store in derivative causality": _("store in derivative causality"),
+        "signal, without power": _("signal, without power"),
+        "transformer": _("transformer"),
+        "gyrator": _("gyrator"),
+    }

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import bondgraph
 from flywheel.language import number as localized
 from flywheel.language import text as _
-from flywheel.machine.machine import Machine, graph_with_flywheel
+from flywheel.machine.machine import Machine, explanations, graph_with_flywheel
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.numerics.units import figure as number
@@ -30,7 +30,6 @@ from flywheel.pictures.mechanisms import colours, draw_bodies, write_names
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism, Scene
-from flywheel.tables.reduction import explanations
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import bondgraph
 from bondgraph import BondGraph, GraphError
 from flywheel.language import text as _
-from flywheel.machine.machine import FLYWHEEL, FRICTION, SPEED, Machine, graph_with_flywheel
+from flywheel.machine.machine import FLYWHEEL, FRICTION, SPEED, Machine, explanations, graph_with_flywheel
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
@@ -284,20 +284,6 @@ def draw_graph(graph: BondGraph, path: Path, scene: Path, rows: Sequence[MapRow]
             parts.setdefault(row.group or row.part, []).append(row.element)
     with _explained():
         bondgraph.draw(graph, path, title=scene.stem, parts=parts, words=explanations())
-
-
-def explanations() -> dict[str, str]:
-    """The words that explain the picture of a bond graph, in the language in use, by the English ones."""
-    return {
-        "translation": _("translation"),
-        "rotation": _("rotation"),
-        "electric": _("electric"),
-        "hydraulic": _("hydraulic"),
-        "store in derivative causality": _("store in derivative causality"),
-        "signal, without power": _("signal, without power"),
-        "transformer": _("transformer"),
-        "gyrator": _("gyrator"),
-    }
 
 
 class MapRow(NamedTuple):
