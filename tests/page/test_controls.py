@@ -18,7 +18,7 @@ from flywheel import language
 from flywheel.page import data
 from tests.language import texts
 from tests.page import browsers
-from tests.page.browsers import answered, drawn, expected, in_sight, picture, shown, until
+from tests.page.browsers import answered, drawn, expected, in_sight, picture, served, shown, until
 
 # Every control of the page by mouse and by keyboard, on a copy of the press.
 
@@ -799,6 +799,67 @@ def test_a_body_and_a_joint_are_chosen_and_follow_what_is_typed(opened, window, 
     typed(page, mass, "3000 kg")
     assert curve(page, f"Reaction in {joint}", reacting)
     picture(page, f"motion-{body}", full_page=True)
+
+
+# The rate of a press that works stroke by stroke, by mouse: its time axis follows, and nothing else moves.
+
+
+STROKES = """
+shafts.wheel = {ratio = 4, clutch = {torque = 120, disengage = "300 deg"}}
+inertia = [{on = "crank", value = 5}]
+load = [{on = "crank", torque = "-150 N m", from = "120 deg", to = "200 deg"}]
+brake = [{torque = 400, engage = "310 deg"}]
+drive = {on = "wheel", torque = "2*(40 - omega)"}
+flywheel = {on = "wheel", inertia = 1.5}
+[single_stroke]
+rate = "20 1/min"
+"""
+STROKE_FRAMES = """() => {
+  window.frames = [];
+  const panel = document.querySelector("[data-panel=single_stroke]");
+  const figures = document.getElementById("panels");
+  const seen = () => {
+    const svg = panel.querySelector("svg");
+    return {
+      most: Number(document.getElementById("angle-range").max),
+      at: [figures.getBoundingClientRect().top, panel.getBoundingClientRect().left, panel.getBoundingClientRect().width],
+      boxes: [...svg.querySelectorAll("rect[stroke]")].map((box) => box.getAttribute("x")),
+    };
+  };
+  new MutationObserver(() => frames.push(seen())).observe(panel.querySelector("svg"), { childList: true });
+  return seen();
+}"""
+
+
+@pytest.mark.slow
+def test_the_rate_of_strokes_is_dragged_and_the_time_axis_follows(tmp_path, window):
+    scene = tmp_path / "strokes.toml"
+    scene.write_text(STROKES)
+    with served(scene) as server:
+        page = answered(shown(window(viewport={"width": 1280, "height": 1400}).new_page(), server.address))
+        expected(page.locator("#angle-range")).to_have_attribute("max", "3")
+        slider = field(page, "single_stroke.rate").locator("input[type=range]")
+        slider.scroll_into_view_if_needed()
+        box, share = slider.bounding_box(), slider.evaluate("one => (one.value - one.min) / (one.max - one.min)")
+        x, y = box["x"] + 8 + share * (box["width"] - 16), box["y"] + box["height"] / 2
+        before = page.evaluate(STROKE_FRAMES)
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for k in range(1, 9):
+            page.mouse.move(x + 2 * k, y)
+            until(page, f"() => frames.length >= {k}")  # it is drawn anew while the mouse is down
+        frames = page.evaluate("frames")
+        page.mouse.up()
+        answered(page)
+        most = float(page.locator("#angle-range").get_attribute("max"))
+        rate = float(re.search(r"[\d.]+", becomes(page, r'^rate = "[\d.]+ 1/min"'))[0])
+        assert rate > 22.0
+        assert most == pytest.approx(60.0 / rate, rel=1e-6)
+        assert len({round(frame["most"], 4) for frame in frames}) >= 8
+        assert all(frame["most"] < 3.0 for frame in frames)
+        assert {tuple(frame["at"]) for frame in frames} == {tuple(before["at"])}
+        assert {tuple(frame["boxes"]) for frame in frames} == {tuple(before["boxes"])}
+        picture(page, "strokes")
 
 
 # The page in Spanish: no text is left in English but for titles and names of the scene, in its dialogs neither.

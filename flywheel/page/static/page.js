@@ -140,6 +140,8 @@ function show(_scene = scene, reply = null) {
   faults();
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (scene.current) {
+    const height = `${byId("numbers").offsetHeight}px`; // kept while a hand moves: some rows come at rest alone
+    byId("numbers").style.minHeight = scene.confirmed === "done" ? "" : height;
     showNumbers(byId("numbers"), scene.answer.numbers ?? []);
     viewIn(byId("view"), scene.answer, renew, choose_view);
     showPanels(scene.answer, scene.units, renew);
