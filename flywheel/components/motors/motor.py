@@ -510,7 +510,7 @@ class Motor(ABC):
         return None
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
-        """Powers of the motor in addition to its shaft's (W), by kind, at speeds (rad/s), torques (N m) and states of its own."""
+        """Powers of the motor except its shaft's (W), by kind, at speeds (rad/s), torques (N m) and its own states."""
         return {}
 
     def input_power(self, omega: Array, torque: Array) -> Array:
