@@ -66,7 +66,7 @@ _JETS = jet_namespace(NAMESPACE)
 # -- of one machine ----------------------------------------------------------------------------------------------------
 
 
-class Piece(NamedTuple):
+class PieceProgram(NamedTuple):
     """A program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
 
     program: Program
@@ -89,7 +89,7 @@ class Programs:
         self.machine, self.why = machine, ""
         self._walks = 0
         self._circuit = circuit_of(machine.scene) is not None
-        self._pieces: dict[tuple[float, bool], list[Piece] | None] = {}
+        self._pieces: dict[tuple[float, bool], list[PieceProgram] | None] = {}
 
     @cached_property
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
@@ -144,7 +144,7 @@ class Programs:
         self._pieces[key] = None if recorded is None else [*pieces[1 - _MOST_PROGRAMS :], recorded]
         return None if recorded is None else recorded.program
 
-    def _recorded_motion(self, anchor: Anchor) -> Piece | None:
+    def _recorded_motion(self, anchor: Anchor) -> PieceProgram | None:
         recorder = Recorder()
         arguments = phi, omega, time, unknown = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
         deciding = [] if anchor.omega is None else [recorder.input(f"at anchor {k}", at) for k, at in enumerate(anchor[1:3])]
@@ -155,7 +155,7 @@ class Programs:
                 moment = sum(self._shares(station, omega, time, unknown, deciding))
                 outputs += [station.reduced.inertia, station.reduced.slope, moment]
             conditions = recorder.conditions(deciding) if recorder.guards else None
-            return Piece(recorder.program(outputs, arguments), conditions)
+            return PieceProgram(recorder.program(outputs, arguments), conditions)
         except _RECORDING_ERRORS as error:
             self.why = self.why or str(error)
             return None

@@ -309,7 +309,7 @@ class Rubbing(NamedTuple):
     joint: str = ""
 
 
-class _Table(NamedTuple):
+class _ForceTable(NamedTuple):
     """Coefficients of one mechanism's forces, by series on cells of the driver's coordinate: (cells, entries, order)."""
 
     mechanism: Mechanism
@@ -621,7 +621,7 @@ def joint_friction_of(machine: Machine) -> JointFriction:
 # -- coefficients ------------------------------------------------------------------------------------------------------
 
 
-def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
+def _fitted(machine: Machine, mechanism: Mechanism) -> _ForceTable:
     """The table of one mechanism, on cells that are halved until its series follow it."""
     ratio = machine.scene.shafts[mechanism.shaft]
     cycle = followed(mechanism)
@@ -660,7 +660,7 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
     still = np.abs(series[-len(passives) :]).sum(axis=(1, 2)) == 0.0
     rubs = np.array([one.name == FRICTION for one in passives])
     strengths = np.array([float(np.abs(one.factor).max()) for one in passives])
-    return _Table(
+    return _ForceTable(
         mechanism,
         ratio,
         cycle.period,

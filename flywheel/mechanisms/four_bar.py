@@ -16,7 +16,7 @@ from flywheel.scene.keys import BODY, Key, length
 from flywheel.scene.scene import Mechanism
 
 
-class Bars(NamedTuple):
+class FourBarLengths(NamedTuple):
     """Lengths (m) of a four-bar, and `side`: +1 open (the joint lies left of crank pin -> rocker pivot), -1 crossed."""
 
     ground: float
@@ -33,7 +33,7 @@ class FourBarPosition(f.Position):
     `area4`, is K. Angles are continuous in psi and lie in (-pi, pi] at psi = 0.
     """
 
-    def __init__(self, bars: Bars, psi: Any, ns: Any, anchor: Any = None) -> None:
+    def __init__(self, bars: FourBarLengths, psi: Any, ns: Any, anchor: Any = None) -> None:
         super().__init__(psi, ns)
         self.d, self.r, self.c, self.L, self.side = bars
 
@@ -154,11 +154,11 @@ class FourBarPosition(f.Position):
         return self.side * (turning + carried) / self.area4 + self._pull * self._across
 
 
-def _bars(mechanism: Mechanism) -> Bars:
+def _bars(mechanism: Mechanism) -> FourBarLengths:
     ground, crank, coupler, rocker = (
         mechanism.geometry[f"{bar}.length"] for bar in ("ground", "crank", "coupler", "rocker")
     )
-    return Bars(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
+    return FourBarLengths(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
 
 
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
@@ -184,12 +184,12 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> f.Family:
     return f.Family(*parts, ports, partial(FourBarPosition, bars), f.within_turn(f.graded(0.0, near) + f.graded(pi, far)))
 
 
-def _cosine(bars: Bars, diagonal: float) -> float:
+def _cosine(bars: FourBarLengths, diagonal: float) -> float:
     """Cosine of the crank angle at which the diagonal has this length (m)."""
     return (bars.ground**2 + bars.crank**2 - diagonal**2) / (2 * bars.ground * bars.crank)
 
 
-def _dead_centres(bars: Bars) -> tuple[float, ...]:
+def _dead_centres(bars: FourBarLengths) -> tuple[float, ...]:
     """Dead centres of a swinging rocker: crank and coupler in one line from the crank's pivot to the joint, c ± r apart.
 
     That line stands at beta from the ground: tan²(beta/2) = (L² - (d - m)²)/((d + m)² - L²), m = c ± r.

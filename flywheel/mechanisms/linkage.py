@@ -298,7 +298,7 @@ class LinkagePosition:
         return found if gain == 0.0 else found._replace(value=found.value + gain * self._turns)
 
 
-class Positions:
+class PositionCache:
     """Positions of a linkage at any psi. The last few single ones are kept: every modulus of a graph asks for them again."""
 
     def __init__(self, cycle: Cyclic) -> None:
@@ -476,7 +476,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         masses=tuple(masses),
         weights=tuple(weights),
         ports=ports,
-        position=Positions(cycle),
+        position=PositionCache(cycle),
         breakpoints=tuple(sorted({*_near_locks(cycle), *switches})),
         switches=switches,
     )

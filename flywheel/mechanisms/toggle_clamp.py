@@ -26,7 +26,7 @@ from flywheel.scene.keys import BODY, POINT, Key, length
 from flywheel.scene.scene import Mechanism
 
 
-class Bars(NamedTuple):
+class ClampLengths(NamedTuple):
     """Lengths (m), angle (rad) and assembly of a toggle clamp.
 
     `side` is +1 if the coupler's pin on the bell crank lies left of the line from pivot to block, -1 right. `ahead`
@@ -43,10 +43,10 @@ class Bars(NamedTuple):
     ahead: int
 
 
-def bars(mechanism: Mechanism) -> Bars:
+def bars(mechanism: Mechanism) -> ClampLengths:
     """Lengths, angle and assembly of a toggle clamp."""
     geometry, assembly = mechanism.geometry, mechanism.assembly
-    return Bars(
+    return ClampLengths(
         geometry["frame.height"],
         geometry["bell_crank.drive_length"],
         geometry["bell_crank.clamp_length"],
@@ -58,19 +58,19 @@ def bars(mechanism: Mechanism) -> Bars:
     )
 
 
-def rounded(mechanism: Mechanism) -> Bars:
+def rounded(mechanism: Mechanism) -> ClampLengths:
     """The same as floats, which limits are found with whatever the numbers of the geometry."""
     return bars(replace(mechanism, geometry={name: float(value) for name, value in mechanism.geometry.items()}))
 
 
-def _folds(lengths: Bars) -> list[float]:
+def _folds(lengths: ClampLengths) -> list[float]:
     """Displacements (m) at which drive arm and coupler lie on one line, folded or stretched."""
     a1, a2, a3 = lengths.height, lengths.drive, lengths.coupler
     reaches = [sqrt(max(0.0, (D - a1) * (D + a1))) for D in (abs(a2 - a3), a2 + a3) if not f.exceeds(a1, D)]
     return sorted({sign * reach for reach in reaches for sign in (1, -1)})
 
 
-def _crossings(lengths: Bars) -> Iterator[tuple[float, float]]:
+def _crossings(lengths: ClampLengths) -> Iterator[tuple[float, float]]:
     """Displacements (m) where the rod is normal to the platen's line, or most nearly if a6 > a5, and d(theta2)/dpsi."""
     a1, a2, a5, alpha, a3, a6, side, _ = lengths
     steep = asin(min(1.0, a6 / a5))
@@ -84,7 +84,7 @@ def _crossings(lengths: Bars) -> Iterator[tuple[float, float]]:
                 yield -(along + run), -run / area
 
 
-def breakpoints(lengths: Bars, stroke: tuple[float, float] | None) -> tuple[float, ...]:
+def breakpoints(lengths: ClampLengths, stroke: tuple[float, float] | None) -> tuple[float, ...]:
     """Displacements (m) inside the stroke where cells shorten, because a lock is near its ends or hovers above it."""
     if stroke is None:
         return ()
@@ -106,7 +106,7 @@ class TogglePosition(f.Position):
     theta5 = theta2 + alpha + pi; its local ratios are by that angle.
     """
 
-    def __init__(self, bars: Bars, psi: Any, ns: Any, anchor: Any = None) -> None:
+    def __init__(self, bars: ClampLengths, psi: Any, ns: Any, anchor: Any = None) -> None:
         super().__init__(psi, ns)
         self.a1, self.a2, self.a5, self.alpha, self.a3, self.a6, self.side, self.ahead = bars
 

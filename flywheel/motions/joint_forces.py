@@ -46,7 +46,7 @@ _TOPS = 4  # samples of a curve about which its greatest value is searched for
 _FINER, _ROUNDS = 13, 9  # places about an extreme, and how often they are laid closer
 
 
-class MotionErrors(NamedTuple):
+class StateErrors(NamedTuple):
     """Estimated absolute errors of a motion: angle, speed, acceleration, time, the scene's unknown (SI); 0 if given."""
 
     phi: Array | float = 0.0
@@ -66,7 +66,7 @@ class JointForces(NamedTuple):
 
     motion: MachineMotion
     mechanisms: Mapping[str, Reactions]
-    errors: MotionErrors = MotionErrors()
+    errors: StateErrors = StateErrors()
     balance: float = 0.0
     condition: str = ""
     messages: tuple[str, ...] = ()
@@ -156,7 +156,7 @@ def joint_forces(
         speed = own if speed is None else float(speed)
         motion, condition = _at_speed(machine, positions, speed, float(acceleration))
         balance, off = _balance(machine, speed)
-        errors = MotionErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
+        errors = StateErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
     found = _found(machine, motion, errors, balance, condition, inertia, friction)
     return found._replace(messages=(*taken, *found.messages))
 
@@ -176,7 +176,7 @@ def _with_joints(given: Machine | Scene) -> Scene:
 def _found(
     machine: Machine,
     motion: MachineMotion,
-    errors: MotionErrors,
+    errors: StateErrors,
     balance: float,
     condition: str,
     inertia: bool,
@@ -265,7 +265,7 @@ def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) ->
         for mechanism in machine.scene.mechanisms
         if mechanism.name in mechanisms or not mechanisms
     }
-    return JointForces(motion, found, MotionErrors(), balance, "steady regime", (), machine)
+    return JointForces(motion, found, StateErrors(), balance, "steady regime", (), machine)
 
 
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times
@@ -273,7 +273,7 @@ def _steady_sizing(machine: Machine) -> Sizing:
     return size(machine, simulate=False)
 
 
-def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str, Machine]:
+def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, StateErrors, float, str, Machine]:
     """The steady regime with the scene's flywheel, its errors, the scene's unknown there, words for it, and the machine."""
     sizing = _steady_sizing(machine)
     motion, (omega, alpha) = steady_motion(machine, sizing, phi)
@@ -285,7 +285,7 @@ def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, 
     else:
         time = np.where(phi == 0.0, 0.0, time_along(sizing, phi))
         late = time * float(np.max(omega / motion.omega)) + 0.1 * sizing.rtol * machine.scene.cycle / sizing.speed
-    errors = MotionErrors(0.0, omega, alpha, late + 4 * ROUNDING * time, off)
+    errors = StateErrors(0.0, omega, alpha, late + 4 * ROUNDING * time, off)
     words, value = f"steady regime{wheel}", 0.0 if balance is None else balance.value
     return motion._replace(time=time), errors, value, words, sizing.machine or machine
 
@@ -336,7 +336,7 @@ def _unit_of_speed(scene: Scene) -> str:
     return "m/s" if scene.sliding else "rad/s"
 
 
-def _errors_along(run: Transient, motion: MachineMotion, states: States) -> MotionErrors:
+def _errors_along(run: Transient, motion: MachineMotion, states: States) -> StateErrors:
     """Errors of angle, speed and acceleration by the error of a run: the last computed again with the others changed."""
     trail, anchor, time = run.motion.trail, motion.anchor, motion.time
     assert trail is not None
@@ -356,7 +356,7 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Moti
         np.abs(acceleration(*off) - motion.alpha) for off in ((phi, 0.0, 0.0), (0.0, omega, 0.0), (0.0, 0.0, run.error))
     ]
     alpha = np.nan_to_num(np.sum(apart, axis=0)) + state.ROUNDINGS * ROUNDING * np.abs(motion.alpha)
-    return MotionErrors(phi, omega, alpha, ROUNDING * time)
+    return StateErrors(phi, omega, alpha, ROUNDING * time)
 
 
 def close_times(run: Transient) -> tuple[Array, Indices]:
@@ -503,7 +503,7 @@ def _highest(values: Array, which: Indices) -> Indices:
     return np.asarray(which[np.argsort(values[which], kind="stable")[-_TOPS:]])
 
 
-class Axis(NamedTuple):
+class CurveAxis(NamedTuple):
     """Horizontal axis of curves: name and unit, values (n,), and the places between them at which something switches."""
 
     name: str
@@ -512,7 +512,7 @@ class Axis(NamedTuple):
     edges: Array
 
 
-def axis(forces: JointForces, over: str) -> Axis:
+def axis(forces: JointForces, over: str) -> CurveAxis:
     """The driver's position (deg, or m where it slides) or the time (s) of forces, in the order that they stand in.
 
     Raises:
@@ -537,10 +537,10 @@ def axis(forces: JointForces, over: str) -> Axis:
         )
         raise SceneError([Fault("over", f"time, for forces {forces.condition}", expected, advice)])
     if over == TIME and motion.time is not None:
-        return Axis("t", "s", motion.time, motion.time[first])
+        return CurveAxis("t", "s", motion.time, motion.time[first])
     if machine.scene.sliding:
-        return Axis("x", "m", motion.phi, motion.phi[first])
-    return Axis("phi", "deg", degrees := np.degrees(motion.phi), degrees[first])
+        return CurveAxis("x", "m", motion.phi, motion.phi[first])
+    return CurveAxis("phi", "deg", degrees := np.degrees(motion.phi), degrees[first])
 
 
 def _parts(found: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from flywheel.language import text as _
 from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.motions.joint_forces import Axis, ForceCurve
+from flywheel.motions.joint_forces import CurveAxis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.pictures import figures, joint_curves, written
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, VERMILLION
@@ -301,7 +301,9 @@ _MOST_TURNS = 8.0  # from which on the crank's way is told in turns
 _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
 
 
-def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path | None = None, *, together: bool) -> Figure:
+def curves(
+    found: Sequence[ForceCurve], over: CurveAxis, title: str, path: str | Path | None = None, *, together: bool
+) -> Figure:
     """Draws reactions and driving actions over the driver or the time, and saves the picture if a file is named.
 
     The least and greatest value of every curve are marked, and listed with its name.

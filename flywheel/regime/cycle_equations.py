@@ -78,7 +78,7 @@ class State(NamedTuple):
         return self.nodes[..., 1:, :].transpose(last - 1, *range(last - 1), last)
 
 
-class Extremes(NamedTuple):
+class SpeedExtremes(NamedTuple):
     """Fastest and slowest point of a motion: omega/w - 1, cell, local abscissa, J + I*, omega² = w² (1 + s)."""
 
     excess: Array
@@ -109,7 +109,7 @@ class Periodic(NamedTuple):
     moments: Moments
     reference: float
     state: State
-    extremes: Extremes
+    extremes: SpeedExtremes
     rate: Rate
     omega: Array
     multiplier: float
@@ -291,7 +291,9 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
     exponent = float(moments.mesh.edges[-1] * np.linalg.eigvals(jacobian[0, ..., 0]).real.max())
     multiplier, damping = float(np.exp(min(exponent, _MOST_GROWTH))), -float(np.expm1(min(exponent, _MOST_GROWTH)))
     nothing = np.zeros(2)
-    extremes = Extremes(nothing, np.zeros(2, dtype=np.intp), np.full(2, -1.0), np.full(2, float(here.total[0, 0])), nothing)
+    extremes = SpeedExtremes(
+        nothing, np.zeros(2, dtype=np.intp), np.full(2, -1.0), np.full(2, float(here.total[0, 0])), nothing
+    )
     return Periodic(moments, reference, state, extremes, here.rate, here.omega, multiplier, damping, 0)
 
 
@@ -650,7 +652,7 @@ class _Equations:
         with np.errstate(divide="ignore"):
             return Sensitivity((by_square / divisor)[()], (answer[..., 0] / divisor)[()])
 
-    def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> Extremes:
+    def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> SpeedExtremes:
         """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
 
         The energy is the integral of F once the iteration has converged; before, that integral has no meaning. Roots are
@@ -685,7 +687,7 @@ class _Equations:
             polished = cells.newton(rows, t.ravel(), np.full(t.size, -1.0), np.ones(t.size)).reshape(t.shape)
             t = np.where(np.abs(t) < 1.0, polished, t)
         s, total = self._fluctuation(state, here, cell, t, settled)
-        return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
+        return SpeedExtremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
 
     def _at(self, values: Any, cell: Index) -> Any:
         """Values of cells or edges (..., cells, others) at some of them, (..., some)."""

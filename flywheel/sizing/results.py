@@ -35,7 +35,6 @@ __all__ = [
     "Area",
     "Balance",
     "Confirmation",
-    "Cyclic",
     "Errors",
     "Flywheel",
     "Limit",
@@ -43,6 +42,7 @@ __all__ = [
     "SelectedWheel",
     "Sizing",
     "Sizings",
+    "Stability",
 ]
 
 Estimate = float | None | dict[str, float | None]
@@ -107,7 +107,7 @@ class Limit(NamedTuple):
         return {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
 
 
-class Cyclic(NamedTuple):
+class Stability(NamedTuple):
     """Stability of a motion whose torques depend on speed.
 
     `multiplier`: what a cycle leaves of a small change of the state at its start; `damping` is 1 less it. `steps`: Newton
@@ -137,7 +137,7 @@ class ConstantSpeed(NamedTuple):
     energy_fluctuation: float
 
 
-class JointFriction(NamedTuple):
+class FrictionIteration(NamedTuple):
     """Iteration of friction in joints and the steady motion, each of which depends on the other.
 
     `rounds`: how often one was found from the other; `left`: what they may still be off by (J in a cycle).
@@ -181,7 +181,7 @@ class Regime(NamedTuple):
     run: Run | None
     cycle: Cycle
     speed: float
-    cyclic: Cyclic | None = None
+    cyclic: Stability | None = None
     exact: tuple[float, float] | None = None
     broken: tuple[Broken, ...] = ()
     confirmed: Confirmed | None = None
@@ -659,9 +659,9 @@ class Sizing:
     cycle: Cycle | None = None
     run: Run | None = None
     constant: Cycle | None = None
-    cyclic: Cyclic | None = None
+    cyclic: Stability | None = None
     built: SelectedWheel | None = None
-    friction: JointFriction | None = None
+    friction: FrictionIteration | None = None
     inverter: InverterLoad | None = None
     servo: ServoLoad | None = None
     temperature: Temperature | None = None

@@ -45,15 +45,15 @@ from flywheel.sizing.results import (
     Confirmation,
     Confirmed,
     ConstantSpeed,
-    Cyclic,
     Derivations,
     ElectricalTransients,
     Errors,
-    JointFriction,
+    FrictionIteration,
     Limit,
     Regime,
     SelectedWheel,
     Sizing,
+    Stability,
 )
 
 if TYPE_CHECKING:
@@ -267,7 +267,7 @@ def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     return Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
 
 
-def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost], JointFriction]:
+def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost], FrictionIteration]:
     """The steady regime of a machine with friction in its joints, taken at its own speeds and accelerations.
 
     Friction follows from the motion, flywheel and balance, and these follow from friction. From friction at a constant speed
@@ -300,7 +300,7 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
         rounds, before = rounds + 1, changed
         if left <= enough:
             break
-    return regime, costs, JointFriction(rounds, left, at_constant)
+    return regime, costs, FrictionIteration(rounds, left, at_constant)
 
 
 class _Round(NamedTuple):
@@ -358,7 +358,7 @@ def _at_constant_speed(regime: Regime) -> ConstantSpeed:
     )
 
 
-def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | None) -> Iterator[str]:
+def _of_friction(regime: Regime, friction: FrictionIteration | None, exact: float | None) -> Iterator[str]:
     """Message on friction in joints: the speed at which it was taken, and the result at another."""
     curve = regime.machine.friction
     if curve is not None and curve.speed is not None:
@@ -492,7 +492,7 @@ def _binding(limits: Mapping[str, Limit]) -> str | None:
     return next((name for name, limit in limits.items() if limit.alone > 0.0), None)
 
 
-def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Cyclic | None = None) -> Iterator[str]:
+def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Stability | None = None) -> Iterator[str]:
     """A message for every figure whose estimated error is above rtol; a single one if the cause is net work."""
     found = [
         f"the {title} is good to {error:.2g}"

@@ -22,7 +22,7 @@ from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing import limits
 from flywheel.sizing.motor import of_motor
-from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
+from flywheel.sizing.results import Confirmation, Confirmed, Regime, Stability
 
 _LEAST_DAMPING = 1e-12  # of 1 less the multiplier: below it the speed is fixed by rounding alone
 _UNHELD = 0.01  # relative error of a speed that the torques hardly fix
@@ -97,7 +97,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         run=run,
         cycle=run.cycle or figures.cycle,
         speed=run.speed or figures.speed,
-        cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
+        cyclic=Stability(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
         exact=(max(motion.inertia, 0.0), off),
         broken=broken,
         extremes_error=periodic_motion.error_of_cuts(motion) + periodic_motion.error_of_speeds(motion),

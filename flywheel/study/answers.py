@@ -545,7 +545,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     return _irregularity(end.greatest, end.least)
 
 
-class Stretch(NamedTuple):
+class StepRange(NamedTuple):
     """Angles (rad) that are stepped in one go; `middle` is inside their smooth piece, None without restart."""
 
     low: float
@@ -553,11 +553,11 @@ class Stretch(NamedTuple):
     middle: float | None
 
 
-def stretches_of(machine: Machine, restart: bool) -> list[Stretch]:
+def stretches_of(machine: Machine, restart: bool) -> list[StepRange]:
     """The cycle in one go, or from one place where the machine's loads and ratios break to the next."""
     if not restart:
-        return [Stretch(0.0, machine.scene.cycle, None)]
-    return [Stretch(a, b, 0.5 * (a + b)) for a, b in pairwise(machine.restarts.tolist())]
+        return [StepRange(0.0, machine.scene.cycle, None)]
+    return [StepRange(a, b, 0.5 * (a + b)) for a, b in pairwise(machine.restarts.tolist())]
 
 
 _BETWEEN, _CLOSER = 8, 7  # samples between two times, and rounds of looking closer
@@ -588,7 +588,7 @@ def standing_out(values: Array) -> list[int]:
 # -- a cycle by steps --------------------------------------------------------------------------------------------------
 
 Rates = Callable[[float, Array], Array]
-StretchSteps = Callable[[Rates, float, Array, Stretch, float], Iterator[Step]]
+StretchSteps = Callable[[Rates, float, Array, StepRange, float], Iterator[Step]]
 
 ADAPTIVE = ("RK45", "DOP853", "LSODA")
 _MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
@@ -599,7 +599,7 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
     """Runs cycles by a rule of fixed step, about `count` steps a cycle."""
     tableau = FIXED[name.lower()]
 
-    def stretch_steps(rates: Rates, t: float, state: Array, stretch: Stretch, period: float) -> Iterator[Step]:
+    def stretch_steps(rates: Rates, t: float, state: Array, stretch: StepRange, period: float) -> Iterator[Step]:
         share = (stretch.high - stretch.low) / machine.scene.cycle
         wanted = max(round(count * share), 1)
         h = period * share / wanted if not restart else (stretch.high - state[0]) / state[1] / wanted
@@ -639,7 +639,7 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
     """Runs cycles by one of SciPy's integrators at a tolerance of its steps."""
     kind: Any = getattr(integrate, name)
 
-    def stretch_steps(rates: Rates, t: float, state: Array, stretch: Stretch, period: float) -> Iterator[Step]:
+    def stretch_steps(rates: Rates, t: float, state: Array, stretch: StepRange, period: float) -> Iterator[Step]:
         scale: Any = rtol * np.maximum(np.abs(state), [1.0, 0.0, 1.0][: state.size])
         solver = kind(rates, t, state, t + 100 * period, rtol=rtol, atol=scale)
         for _ in range(_MOST_STEPS):
@@ -663,7 +663,7 @@ def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Re
     """Runs cycles stretch by stretch: the state is phi, omega, and a motor's own states."""
     stretches, cycle = stretches_of(machine, restart), machine.scene.cycle
 
-    def rates(dynamics: Dynamics, stretch: Stretch, t: float, state: Array) -> Array:
+    def rates(dynamics: Dynamics, stretch: StepRange, t: float, state: Array) -> Array:
         phi, omega, *own = state.tolist()
         if stretch.middle is None:
             phi = phi % cycle
@@ -748,7 +748,7 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
         omega, extremes = trial.speed, list[float]()
         for stretch in stretches:
 
-            def torque(t: float, q: float, qdot: float, stretch: Stretch = stretch) -> float:
+            def torque(t: float, q: float, qdot: float, stretch: StepRange = stretch) -> float:
                 phi = q - mechanism.phase
                 if stretch.middle is None:
                     phi = phi % scene.cycle

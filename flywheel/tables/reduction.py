@@ -20,7 +20,7 @@ from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
 from flywheel.motions.curves import POINT, Curve
-from flywheel.motions.joint_forces import DRIVING, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
+from flywheel.motions.joint_forces import DRIVING, CurveAxis, ForceCurve, JointForces, axis, figures_of, force_curves
 from flywheel.motions.kinematics import motion
 from flywheel.motions.kinetic_energy import stored_energy
 from flywheel.motions.motion import DRIVER, TIME
@@ -473,7 +473,7 @@ def curves_text(
     return "\n\n".join([*blocks, *notes, *forces_messages(scene, forces)]) + "\n"
 
 
-def _extent(curve: ForceCurve, where: Axis) -> list[str]:
+def _extent(curve: ForceCurve, where: CurveAxis) -> list[str]:
     """A curve's least and greatest value, and their positions."""
     if np.isnan(curve.values).all():
         return []

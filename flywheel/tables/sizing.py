@@ -24,7 +24,7 @@ from flywheel.regime.turning_moment import Run
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL, PROOF
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.power_flow import can_lose
-from flywheel.sizing.results import Cyclic, Sizing
+from flywheel.sizing.results import Sizing, Stability
 from flywheel.tables import power
 from flywheel.tables.rows import (
     DEGREES,
@@ -552,20 +552,20 @@ def _holding(sizing: Sizing) -> list[str]:
     return block("Stability of the motion", rows) + sentences(told)
 
 
-def grows(cyclic: Cyclic) -> bool:
+def grows(cyclic: Stability) -> bool:
     """Tests whether a small change of speed grows from cycle to cycle."""
     return cyclic.damping < -_DAMPING_ROUNDING or cyclic.multiplier > 1.0 + _ALIKE
 
 
-def settles(cyclic: Cyclic) -> bool:
+def settles(cyclic: Stability) -> bool:
     """Tests whether a small change of speed decays."""
     return not grows(cyclic) and cyclic.damping > _DAMPING_ROUNDING
 
 
-def settling_cycles(cyclic: Cyclic) -> float:
+def settling_cycles(cyclic: Stability) -> float:
     """Cycles after which a hundredth of a small change is left: ln 0.01/ln multiplier, below 1 if it decays faster.
 
-    >>> round(settling_cycles(Cyclic(0.5, 0.5, 3, 0.0, 1.0)), 6)
+    >>> round(settling_cycles(Stability(0.5, 0.5, 3, 0.0, 1.0)), 6)
     6.643856
     """
     if cyclic.multiplier < _LEFT**100:  # nothing is left that a number could show

@@ -26,7 +26,7 @@ from flywheel.components.wheels import choose
 from flywheel.machine.equation import NoMotionError
 from flywheel.reference import text
 from flywheel.regime import turning_moment
-from flywheel.sizing.results import Cyclic
+from flywheel.sizing.results import Stability
 from flywheel.tables import motions, rows
 from flywheel.tables import rows as outcome
 from flywheel.tables import sizing as report
@@ -302,7 +302,7 @@ def test_the_multiplier_is_told_with_what_it_means() -> None:
     ],
 )
 def test_cycles_to_settle(multiplier: float, damping: float, expected: float) -> None:
-    assert report.settling_cycles(Cyclic(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
+    assert report.settling_cycles(Stability(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.slow
