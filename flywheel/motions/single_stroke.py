@@ -12,6 +12,8 @@ import numpy as np
 
 from bondgraph.numerics import root, summit, threshold
 from flywheel.components import press_work
+from flywheel.components.motors.thermal import Losses
+from flywheel.components.motors.thermal import course as rise_over
 from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
@@ -85,6 +87,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("motor_torque_rms", "N m", "of the drive, over time", words=lambda: _("drive torque, rms")),
     Finding("motor_torque_peak", "N m", "of the drive, in size", words=lambda: _("drive torque, greatest")),
     Finding("motor_heat", "W", "of the motor, mean over time", words=lambda: _("motor heat")),
+    Finding("temperature", "K", "greatest rise of the motor's windings", words=lambda: _("greatest rise of the windings")),
     Finding("greatest_rate", "1/s", "at which the first load comes to its limit", words=lambda: _("greatest rate")),
     Finding("energy_residual", "", "drive's work less all heats and works of loads, over the drive's work"),
 )
@@ -96,6 +99,7 @@ def share_name(name: str) -> str:
     return {
         "motor torque": _("motor torque"),
         "motor heat": _("motor heat"),
+        "motor temperature": _("temperature of the windings"),
         "clutch torque": _("clutch torque"),
         "clutch heat a stroke": _("clutch heat a stroke"),
         "clutch heat an hour": _("clutch heat an hour"),
@@ -252,6 +256,9 @@ def single_stroke(
     shares = tight.shares
     error: dict[str, Any] = _off(tight.figures, loose.figures)
     error |= {"shares": _off(shares, loose.shares), "energy": _off(tight.energy, loose.energy), "greatest_rate": off}
+    if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
+        coarse = _temperature(strokes, _driving_sides(strokes, tight.phases), 2)
+        error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
     if figures["keeps_up"] is not None:
         error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in shares)
     if scene.inertia is None:
@@ -338,6 +345,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "motor_torque_rms": rms,
         "motor_torque_peak": peak,
         "motor_heat": heat,
+        "temperature": _temperature(strokes, sides),
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
 
@@ -631,6 +639,20 @@ def _motor_heat(strokes: Strokes, sides: list[_Side], period: float) -> float | 
     return float(weights @ np.asarray(motor.total_heat(speeds))) / period
 
 
+def _temperature(strokes: Strokes, sides: list[_Side], together: int = 1) -> float | None:
+    """The greatest rise (K) of the motor's windings over strokes that follow one another for ever; None without `thermal`.
+
+    The losses count as constant about each node of Gauss' rule, or about so many `together`.
+    """
+    motor = strokes.scene.motor
+    if motor is None or motor.thermal is None:
+        return None
+    speeds, weights = _gauss(sides, _motor_ratio(strokes))
+    heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
+    times = weights.reshape(-1, together).sum(axis=1)
+    return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest
+
+
 def _keeps_up(strokes: Strokes, rms: float, heat: float | None) -> bool | None:
     """True if a motor with a rated point is loaded within it; None without such a motor."""
     shares = _motor_shares(strokes, rms, heat)
@@ -652,6 +674,9 @@ def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict
     """The loads that have limits, over these limits."""
     clutch, brake = strokes.clutch, strokes.brake
     shares = _motor_shares(strokes, figures["motor_torque_rms"], figures["motor_heat"])
+    thermal = None if strokes.scene.motor is None else strokes.scene.motor.thermal
+    if thermal is not None:
+        shares["motor temperature"] = figures["temperature"] / thermal.limit
     shares["clutch torque"] = figures["clutch_torque"] / clutch.static_torque
     for name, part in (("clutch", clutch), ("brake", brake)):
         if part.heat_per_stroke is not None:

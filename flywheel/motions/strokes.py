@@ -28,6 +28,7 @@ from flywheel.scene.scene import TURN, Load, Scene
 
 _RPM = 30.0 / math.pi
 _SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between them where the torque is looked at
+_BELOW_IDLE = 1.0 - 1e-9  # of the idling speed, at which no torque tells which way a mesh passes power
 _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
 _BACKWARDS = 1e-6  # of the typical speed: a crank that reverses by this falls back
@@ -545,7 +546,7 @@ class Strokes:
         The clutch acts for the touch, its `hold` and its `fall`; then the brake is put on.
         """
         rest = self.plan.stop_at
-        legs, _ = self.engaged(self.typical * self.ratio, rest, touch)
+        legs, _ = self.engaged(_BELOW_IDLE * self.typical * self.ratio, rest, touch)
         return _last(self.braked_from(*self._ends(legs[-1])[1]))[0] - rest
 
     def braked_from(self, phi: float, omega: float, since: float = 0.0) -> Trail:
@@ -604,7 +605,7 @@ def periodic(strokes: Strokes, guess: Phases | None = None) -> Phases:
         found = strokes.stroke(float(begin[0]), float(begin[1]))
         return np.array([found.speed, found.rest - turns]), found
 
-    state: Array = np.array([strokes.typical * strokes.ratio, strokes.plan.stop_at])
+    state: Array = np.array([_BELOW_IDLE * strokes.typical * strokes.ratio, strokes.plan.stop_at])
     slopes: Array | None = None
     if guess is not None:
         state, slopes = np.array(guess.begin), guess.slopes

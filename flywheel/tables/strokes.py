@@ -39,7 +39,7 @@ _OF_CLUTCH = (
         "inch_angle",
     ),
 )
-_OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "greatest_rate")
+_OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature", "greatest_rate")
 _PERCENT = 100.0
 
 

@@ -266,6 +266,51 @@ def test_heat_an_hour_decides_the_rate_where_it_is_least():
     assert there.clutch_heat_per_hour == pytest.approx(500e3, rel=1e-3)
 
 
+@pytest.mark.parametrize("constant", [1.0, 3600.0])
+def test_windings_warm_up_by_the_losses_of_strokes_without_end(constant):
+    thermal = {"time_constant": constant, "rise": 80.0, "class": "F"}
+    motor = {"type": "induction", "power": 800.0, "speed": "38 rad/s", "poles": 2, "frequency": "6.3 Hz"}
+    scene = rotor(drive={"on": "wheel", "motor": {**motor, "breakdown_ratio": 2.5, "thermal": thermal}})
+    found = flywheel.single_stroke(scene, rates=False)
+    share = found.motor_heat / scene.motor.rated_total_heat
+    along = course(found, 4000)
+    heat = scene.motor.heat_share(along.driving)
+    grown = np.exp(along.time / constant)
+    steps = 0.5 * np.diff(along.time) * ((heat * grown)[:-1] + (heat * grown)[1:])
+    sums = np.append(0.0, np.cumsum(steps)) / constant
+    rise = 80.0 * (sums[-1] / (grown[-1] - 1.0) + sums) / grown  # which returns
+    assert found.temperature == pytest.approx(rise.max(), rel=1e-4)
+    if constant > 1.0:
+        assert found.temperature == pytest.approx(80.0 * share, rel=1e-3)
+    assert found.shares["motor temperature"] == pytest.approx(found.temperature / 105.0)
+
+
+def test_the_brake_holds_weight_less_counterbalance():
+    """The slide hangs at the crank with its arm dx/dphi, the rod with its share of that and of the pin's."""
+    r, length, com, counter = 0.05, 0.5, 0.15, 4600.0
+    crank = {"length": r, "inertia": 14.0}
+    press = {
+        "type": "slider-crank",
+        "crank": crank,
+        "rod": {"length": length, "mass": 90.0, "com": com},
+        "slider": {"mass": 450.0},
+    }
+    changes = {"mechanism": press, "load": [{"on": "slider", "force": counter}], "gravity": {"direction": "180 deg"}}
+    found = wound_up(flywheel.load(ROTOR).with_(IDLE | changes | {"brake.0.fall": "50 ms"})).stroke(38.0, -0.2)
+    sine, cosine = math.sin(found.rest), math.cos(found.rest)
+    arm = r * sine + r * r * sine * cosine / math.sqrt(length**2 - (r * sine) ** 2)
+    rod = (1 - com / length) * r * sine + com / length * arm
+    assert found.resting == pytest.approx(9.80665 * (450.0 * arm + 90.0 * rod) - counter * arm, rel=1e-6)
+
+
+def test_a_press_begins_where_no_torque_tells_which_way_its_belt_passes_power():
+    shafts = {"on": "wheel", "ratio": 2.0, "efficiency": 0.9}
+    scene = rotor(
+        shafts__wheel__clutch__rise=0.03, shafts__motor=shafts, drive={"on": "motor", "torque": "0.5*(80 - omega)"}
+    )
+    assert abs(flywheel.single_stroke(scene, rates=False).energy_residual) < 1e-8
+
+
 def test_strokes_in_a_row_turn_the_crank_as_often():
     one, three = flywheel.single_stroke(rotor()), flywheel.single_stroke(rotor(single_stroke__continuous=3))
     assert three.period == pytest.approx(3 * one.period)
