@@ -396,7 +396,7 @@ def cut_off(s: Any, w: Any) -> None:
             middle = max(abs(s[(base + 2) * _L + i]), abs(s[(base + 3) * _L + i]))
             last = max(abs(s[(base + 4) * _L + i]), abs(s[(base + 5) * _L + i]))
             decay = min(max(last / max(middle, _LEAST_DIVISOR), middle / max(first, _LEAST_DIVISOR)), 0.9)
-            w[_TAILS + row * _L + i] = 10.0 * decay * max(last, middle * decay) / (1.0 - decay)
+            w[_TAILS + row * _L + i] = max(10.0 * decay * max(last, middle * decay) / (1.0 - decay), last)
 
 
 @_compiled

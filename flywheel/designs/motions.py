@@ -562,7 +562,7 @@ def _of_motion(
     kept &= (extremes.excess[:, 1] > -1.0) & (eps > 0.0) & (eps * (1.0 + irregularity) < 2.0)
     if not balanced:
         kept &= solved.damping >= -UNSTABLE
-    values, errors = {"speed": speed}, {"speed": own.speed + _READING_ERROR + np.zeros_like(speed)}
+    values, errors = {"speed": speed}, {"speed": own.speed + 0.5 * eps * by_stiffness + _READING_ERROR}
     if balanced:
         errors["speed"] = _READING_ERROR + np.abs(speed / givens.speed - 1.0)
     exchanged = np.maximum(cycle.exchanged, 1e-300)

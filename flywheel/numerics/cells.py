@@ -56,7 +56,7 @@ _FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
 _ONES: Array = np.ones(ORDER + 1)
 _ENDS: Array = np.stack(((-1.0) ** _DEGREES, _ONES), axis=1)
 _ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
-TAIL_OF_INTEGRAL = 0.125  # of the cut-off terms and their aliases, T_k with k >= 15: |integral| <= 1/(k - 1)
+TAIL_OF_INTEGRAL = 0.04  # of `tails`, five times the cut-off terms: T_k, k >= 21, and its alias move an integral by 0.2 at most
 MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
 _WEIGHTS: Array = _FIT @ MEAN
 
@@ -275,7 +275,8 @@ def tails(series: Array) -> Array:
 
     That sum is a geometric one, continued from the last six coefficients at the slower of their two decays. They are
     taken in pairs, so that even and odd functions count alike. Two of the five are due to aliasing, the rest covers
-    coefficients that vary in sign and size. A series that does not decay gets at least 90 times its last pair.
+    coefficients that vary in sign and size. It is no less than the last pair, as the decay may slow down there. A series
+    that does not decay gets at least 90 times its last pair.
     """
     size = np.abs(series[..., -6:])
     pairs = np.maximum(size[..., ::2], size[..., 1::2])
@@ -286,7 +287,7 @@ def tail(first: Array, middle: Array, last: Array) -> Array:
     """Estimated error by the last three pairs of coefficients, the greater size of each; see `tails`."""
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
-    return np.asarray(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay))
+    return np.asarray(np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last))
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:

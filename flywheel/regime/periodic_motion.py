@@ -223,7 +223,12 @@ def _checked(motion: OwnMotion) -> OwnMotion:
     if not run.irregularity > 0.0:
         return motion
     off, bound = errors_by_stiffness(motion.solved)
-    return motion._replace(run=run._replace(error=run.error + float(off)), inertia_bound=motion.inertia_bound + float(bound))
+    level = 0.5 * run.irregularity * float(off) if motion.level_error > 0.0 else 0.0
+    return motion._replace(
+        run=run._replace(error=run.error + float(off)),
+        level_error=motion.level_error + level,
+        inertia_bound=motion.inertia_bound + float(bound),
+    )
 
 
 def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
@@ -653,8 +658,9 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     """
     moments, state, eps, square = solved.moments, solved.state, solved.irregularity, solved.speed**2
     kept = kept_work(solved, errors.work, errors.by_cell[0])
-    # energies are closed round the cycle, to their digits
+    # energies are closed round the cycle, to their digits and to the net work that the iteration leaves
     closing = kept + 2 * ROUNDING * np.abs(state.edges[..., 0]).max(axis=-1)
+    closing += np.abs(cells.integral(solved.rate.moment, moments.mesh.half).sum(axis=-1))
     balanced = moments.machine.scene.unknown is not None
     free = moments.machine.sets_its_speed and not balanced
     energy, of_states = square * np.maximum(start, 1e-300), []

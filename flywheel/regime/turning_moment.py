@@ -19,8 +19,8 @@ from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
 
-MOMENT_ROUNDING = 12 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
-SHIFT = 8 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
+MOMENT_ROUNDING = 3 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
+SHIFT = 2 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
 INERTIA_ROUNDING = 24 * ROUNDING  # error of I* relative to it
 _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
