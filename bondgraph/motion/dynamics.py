@@ -639,7 +639,7 @@ class Walk:
         form = self.form
         found = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
         found |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
-        for name, ties in reversed(form.ties.items()):  # the store is y_d + sum T y of the ports that are tied to it
+        for name, ties in reversed([*form.ties.items()]):  # the store is y_d + sum T y of the ports that are tied to it
             letter = "p" if self.graph.elements[name].kind == "I" else "q"
             for other, tie in ties:
                 share = self.graph.constant(tie) * (-1.0 if letter == "p" else 1.0)
