@@ -785,7 +785,7 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
 def merged(angles: Iterable[float], cycle: float) -> Array:
     """Ascending angles without those that differ only by rounding; 0 and the cycle stay exact."""
     ascending = np.sort(np.array(list(angles)))  # np.unique would import numpy.ma
-    near = 8 * np.finfo(float).eps * cycle
+    near = 2 * np.finfo(float).eps * cycle
     inner = ascending[(ascending > near) & (ascending < cycle - near)]
     apart = np.diff(inner, prepend=-1.0) > near
     return np.concatenate(([0.0], inner[apart], [cycle]))

@@ -321,8 +321,8 @@ class Roots(NamedTuple):
 def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     """Extremes of H = a W + b (I* - I*(0)) for each row (a, b) of factors, at roots of a M* + b dI*/dphi.
 
-    Every root in every cell counts, and both ends of every cell; nothing is sampled. Of places that only rounding
-    distinguishes the first is taken.
+    Every root in every cell counts, and both ends of every cell; nothing is sampled. The angle of an extreme is the first of
+    places that only rounding distinguishes.
     """
     (count, _), shape = factors.shape, cycle.series.shape[1:]
     slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
@@ -342,7 +342,8 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     places[function, column] = roots.angles
     values[1] = -values[0]
     every, (top, bottom) = np.arange(count), cells.peak(values, places)
-    return Extremes(values[0, every, top], values[0, every, bottom], places[every, top], places[every, bottom]), roots
+    greatest, least = values[0].max(axis=-1), values[0].min(axis=-1)
+    return Extremes(greatest, least, places[every, top], places[every, bottom]), roots
 
 
 # -- the speed over the cycle ----------------------------------------------------------------------------------------------
