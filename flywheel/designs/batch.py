@@ -431,7 +431,7 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
     total = (sums.greatest[FAST] - sums.least[SLOW]) / unit
     exact, torque = total - start, np.maximum(torque, 0.0)
     error = (sums.work + 0.5 * (1 + eps / 2) ** 2 * square * sums.variation) / unit
-    error += sums.inertia + 8 * ROUNDING * (np.abs(total) + start)
+    error += sums.inertia + 4 * ROUNDING * (np.abs(total) + start)
     scale = np.maximum(exact, fluctuation)
     at_hand = np.maximum(sums.largest, sums.exchanged / unit)
     scale = np.where(scale > 4 * error, scale, np.maximum(scale, at_hand))

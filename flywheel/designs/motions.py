@@ -32,12 +32,11 @@ from flywheel.regime.cycle_equations import (
     periodic_motions,
 )
 from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
-from flywheel.regime.turning_moment import CycleErrors
+from flywheel.regime.turning_moment import CycleErrors, spread_of_closing
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
 Start = Callable[..., State | None]
 
-_SPREAD = 2.0  # by which what closes a cycle at its own speed spreads errors of the moment, at most; as in `cycle_of`
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _SPEED_STEPS = 60  # of Newton's method towards a constant speed, within its bracket
 _BESIDE = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
@@ -395,7 +394,8 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
     values = np.zeros((5, batch.POINTS.size, *moments.mesh.half.shape[1::-1]))
     for into, row in zip(values, rows, strict=True):
         into[1:-1] = row.transpose(2, 1, 0)
-    return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, _SPREAD)
+    spread = spread_of_closing(rate, moments.mesh, balanced=moments.machine.scene.unknown is not None)
+    return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread)
 
 
 # -- cells that end where a mesh changes the side that drives ------------------------------------------------------------

@@ -139,6 +139,25 @@ def spread_of(effect: Any, of_sizes: Any) -> Any:
     return 0.5 * (1.0 + of_sizes / abs(effect))
 
 
+def spread_of_closing(rate: Rate, mesh: Cells, *, balanced: bool) -> Any:
+    """Factor by which a balance, or a speed that the torques set, spreads an error of the moment over differences of W.
+
+    A balance does as `spread_of` has it. A change of speed that closes the cycle changes energies by one sign all along it:
+    where no torque rises with the speed, the shares s lie between 0 and 1, and the factor is 1; elsewhere it is taken as 2.
+
+    Args:
+        rate: F of one motion, or of many.
+        mesh: its cells.
+        balanced: whether a balance closes the cycle.
+
+    """
+    if not balanced:
+        return np.where((rate.by_speed <= 0.0).all(axis=(-2, -1)), 1.0, 2.0)[()]
+    effect, of_sizes = (cells.integral(row, mesh.half).sum(axis=-1) for row in (rate.by_unknown, np.abs(rate.by_unknown)))
+    known = effect != 0.0
+    return spread_of(np.where(known, effect, 1.0), np.where(known, of_sizes, 1.0))[()]
+
+
 def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: float = 0.0, spread: float = 1.0) -> Cycle:
     """A cycle from its values at the nodes.
 
@@ -638,4 +657,10 @@ def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     """The cycle in which F is as given at the nodes; `unknown` is None if the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
     by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
-    return assembled(moments.mesh, values, unknown, by_unknown=by_unknown, spread=2.0)
+    return assembled(
+        moments.mesh,
+        values,
+        unknown,
+        by_unknown=by_unknown,
+        spread=spread_of_closing(rate, moments.mesh, balanced=unknown is not None),
+    )

@@ -210,7 +210,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
     error = (errors.work + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / unit
-    error += errors.inertia + 8 * ROUNDING * (abs(total) + cycle.inertia_at_start)
+    error += errors.inertia + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
