@@ -462,12 +462,18 @@ def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
     motor = dynamics.machine.scene.motor
     running = None if motor is None else as_started(motor)
     inverter = None if running is None else running.own.inverter
-    if running is None or inverter is None or dynamics.circuit is not None or not trail.stretches:
+    if running is None or inverter is None or not trail.stretches:
         return ()
 
     def figures(times: Array, owners: Index) -> tuple[Array, Array]:
         """Current over the rated one, and power (W) that the motor returns."""
-        omega, within = dynamics.ratio * trail.states(times, owners)[1], trail.anchors(owners)[1].time
+        states = trail.states(times, owners)
+        omega, within = dynamics.ratio * states[1], trail.anchors(owners)[1].time
+        if dynamics.circuit is not None:
+            own, rated = tuple(states[3 : 3 + len(dynamics.circuit.names)]), running.own.rated_current
+            taken = running.own.input_power(omega, dynamics.circuit.torque(omega, own), own)
+            current = dynamics.circuit.current(omega, own)
+            return (np.zeros_like(taken) if current is None or rated is None else current / rated), -taken
         returned = -running.input_power_at(omega, times, within)
         share = running.windings_at(omega, times, within)
         return (np.zeros_like(returned) if share is None else share), returned

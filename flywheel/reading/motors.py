@@ -427,7 +427,7 @@ def _inverter(item: Item) -> Inverter | None:
     )
 
 
-def _two_axis(item: Item, static: Induction) -> Motor | None:
+def _two_axis(item: Item, static: Induction) -> TwoAxisInduction | None:
     """An induction motor with its fluxes as states; its circuit follows from the name plate where it is not given."""
     given = item.given(*Impedances._fields)
     if given and len(given) < len(Impedances._fields):
@@ -457,10 +457,8 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
         if not item.clean:
             return None
         if item.fields["electrical"] != "static":
-            if inverter is not None:
-                item.add("inverter", "an inverter together with two axes", "electrical static")
-                return None
-            return _two_axis(item, static)
+            axes = _two_axis(item, static)
+            return axes if axes is None or inverter is None else axes.fed(inverter)
         if inverter is None:
             return static
         own = {one.name: getattr(static, one.name) for one in dataclass_fields(static)}

@@ -257,6 +257,8 @@ def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
 
     def power(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         speed, torque = shaft.ratio * omega, shaft.torque(mesh, omega)
+        if shaft.has_states:
+            return motor.input_power(speed, torque, shaft.states(mesh)), np.zeros_like(omega)
         here, step = motor.input_power(speed, torque), SPEED_STEP * omega
         changed = torque + motor.slope_at(speed) * shaft.ratio * step
         return here, np.abs(motor.input_power(speed + shaft.ratio * step, changed) - here) / step
@@ -366,6 +368,9 @@ def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:
         at = f"at crank angle {np.degrees(angle):.4g} deg" if time is None else f"after {time:.5g} s"
         if kind == "overcurrent":
             told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
+            if time is not None:
+                yield f"{told}; a longer ramp, a torque_limit or a larger motor keeps the current down"
+                continue
             yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
         elif kind == "overvoltage":
             told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'

@@ -304,3 +304,80 @@ def test_a_synchronous_motor_keeps_step_with_its_inverter():
     assert found.inverter.power == pytest.approx(found.power_flow.input, rel=1e-6)
     assert found.inverter.current is None
     assert found.inverter.trips == ()
+
+
+# By the fluxes of a circuit.
+
+AXES = {
+    "type": "induction", "electrical": "two-axis", "power": "2238 W", "speed": "1710 rpm", "poles": 4, "frequency": "60 Hz",
+    "breakdown_ratio": 4.5, "voltage": "220 V", "stator_resistance": 0.435, "stator_reactance": 0.754,
+    "magnetizing_reactance": 26.13, "rotor_resistance": 0.816, "rotor_reactance": 0.754, "inertia": 0.089,
+}  # fmt: skip
+
+
+def by_axes(inverter: dict, torque: str, wheel: float = 0.25) -> flywheel.Scene:
+    load = [{"on": "crank", "torque": torque}]
+    return flywheel.load({"load": load, "drive": {"motor": AXES | {"inverter": inverter}}, "flywheel": {"inertia": wheel}})
+
+
+@pytest.mark.parametrize(("hertz", "ramp", "end"), [(60.0, 1.0, 0.4), (80.0, 0.2, 0.3), (40.0, 0.0, 0.2)])
+def test_a_start_by_two_axes_is_that_of_the_phases_in_the_frame_of_the_stator(hertz, ramp, end):
+    """The voltage turns by the integral of the frequency, which rises evenly, and the last thousandth exponentially."""
+    fed = {"frequency": f"{hertz} Hz"} | ({"ramp": f"{ramp} s"} if ramp else {})
+    run = flywheel.transient(by_axes(fed, "-0.0004*omega*abs(omega)"), end=f"{end} s")
+    w, lag = 120 * math.pi, 1e-3 * ramp
+    ls, lm = (26.13 + 0.754) / w, 26.13 / w
+    lost = ls * ls - lm * lm
+
+    def share(t: float) -> float:
+        if not ramp:
+            return 1.0
+        return t / ramp if t < ramp - lag else 1.0 - 1e-3 * math.exp(-(t - ramp + lag) / lag)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        stator, rotor, omega = complex(y[0], y[1]), complex(y[2], y[3]), y[4]
+        current, inner = (ls * stator - lm * rotor) / lost, (ls * rotor - lm * stator) / lost
+        here = share(t) * hertz
+        volts = 220 * math.sqrt(2 / 3) * min(here, 60.0) / 60.0 * complex(math.cos(y[5]), math.sin(y[5]))
+        first, second = volts - 0.435 * current, -0.816 * inner + 2j * omega * rotor
+        torque = 3.0 * (stator.conjugate() * current).imag
+        driven = (torque - 0.0004 * omega * abs(omega)) / 0.339
+        heat, taken = 1.224 * abs(inner) ** 2, 1.5 * (volts.conjugate() * current).real
+        return [first.real, first.imag, second.real, second.imag, driven, math.tau * here, heat, torque * omega, taken]
+
+    found = solve_ivp(rates, (0.0, end), [0.0] * 9, method="DOP853", rtol=1e-10, atol=1e-11, dense_output=True)
+    assert run.omega == pytest.approx(found.y[4, -1], rel=1e-7)
+    assert run.energy.rotor_heat == pytest.approx(found.y[6, -1], rel=1e-7)
+    assert run.energy.drive == pytest.approx(found.y[7, -1], rel=1e-7)
+
+    def current_share(t: float) -> float:
+        y = found.sol(t)
+        current = (ls * complex(y[0], y[1]) - lm * complex(y[2], y[3])) / lost
+        return abs(current) / math.sqrt(2.0) / run.scene.motor.rated_current
+
+    told = [line for line in run.messages if "overcurrent" in line]
+    peak = max(current_share(t) for t in np.linspace(0.0, end, 600))
+    assert bool(told) == (peak > 2.0)
+    if told:
+        assert current_share(float(told[0].split("after ")[1].split(" s")[0])) == pytest.approx(2.0, rel=2e-3)
+
+
+def test_a_steady_cycle_by_two_axes_takes_what_its_shaft_and_its_windings_take():
+    found = flywheel.size(by_axes({"frequency": "45 Hz"}, "-6 - 4*sin(phi)"), simulate=False)
+    ramped = flywheel.size(by_axes({"frequency": "45 Hz", "ramp": "2 s"}, "-6 - 4*sin(phi)"), simulate=False)
+    energy, load = found.energy, found.inverter
+    assert load.power == pytest.approx(energy.mean_power + energy.rotor_heat + energy.stator_heat, rel=1e-8)
+    assert load.trips == ()
+    assert load.current == pytest.approx(energy.current_peak / found.scene.motor.rated_current, rel=1e-6)
+    assert ramped.run.irregularity == pytest.approx(found.run.irregularity, rel=1e-7)
+    assert ramped.inverter.power == pytest.approx(load.power, rel=1e-7)
+    assert found.scene.motor.rated_heat == pytest.approx(float(found.scene.motor.on_mains.rotor_heat(1710 * RPM)))
+
+
+@pytest.mark.parametrize(
+    ("fed", "path"), [({"frequency": "60 Hz", "torque_limit": 1.5}, "torque_limit"), ({"frequency": "5 Hz"}, "frequency")]
+)
+def test_what_two_axes_do_not_tell_of_is_refused(fed, path):
+    with pytest.raises(SceneError) as caught:
+        by_axes(fed, "-6")
+    assert [fault.path for fault in caught.value.faults] == [f"drive.motor.inverter.{path}"]

@@ -473,24 +473,25 @@ def _two_axis(torque: float, speed: float) -> Scene:
     rr, rs, xs, xr, xm = (short(z * k) for k in (1.0, 0.8, 2.2, 2.2, 70.0))
     slip = 1 - rated / sync
 
-    def at(s: float) -> float:
-        rotor = complex(rr / s, xr)
-        both = 1j * xm * rotor / (rotor + 1j * xm)
-        current = phase / (complex(rs, xs) + both)
-        inner = current * 1j * xm / (rotor + 1j * xm)
-        return 3 * abs(inner) ** 2 * rr / s / sync
+    fed = round(1e3 * hertz) % 3 == 0  # of mains with another frequency, by an inverter
+    k = 1.25 if fed else 1.0
 
+    def at(s: float) -> float:
+        rotor, shared = complex(rr / s, xr * k), 1j * xm * k
+        both = shared * rotor / (rotor + shared)
+        inner = k * phase / (complex(rs, xs * k) + both) * shared / (rotor + shared)
+        return 3 * abs(inner) ** 2 * rr / s / (k * sync)
+
+    slip /= k
     most = max(at(s) for s in np.geomspace(0.01, 1, 400))
-    found: Scene = {
-        "type": "induction",
-        "electrical": "two-axis",
-        "power": short(at(slip) * rated),
-        "speed": rated,
-        "poles": poles,
-    }
-    found |= {"frequency": f"{hertz} Hz", "breakdown_ratio": short(most / at(slip)), "voltage": "400 V"}
+    speed = short(k * sync * (1 - slip))
+    found: Scene = {"type": "induction", "electrical": "two-axis", "power": short(at(slip) * speed), "speed": speed}
+    found |= {"poles": poles, "frequency": f"{k * hertz!r} Hz", "breakdown_ratio": short(most / at(slip))}
+    found["voltage"] = f"{k * u} V"
+    if fed:
+        found["inverter"] = {"frequency": f"{hertz} Hz", "braking": "regenerative", "overcurrent": 20}
     names = ("stator_resistance", "stator_reactance", "magnetizing_reactance", "rotor_resistance", "rotor_reactance")
-    return found | {name: f"{value} ohm" for name, value in zip(names, (rs, xs, xm, rr, xr), strict=True)}
+    return found | {name: f"{value} ohm" for name, value in zip(names, (rs, xs * k, xm * k, rr, xr * k), strict=True)}
 
 
 def _start(rng: Rng, rated: float, period: float) -> Scene:

@@ -158,10 +158,14 @@ def rated(row: dict[str, Any]) -> tuple[float, float]:
 def circuit_torque(row: dict[str, Any]) -> Any:
     """Fluxes of stator and rotor in the frame that turns with the field."""
     pairs, we = row["poles"] / 2, 2 * math.pi * hertz(row["frequency"])
-    voltage = volts(row["voltage"]) * math.sqrt(2 / 3)
+    voltage, mains = volts(row["voltage"]) * math.sqrt(2 / 3), we
+    if "inverter" in row:  # at once at its frequency
+        fed = row["inverter"]
+        we = 2 * math.pi * hertz(fed["frequency"])
+        voltage *= min(we, 2 * math.pi * hertz(fed.get("field_weakening_from", row["frequency"]))) / mains
     names = ("stator_resistance", "stator_reactance", "magnetizing_reactance", "rotor_resistance", "rotor_reactance")
     rs, xs, xm, rr, xr = (volts(row[name]) for name in names)
-    ls, lm, lr = (xs + xm) / we, xm / we, (xr + xm) / we
+    ls, lm, lr = (xs + xm) / mains, xm / mains, (xr + xm) / mains
     det = ls * lr - lm * lm
 
     def currents(y: Sequence[float]) -> tuple[float, float, float, float]:

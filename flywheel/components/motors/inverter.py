@@ -230,7 +230,7 @@ class InverterInduction(Induction):
         field = np.asarray(omega, dtype=float) + self.slip_speed(omega)
         return np.asarray(field / self.synchronous_speed * self.flux(field) ** 2)
 
-    def input_power(self, omega: Array, torque: Array) -> Array:
+    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
         """T (omega + u), and with an efficiency the other losses, W."""
         power, stator = torque * (omega + self.slip_speed(omega)), self.stator_heat(omega)
         constant = self.constant_losses

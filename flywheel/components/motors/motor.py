@@ -513,8 +513,8 @@ class Motor(ABC):
         """Powers of the motor except its shaft's (W), by kind, at speeds (rad/s), torques (N m) and its own states."""
         return {}
 
-    def input_power(self, omega: Array, torque: Array) -> Array:
-        """Power (W) that it takes from an inverter at speeds (rad/s) and torques (N m), below 0 if it returns some."""
+    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
+        """Power (W) taken from an inverter at speeds (rad/s), torques (N m) and states; below 0 if it returns some."""
         raise NotImplementedError
 
     def with_resistance(self, share: float) -> Motor:

@@ -248,7 +248,7 @@ class Servo(Motor):
             found["iron"] = self.losses_at(omega, torque) - copper
         return found
 
-    def input_power(self, omega: Array, torque: Array) -> Array:
+    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
         """T omega and the losses, W."""
         return np.asarray(torque * omega + self.losses_at(omega, torque))
 

@@ -323,7 +323,7 @@ class Synchronous(Motor):
             inverter=inverter,
         )
 
-    def input_power(self, omega: Array, torque: Array) -> Array:
+    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
         """Power of the field T omega_s, W: that of the shaft and the damper winding."""
         return np.asarray(torque * self.synchronous_speed + 0.0 * omega)
 

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Array, Circuit, Motor, Shaft, Slopes, StateName, States
+from flywheel.components.motors.induction import BARE, MOST_SLIP, Induction
+from flywheel.components.motors.motor import Array, Circuit, Inverter, Motor, Shaft, Slopes, StateName, States
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Cells
@@ -142,6 +142,7 @@ class TwoAxisInduction(Induction):
     Args:
         voltage: U between the lines, V.
         impedances: of the equivalent circuit.
+        on_mains: the motor of the name plate, of one on an inverter.
 
     Raises:
         SceneError: for values out of range, and for a circuit whose torque at rated speed, or whose breakdown torque, is not
@@ -160,6 +161,7 @@ class TwoAxisInduction(Induction):
 
     voltage: float
     impedances: Impedances
+    on_mains: TwoAxisInduction | None = None
 
     def __post_init__(self) -> None:
         """Refuses values out of range, and a circuit that is not that of the plate."""
@@ -177,6 +179,73 @@ class TwoAxisInduction(Induction):
             found = f"{self.breakdown_ratio:g}, with a breakdown torque of {greatest:.5g} N m of the circuit"
             faults.append(Fault("breakdown_ratio", found, f"about {greatest / rated:.4g}"))
         refuse(faults)
+
+    def fed(self, inverter: Inverter) -> TwoAxisInduction:
+        """The motor on an inverter: voltage and reactances in proportion to the frequency, its fluxes by the circuit.
+
+        Below the weakening frequency U/f is that of the mains, and nothing makes up for the stator's resistance. The rated
+        point is that of the same slip speed; rated heat and current are those of the name plate.
+
+        Raises:
+            SceneError: for a torque limit, and a frequency at which that slip speed is no running branch.
+
+        >>> plate = {"power": 2238.0, "speed": 1710 * math.pi / 30, "poles": 4, "frequency": 60.0, "breakdown_ratio": 4.5}
+        >>> motor = TwoAxisInduction(**plate, voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754))
+        >>> half = motor.fed(Inverter(30.0, 60.0))
+        >>> half.voltage, half.impedances.magnetizing_reactance, round(half.speed * 30 / math.pi, 9)
+        (110.0, 13.065, 810.0)
+
+        """
+        faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
+        if inverter.torque_limit is not None:
+            advice = "an inverter that limits the torque controls the currents, which the circuit does not tell of"
+            found = f"{inverter.torque_limit:g} with electrical two-axis"
+            faults.append(Fault("inverter.torque_limit", found, "none, or electrical static", advice))
+        refuse(faults)
+        share, slip_speed = inverter.frequency / self.frequency, self.synchronous_speed - self.speed
+        field = self.synchronous_speed * share
+        least = self.frequency * self.rated_slip / MOST_SLIP
+        if not inverter.frequency > least:
+            found, expected = f"{inverter.frequency:g} Hz with electrical two-axis", f"more than {least:.4g} Hz"
+            raise SceneError(
+                [Fault("inverter.frequency", found, expected, "the rated slip speed is too near to the field's")]
+            )
+        volts = self.voltage * min(inverter.frequency, inverter.weakening) / self.frequency
+        scaled = {name: share * value for name, value in self.impedances._asdict().items() if name.endswith("reactance")}
+        circuit = self.impedances._replace(**scaled)
+        own = equivalent_circuit(circuit, volts, field)
+        torque = float(own.torque(slip_speed / field))
+        if not own.breakdown_torque > torque or not slip_speed / field < own.breakdown_slip:
+            found = f"{inverter.frequency:g} Hz, with the field weakened from {inverter.weakening:g} Hz on"
+            advice = "at that the motor breaks down before its rated slip"
+            raise SceneError([Fault("inverter.frequency", found, "a lower one", advice)])
+        return replace(
+            self,
+            power=torque * (field - slip_speed),
+            speed=field - slip_speed,
+            frequency=inverter.frequency,
+            breakdown_ratio=own.breakdown_torque / torque,
+            plate=BARE,
+            voltage=volts,
+            impedances=circuit,
+            inverter=inverter,
+            on_mains=self,
+        )
+
+    @property
+    def rated_heat(self) -> float:
+        """Heat of the rotor at the rated point of the name plate, W."""
+        return super().rated_heat if self.on_mains is None else self.on_mains.rated_heat
+
+    @property
+    def rated_total_heat(self) -> float:
+        """Heat of rotor and stator at the rated point of the name plate, W."""
+        return super().rated_total_heat if self.on_mains is None else self.on_mains.rated_total_heat
+
+    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
+        """Power from the inverter, W, by the fluxes; without them that of fluxes that stand still."""
+        circuit = Fluxes(self) if self.circuit is None else self.circuit
+        return np.asarray(circuit.power(states if len(states) else circuit.steady(omega)))
 
     @cached_property
     def equivalent(self) -> EquivalentCircuit:
@@ -206,6 +275,8 @@ class TwoAxisInduction(Induction):
     @property
     def rated_current(self) -> float:
         """Current of a line at rated load, A: that of the plate, or without it that of the circuit."""
+        if self.on_mains is not None:
+            return self.on_mains.rated_current
         return self.line_current.rated or float(self._line_law.evaluate({"omega": np.float64(self.speed)}, np))
 
     def share_law(self) -> Expression:
@@ -235,8 +306,8 @@ class TwoAxisInduction(Induction):
 
     @cached_property
     def circuit(self) -> Fluxes | None:
-        """The fluxes of stator and rotor."""
-        return Fluxes(self)
+        """The fluxes of stator and rotor; on a ramp of an inverter the frequency too."""
+        return RampedFluxes(self) if self.inverter is not None and self.inverter.ramp else Fluxes(self)
 
     def heat(self, omega: Any, states: States = ()) -> Any:
         """Heat in the rotor, W, by the fluxes where they are given."""
@@ -272,7 +343,7 @@ class TwoAxisInduction(Induction):
             mean, error, mesh = shaft.mean_over_time(heat)
             own = 2.0 * float(np.sqrt(1.5 * resistance * mean)) * gain * off
             found[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
-        rated = float(self.rotor_heat(self.speed))
+        rated = self.rated_heat
         found["rotor_heat_share"] = found["rotor_heat"] / rated
         errors["rotor_heat_share"] = errors["rotor_heat"] + 8 * ROUNDING / self.rated_slip
         current = cells.fit(np.asarray(circuit.current(0.0, shaft.states(mesh))))
@@ -316,7 +387,7 @@ class Fluxes(Circuit):
     L_r/D, b = r_s L_m/D, c = r_r L_m/D, d = r_r L_s/D. Source: as `TwoAxisInduction`.
     """
 
-    names = (
+    names: tuple[StateName, ...] = (
         StateName("stator_flux_q", "V s"),
         StateName("stator_flux_d", "V s"),
         StateName("rotor_flux_q", "V s"),
@@ -338,23 +409,27 @@ class Fluxes(Circuit):
 
     def torque(self, omega: Any, states: States) -> Any:
         """Torque on the shaft 3/2 p (L_m/D)(l_sq l_rd - l_sd l_rq), N m."""
-        sq, sd, rq, rd = states
+        sq, sd, rq, rd = states[:4]
         return self.factor * (sq * rd - sd * rq)
 
     def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
         """Rates of the fluxes, V."""
-        sq, sd, rq, rd = states
-        slip = self.mains - self.pairs * omega
+        return self.rates_at(omega, states, self.mains, self.voltage)
+
+    def rates_at(self, omega: Any, states: States, mains: Any, voltage: Any) -> tuple[Any, ...]:
+        """Rates of the fluxes, V, at an angular frequency (rad/s) and a voltage (V)."""
+        sq, sd, rq, rd = states[:4]
+        slip = mains - self.pairs * omega
         return (
-            self.voltage - self.a * sq - self.mains * sd + self.b * rq,
-            -self.a * sd + self.mains * sq + self.b * rd,
+            voltage - self.a * sq - mains * sd + self.b * rq,
+            -self.a * sd + mains * sq + self.b * rd,
             self.c * sq - self.d * rq - slip * rd,
             self.c * sd - self.d * rd + slip * rq,
         )
 
     def slopes(self, omega: Any, states: States) -> Slopes:
         """Derivatives of torque and rates."""
-        sq, sd, rq, rd = states
+        sq, sd, rq, rd = states[:4]
         slip, k = self.mains - self.pairs * omega, self.factor
         return Slopes(
             0.0,
@@ -383,7 +458,7 @@ class Fluxes(Circuit):
         """The fluxes of a locked rotor: linear, by the eigenvalues of their equations."""
         matrix = np.array([[-(self.a + 1j * self.mains), self.b], [self.c, -(self.d + 1j * self.mains)]])
         settled = np.array(self._settled(0.0))
-        sq, sd, rq, rd = states
+        sq, sd, rq, rd = states[:4]
         values, vectors = np.linalg.eig(matrix)
         shares = np.linalg.solve(vectors, np.array([sq - 1j * sd, rq - 1j * rd]) - settled)
         t = np.asarray(time, dtype=float)
@@ -394,7 +469,7 @@ class Fluxes(Circuit):
 
     def current(self, omega: Any, states: States) -> Any:
         """Current of a line, A: the root mean square at constant fluxes."""
-        sq, sd, rq, rd = states
+        sq, sd, rq, rd = states[:4]
         q, d = (self.of_stator * s - self.of_shared * r for s, r in ((sq, rq), (sd, rd)))
         return np.sqrt(0.5 * (q * q + d * d))
 
@@ -404,13 +479,91 @@ class Fluxes(Circuit):
 
     def rotor_heat(self, states: States) -> Any:
         """Heat in the rotor 3/2 r (i_q² + i_d²), W."""
-        sq, sd, rq, rd = states
+        sq, sd, rq, rd = states[:4]
         q, d = (self.of_rotor * r - self.of_shared * s for s, r in ((sq, rq), (sd, rd)))
         return 1.5 * self.rotor_resistance * (q * q + d * d)
 
     def stator_heat(self, states: States) -> Any:
         """Copper heat in the stator 3/2 R (i_q² + i_d²), W."""
         return 3.0 * self.stator_resistance * self.current(0.0, states) ** 2
+
+
+class RampedFluxes(Fluxes):
+    """The fluxes while the frequency rises evenly to that of the steady regime, x of it: it is a state of its own.
+
+    dx/dt = min(1/t_r, (1 - x)/(t_r/1000)) with the ramp t_r: even but for the last thousandth, which it comes to without a
+    kink. Angular frequency x omega_e, voltage V min(x, x_w)/min(1, x_w), x_w the weakening frequency over the set one.
+
+    >>> plate = {"power": 2238.0, "speed": 1710 * math.pi / 30, "poles": 4, "frequency": 60.0, "breakdown_ratio": 4.5}
+    >>> motor = TwoAxisInduction(**plate, voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754))
+    >>> circuit = motor.fed(Inverter(60.0, 60.0, ramp=4.0)).circuit
+    >>> [circuit.rates(0.0, (0.0, 0.0, 0.0, 0.0, x))[4] for x in (0.0, 0.5, 1.0)]
+    [0.25, 0.25, 0.0]
+
+    """
+
+    names = (*Fluxes.names, StateName("frequency_share", "1"))
+
+    def __init__(self, motor: TwoAxisInduction) -> None:
+        super().__init__(motor)
+        assert motor.inverter is not None
+        self.pace, self.lag = 1.0 / motor.inverter.ramp, 1e-3 * motor.inverter.ramp
+        self.weakening = min(motor.inverter.weakening / motor.inverter.frequency, 1.0)
+        self.scales = (*self.scales, 1.0)
+
+    def _voltage(self, share: Any) -> Any:
+        least = min if isinstance(share, float) else np.minimum
+        return self.voltage * least(share, self.weakening) / self.weakening
+
+    def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
+        """Rates of the fluxes, V, and of the share of the frequency, 1/s."""
+        share = states[4]
+        least = min if isinstance(share, float) else np.minimum
+        rising = least(self.pace, (1.0 - share) / self.lag)
+        return *self.rates_at(omega, states, share * self.mains, self._voltage(share)), rising
+
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives of torque and rates."""
+        sq, sd, rq, rd, share = states
+        base, mains = super().slopes(omega, states), share * self.mains
+        slip, zero = mains - self.pairs * omega, 0.0 * share
+        rising = np.where(share < self.weakening, self.voltage / self.weakening, 0.0)
+        settling = np.where(1.0 - share < self.pace * self.lag, -1.0 / self.lag, 0.0)
+        rows = base.rates_by_states
+        return Slopes(
+            0.0,
+            (*base.torque_by_states, zero),
+            (*base.rates_by_speed, zero),
+            (
+                (rows[0][0], -mains, rows[0][2], 0.0, rising - self.mains * sd),
+                (mains, rows[1][1], 0.0, rows[1][3], self.mains * sq),
+                (rows[2][0], 0.0, rows[2][2], -slip, -self.mains * rd),
+                (0.0, rows[3][1], slip, rows[3][3], self.mains * rq),
+                (0.0, 0.0, 0.0, 0.0, settling),
+            ),
+        )
+
+    def steady(self, omega: Any) -> tuple[Any, ...]:
+        """The fluxes that stand still at constant speeds, at the full frequency."""
+        return *super().steady(omega), 1.0 + 0.0 * omega
+
+    def standing(self, states: States, time: Any) -> tuple[Any, ...]:
+        """The fluxes of a locked rotor on the ramp, followed in time."""
+        from scipy.integrate import solve_ivp
+
+        times = np.asarray(time, dtype=float)
+        if not times.size or not times.max() > 0.0:
+            return tuple(value + 0.0 * times for value in states)
+        begin = [float(value) for value in states]
+        found: Any = solve_ivp(
+            lambda _t, y: self.rates(0.0, y), (0.0, float(times.max())), begin, "DOP853",
+            dense_output=True, rtol=1e-12, atol=1e-13 * np.array(self.scales),
+        )  # fmt: skip
+        return tuple(np.asarray(row).reshape(times.shape) for row in found.sol(times.ravel()))
+
+    def power(self, states: States) -> Any:
+        """Power from the inverter 3/2 V i_q, W."""
+        return super().power(states) * self._voltage(states[4]) / self.voltage
 
 
 def impedances_of(motor: Induction) -> Impedances:
