@@ -489,10 +489,6 @@ def _sense(a: Any) -> Any:
     return NotImplemented if _varies(a) else 1.0 if a > 0.0 else -1.0 if a < 0.0 else 0.0
 
 
-def _floor(a: Any) -> Any:
-    return NAMESPACE.floor(a)
-
-
 def _whole(a: Any) -> Any:
     """The floor of a parameter is a plain number, with two guards."""
     if _varies(a) or not math.isfinite(a.value):
@@ -521,7 +517,7 @@ _SHORTER: dict[str, Callable[..., Any]] = {
     "abs": _size,
     "sign": _sense,
     "floor": _whole,
-    "ceil": lambda a: NotImplemented if _varies(a) else -_floor(-a),
+    "ceil": lambda a: NotImplemented if _varies(a) else -NAMESPACE.floor(-a),
 }
 
 

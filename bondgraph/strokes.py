@@ -508,12 +508,8 @@ def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Trial]:
         for name in stores:
             trial = _store(draft, wanted, name)
             if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-                return [
-                    lambda trial=trial: trial,
-                    partial(  # type: ignore[misc]
-                        _store, draft, wanted, name, opposite=True
-                    ),
-                ]
+                best = trial
+                return [lambda: best, partial(_store, draft, wanted, name, opposite=True)]
             waiting.append(trial)
         return [lambda: waiting[0], partial(_store, draft, wanted, stores[0], opposite=True)]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]

@@ -38,13 +38,17 @@ def motor(known: Context) -> Section | None:
         parts.append(Table(_("Its torque against its speed, by a table"), head, rows))
     if (data := found.thermal) is not None:
         slow, *winding = data.bodies
-        rows = [(_("rise at the rated point"), Formula("theta_n"), Quantity("theta_n", data.rise, "K"))]
-        rows.append((_("time constant"), Formula("T_1"), Quantity("T_1", slow[1], "s")))
+        quantities = [(_("rise at the rated point"), Formula("theta_n"), Quantity("theta_n", data.rise, "K"))]
+        quantities.append((_("time constant"), Formula("T_1"), Quantity("T_1", slow[1], "s")))
         for rise, constant, _cooled in winding:
-            rows.append((_("time constant of the windings over the iron"), Formula("T_2"), Quantity("T_2", constant, "s")))
-            rows.append((_("their share of the rise"), Formula("a"), Quantity("a", rise / data.rise)))
-        rows.append((_("greatest rise that their class allows"), Formula("theta_g"), Quantity("theta_g", data.limit, "K")))
-        parts.append(Table(_("How the windings warm up"), (_("quantity"), _("symbol"), _("value")), tuple(rows)))
+            quantities.append(
+                (_("time constant of the windings over the iron"), Formula("T_2"), Quantity("T_2", constant, "s"))
+            )
+            quantities.append((_("their share of the rise"), Formula("a"), Quantity("a", rise / data.rise)))
+        quantities.append(
+            (_("greatest rise that their class allows"), Formula("theta_g"), Quantity("theta_g", data.limit, "K"))
+        )
+        parts.append(Table(_("How the windings warm up"), (_("quantity"), _("symbol"), _("value")), tuple(quantities)))
     if (breakdown := found.breakdown) is not None and found.breakdown_torque is None and not found.keeps_step:
         told = _(
             "Below {speed}, where it gives {torque}, its torque falls and it would stall.",

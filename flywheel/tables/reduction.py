@@ -374,10 +374,10 @@ def graph_map(graph: BondGraph, scene: Scene) -> tuple[MapRow, ...]:
                 words = _("velocity of {point}", point=point)
             rows.append(MapRow(part, name, words))
     for m in scene.mechanisms:  # joints to the frame whose freedom the junction of the driver is
-        for joint in joints.get(m.name, ()):
-            part = _("joint {name}", name=f"{m.name}.{joint.name}")
+        for one in joints.get(m.name, ()):
+            part = _("joint {name}", name=f"{m.name}.{one.name}")
             if m.shaft in graph.elements and all(row.part != part for row in rows):
-                rows.append(MapRow(part, m.shaft, _("leaves {body} its motion", body=joint.second), "-"))
+                rows.append(MapRow(part, m.shaft, _("leaves {body} its motion", body=one.second), "-"))
     order = list(dict.fromkeys(row.part for row in rows))
     return tuple(sorted(rows, key=lambda row: order.index(row.part)))
 

@@ -303,7 +303,7 @@ def test_a_motor_whose_torque_is_within_its_rating_may_have_too_much_heat() -> N
     assert energy.rms_torque < rated
     assert energy.rotor_heat_share > 1.2
     text = " ".join(lines(sizing).split())
-    rotor_heat = re.search(r"Heat of its rotor, .*? ([0-9.]+) W, ([0-9.]+) % of the ([0-9.]+) W at the rated point", text)
+    rotor_heat = re.search(r"heat of its rotor .*?: ([0-9.]+) W, ([0-9.]+) % of the ([0-9.]+) W at the rated point", text)
     assert rotor_heat is not None
     assert float(rotor_heat[1]) == pytest.approx(energy.rotor_heat, rel=1e-4)
     assert float(rotor_heat[2]) == pytest.approx(100 * energy.rotor_heat_share, rel=1e-3)
