@@ -507,10 +507,9 @@ def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Trial]:
         waiting = []
         for name in stores:
             trial = _store(draft, wanted, name)
-            if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-                best = trial
-                return [lambda: best, partial(_store, draft, wanted, name, opposite=True)]
             waiting.append(trial)
+            if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
+                return [lambda: waiting[-1], partial(_store, draft, wanted, name, opposite=True)]
         return [lambda: waiting[0], partial(_store, draft, wanted, stores[0], opposite=True)]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
     if resistors:  # first those whose laws cannot be solved for their flows, as resistances

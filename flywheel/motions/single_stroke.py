@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +14,7 @@ from bondgraph.numerics import root, summit, threshold
 from flywheel.components import press_work
 from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
+from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
@@ -21,6 +22,7 @@ from flywheel.motions.motion import works_of
 from flywheel.motions.strokes import BRAKE, NAME, Leg, Phases, Ramp, Strokes, check, extreme, periodic, regaining, torque_at
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import TURN, Scene
@@ -108,6 +110,17 @@ def share_name(name: str) -> str:
         "brake at rest": _("brake at rest"),
         "time of the stroke": _("time of the stroke"),
     }.get(name, name)
+
+
+def rate_limit(found: SingleStroke) -> Iterator[str]:
+    """The sentence on the greatest rate: which limit it meets."""
+    if found.greatest_rate is None:
+        return
+    if found.greatest_rate == 0.0:
+        yield _("Beyond its limit at any rate: {what}.", what=share_name(found.decides))
+        return
+    rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
+    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
 
 
 """The figures of a stroke, from which text, page, report and table of the reference are rendered."""

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 from flywheel.components.press_work import engage
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia, driving_inertia, share_name
+from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia, driving_inertia, rate_limit, share_name
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
-from flywheel.tables.strokes import decides
 
 _SYMBOLS = {
     "clutch_heat": ("Q_c", "J"),
@@ -169,7 +168,7 @@ def _loads(found: SingleStroke) -> Section:
     )
     beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
-    parts += [Note(told, "remark") for told in decides(found)]
+    parts += [Note(told, "remark") for told in rate_limit(found)]
     rows: list[tuple[Cell, ...]] = []
     for key, value in found.formulas.items():
         symbol, unit = _SYMBOLS[key]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from flywheel.language import number
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, share_name
+from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, rate_limit, share_name
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.findings import KINDS, Finding
@@ -69,7 +69,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         _flywheel(found, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(found, system))),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(decides(found))),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(rate_limit(found))),
         _shares(found),
         _formulas(found, system),
     )
@@ -91,17 +91,6 @@ def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
         rows.append(Row(names[name], reached, "%", alone))
     decides = (_("{limit} decides.", limit=names[found.binding]),) if found.binding else ()
     return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), tuple(rows), sentences=decides)
-
-
-def decides(found: SingleStroke) -> Iterator[str]:
-    """The sentence on the greatest rate."""
-    if found.greatest_rate is None:
-        return
-    if found.greatest_rate == 0.0:
-        yield _("Beyond its limit at any rate: {what}.", what=share_name(found.decides))
-        return
-    rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
-    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
 
 
 def _shares(found: SingleStroke) -> Block:
