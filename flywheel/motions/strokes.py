@@ -484,7 +484,7 @@ class Strokes:
         if most <= 0.0:
             return None
         times, owners = locked.within(NODES)
-        beyond = np.flatnonzero((excess(times, owners) > 0.0) | (times >= when))
+        beyond = np.flatnonzero((excess(times, owners) > 0.0) | (times > when))  # of two sides of a jump, the latter
         k = int(beyond[0])
         low, high, which = float(times[k - 1]), min(float(times[k]), when), owners[k : k + 1]
         way = "slip" if self.locked_torque(locked, np.array([high]), which)[0] > 0.0 else "overrun"

@@ -69,6 +69,17 @@ def test_a_clutch_that_slips_again_under_the_work(static):
     assert re.search("slips again from crank angle 120 deg", whole.verdicts[0])
 
 
+def test_a_jump_of_the_load_decides_which_way_the_clutch_slips():
+    """Pushed before the work, the crank drives the wheel; from its first instant on the wheel is the faster side."""
+    loads = [
+        {"on": "crank", "torque": torque, "from": f"{low} deg", "to": f"{high} deg"}
+        for torque, low, high in ((50.0, 60, 120), ("-700 + 600*(phi - 2)", 120, 130))
+    ]
+    found = wound_up(flywheel.load(ROTOR).with_(IDLE | {"load": loads})).stroke(38.0, 0.0)
+    assert [leg.sense for leg in found.legs] == [1, 0, 1, 0]
+    assert found.slips[0].driven.start.phi == pytest.approx(120 * DEGREE)
+
+
 def test_torque_that_vanishes_gives_its_impulse_to_both_sides():
     """Brake and clutch act together from the release on: the clutch slips when the brake asks for more than it holds."""
     changes = {"shafts.wheel.clutch.hold": "10 ms", "shafts.wheel.clutch.fall": "20 ms", "brake.0.engage": "300 deg"}
