@@ -83,8 +83,9 @@ class Index(NamedTuple):
             if path[:k] in self.headings:
                 name = ".".join(part for part in path[:k] if isinstance(part, str))
                 count = int(path[k - 1]) + 1
-                ending = "th" if count % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
-                words.append(f"the {count}{ending} [[{name}]]")
+                ordinals = {1: f"the {count}st [[{name}]]", 2: f"the {count}nd [[{name}]]", 3: f"the {count}rd [[{name}]]"}
+                th = f"the {count}th [[{name}]]"
+                words.append(th if count % 100 in (11, 12, 13) else ordinals.get(count % 10, th))
         return fault._replace(line=self.lines[where], item=" of ".join(words))
 
 
