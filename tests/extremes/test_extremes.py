@@ -586,6 +586,7 @@ def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
         "least": inertia.min / kilograms,
         "greatest": inertia.max / kilograms,
         "balance": found.balance.value / joules,
+        "exchanged": found.cycle.exchanged / joules,
         "fluctuation": found.energy_fluctuation / joules,
         "areas": [area.work / joules for area in found.areas],
         "angles": [area.end for area in found.areas] + [found.angle_speed_max, found.angle_speed_min],
@@ -594,10 +595,11 @@ def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
 
 
 def units_apart(name: str, unit: Measure) -> float:
-    """The largest relative difference of the flywheel's figures from those in SI."""
+    """The largest difference of the figures from those in SI, relative to the scale of their errors; a balance by its work."""
     one, other = figures(name), figures(name, unit)
-    keys = ("exact", "approximate", "approximate_total", "inertia_torque", "balance", "fluctuation")
-    return max(abs(other[key] - one[key]) / (one["exact"] if key in keys[:4] else abs(one[key])) for key in keys)
+    scales = dict.fromkeys(("exact", "approximate", "approximate_total", "inertia_torque"), one["exact"])
+    scales |= {"balance": one["exchanged"] / tau, "fluctuation": one["fluctuation"]}
+    return max(abs(other[key] - one[key]) / scale for key, scale in scales.items())
 
 
 def in_units() -> list[Row]:

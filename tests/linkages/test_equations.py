@@ -845,7 +845,7 @@ def refused(linkage, **change):
 
 
 def test_what_has_no_contact_is_refused():
-    assert "a belt has no teeth" in refused(forced.geared_five_bar(0.3), ratio=1.0)
+    assert "a belt has no tooth flanks" in refused(forced.geared_five_bar(0.3), ratio=1.0)
     assert "mesh" in refused(forced.geared_five_bar(), second="top")
     assert "a slide on which the wheel rolls" in refused(forced.geared_five_bar(), kind="rolling")
     assert "contact" in refused(forced.cam("rocker"), contact=None)

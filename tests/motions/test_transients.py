@@ -258,7 +258,7 @@ def test_what_does_not_come_is_given_up(monkeypatch):
     scene = rotor(2, drive={"torque": "20 + 0*t - 4*omega"})  # what depends on time may change its mind
     found = transient(scene, end=Until("speed", 6.0))
     assert found.reason == "limit"
-    assert "did not come" in found.ended
+    assert "did not reach its end" in found.ended
     assert found.omega == pytest.approx(5.0, rel=1e-9)
 
 

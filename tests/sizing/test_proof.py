@@ -15,8 +15,7 @@ from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
 from flywheel.language import use
-from flywheel.machine import programs
-from flywheel.numerics import units
+from flywheel.numerics import switching, units
 from flywheel.sizing import proof
 from flywheel.tables import sizing as listing
 from flywheel.tables import summary
@@ -217,7 +216,7 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
     assert found[1] - found[0] < 1e-13 * found[1]
     true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]["exact"]
     assert found[0] - 1e-14 * found[1] < float(true) < found[1] * (1 + 1e-14)
-    monkeypatch.setattr(programs, "_NEWTON_STEPS", 0)
+    monkeypatch.setattr(switching, "_NEWTON_STEPS", 0)
     assert proven(scene).figures["flywheel.exact"] == pytest.approx(found, rel=1e-14)
     zero_near = balls.zero_near
     monkeypatch.setattr(balls, "zero_near", lambda function, at: zero_near(lambda x: (function(x)[0] * 0 + 1, 0 * x), at))
