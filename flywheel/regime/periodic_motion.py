@@ -657,10 +657,10 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
 
     """
     moments, state, eps, square = solved.moments, solved.state, solved.irregularity, solved.speed**2
-    kept = kept_work(solved, errors.work, errors.by_cell[0])
-    # energies are closed round the cycle, to their digits and to the net work that the iteration leaves
+    left = np.abs(cells.integral(solved.rate.moment, moments.mesh.half).sum(axis=-1))  # net work that the iteration leaves
+    kept = kept_work(solved, errors.work + left, errors.by_cell[0])
+    # energies are closed round the cycle, to their digits
     closing = kept + 2 * ROUNDING * np.abs(state.edges[..., 0]).max(axis=-1)
-    closing += np.abs(cells.integral(solved.rate.moment, moments.mesh.half).sum(axis=-1))
     balanced = moments.machine.scene.unknown is not None
     free = moments.machine.sets_its_speed and not balanced
     energy, of_states = square * np.maximum(start, 1e-300), []
