@@ -595,7 +595,7 @@ def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
 
 
 def units_apart(name: str, unit: Measure) -> float:
-    """The largest difference of the figures from those in SI, relative to the scale of their errors; a balance by its work."""
+    """The largest difference of figures from those in SI, relative to the scale of their errors; a balance by its work."""
     one, other = figures(name), figures(name, unit)
     scales = dict.fromkeys(("exact", "approximate", "approximate_total", "inertia_torque"), one["exact"])
     scales |= {"balance": one["exchanged"] / tau, "fluctuation": one["fluctuation"]}
