@@ -438,11 +438,11 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         every = np.arange(count)
         cell = np.concatenate((every, every, found.cell))
         t = np.concatenate((np.full(count, -1.0), np.ones(count), found.t))
+        t = polished(cell, t, fluctuation(offset, *cycle.at(cell, t))[0])  # all: two summits may be almost equal
         s, total = fluctuation(offset, *cycle.at(cell, t))
         places = mesh.middle[cell, 0] + mesh.half[cell, 0] * t
         ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
-        cell, t = cell[ends], polished(cell[ends], t[ends], s[ends])
-        return *fluctuation(offset, *cycle.at(cell, t)), cell, t, float(total.min())
+        return s[ends], total[ends], cell[ends], t[ends], float(total.min())
 
     lowest = -0.5 * square * start - float(least[0])
     if np.sqrt(np.maximum(1.0 + extremes(lowest)[0], 0.0)).mean() >= 1.0:

@@ -30,6 +30,7 @@ FOUND = {  # what these once had wrong
     1000784: "a machine in which nothing varies",
     1000553: "where the zeros of M* end in a double root",
     1000629: "a double root of M* at the beginning of a cell, off by 7e-5 rad",
+    1000223: "two summits of the speed that differ by 2e-9, the greater one in a wide cell",
     4000456: "a weight all but square to its path, whose angle is rounded",
     5000954: "a load that acts where its port all but stands still",
     8000129: "an angle of extreme speed where a damper follows an error of speed",
