@@ -309,7 +309,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     by_speed = moments.constant(speed, unknown[:, None, None]).by_speed
 
     def fading(some: Index, inertia: Array) -> Array:
-        """The exponents by which torques decay a change of the constant speed in each cell."""
+        """The exponents by which a change of the constant speed decays in each cell."""
         total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
         return np.asarray((-by_speed[some] / total).max(axis=-1) * 2.0 * moments.mesh.half[some, :, 0])
 
