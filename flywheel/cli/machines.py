@@ -225,7 +225,7 @@ def reduce(
         given = loaded(scene)
         own = None if speed is None else speed_of(speed, slides(given), "--speed")
         if plot is not None:
-            from flywheel.pictures import courses as picture
+            from flywheel.pictures import kinematics as picture
 
             with written(plot):
                 picture.plot_reduction(given, plot, of=of, speed=own)

@@ -96,7 +96,7 @@ def simulate(
         watching.sliding = slides(given)
         course = CourseOptions(start, end, no_drive, wheel).follow(given, place, watching, rtol)
         if plot is not None:
-            from flywheel.pictures import courses as picture
+            from flywheel.pictures import kinematics as picture
 
             with written(plot):
                 picture.plot_transient(course, plot)
@@ -332,7 +332,7 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     """
     spare(scene, output)
     with reported(scene):
-        from flywheel.pictures.animation import animate
+        from flywheel.pictures.mechanisms import animate
 
         given = loaded(scene)
         target = _target(scene, output, ".gif")

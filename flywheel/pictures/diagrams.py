@@ -18,7 +18,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import has_joints
 from flywheel.numerics.faults import SceneError
-from flywheel.pictures import joint_curves, noun, samples, servo, strokes, written
+from flywheel.pictures import drives, forms, noun, written
 from flywheel.pictures.forms import (
     Curve,
     Diagram,
@@ -324,7 +324,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
     total = np.sum(list(bodies.values()), axis=0)
     extent = part.sizing.reduced_inertia if part.sizing is not None else None
     least, greatest, mean = extent or (float(total.min()), float(total.max()), None)
-    shown = samples.most(bodies)
+    shown = forms.most(bodies)
     sliding = part.scene.reduction_element == "slide"
     unit, symbol = ("kg", "m*") if sliding else ("kg m²", "I*")
     cycle = None if part.sizing is None else part.sizing.cycle
@@ -380,7 +380,7 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
         return _no_motion(sizing)
     run = sizing.run
     cycle, speed = run.cycle or sizing.cycle, run.speed or sizing.speed
-    loop = samples.loop(cycle, along_motion(part), speed, run)
+    loop = forms.loop(cycle, along_motion(part), speed, run)
     extent = sizing.reduced_inertia
     assert extent is not None
     if extent.max - extent.min <= _CONSTANT_INERTIA * extent.max:
@@ -406,7 +406,7 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
         tangent |= {"angle": at, "tangent": slope, "inclination": inclination, "speed": limit, "words": words, "psi": psi}
         tangents.append(tangent)
     cut, (x, y) = loop.intercept_fast - loop.intercept_slow, loop.far_point
-    windows, seen = samples.windows(loop, joule)
+    windows, seen = forms.windows(loop, joule)
     figures = {
         "inertia": loop.inertia,
         "energy": joule * loop.energy,
@@ -609,7 +609,7 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
         return _("The areas are all zero: the speed never changes.")
     sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
     eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
-    speeds = samples.crossing_speeds(sums, sizing.speed * (1 - eps / 2), inertia * sizing.scene.flywheel_ratio**2)
+    speeds = forms.crossing_speeds(sums, sizing.speed * (1 - eps / 2), inertia * sizing.scene.flywheel_ratio**2)
     figures |= {"diagram_of_areas": True, "crossings": speeds, "inertia": inertia, "irregularity": eps}
     row = Row(
         key="speed",
@@ -694,8 +694,8 @@ def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
     linkage = reactions.poses.linkage
     drawn = [mechanism.name for mechanism in part.scene.mechanisms if has_joints(mechanism)]
     figures = {"mechanism": name, "mechanisms": drawn, "without_inertia": not forces.inertia}
-    figures |= joint_curves.figures_of(reactions, shown)
-    rows = tuple(joint_curves.rows(figures, linkage, shown, cyclic=part.scene.stroke is None))
+    figures |= forms.force_figures(reactions, shown)
+    rows = tuple(forms.force_rows(figures, linkage, shown, cyclic=part.scene.stroke is None))
     remarks = [_("Actions of the first body of each joint on the second.")]
     if linkage.sliding:
         remarks.append(_("Numbers along the curves are positions of the driver in mm."))
@@ -880,11 +880,11 @@ DIAGRAMS: dict[str, Kind] = {
     "inertia": Kind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
     "wittenbauer": Kind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
     "speed": Kind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
-    "servo": Kind(lambda: _("Area of the servo drive"), servo.diagram, 0, ("servo",), servo.suits),
+    "servo": Kind(lambda: _("Area of the servo drive"), drives.servo_diagram, 0, ("servo",), drives.has_servo),
     "power_flow": Kind(lambda: _("Power flow"), _power_flow),
     "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
     "motion": Kind(lambda: _("Motion"), _motion),
-    "single_stroke": Kind(lambda: _("One stroke over time"), strokes.diagram),
+    "single_stroke": Kind(lambda: _("One stroke over time"), drives.stroke_diagram),
 }
 """Every diagram of a scene, in the order of the live page."""
 

@@ -5,24 +5,219 @@ A row has curves, fills, marks with their words, bands and notes. `pictures/sizi
 
 Positions of the driver ascend over the cycle or the stroke; where something jumps one stands twice, for the value before
 and the one behind.
+
+Reactions of joints: a pin, slot, fixed joint or coupling is a row of the kind "plane", the tip of its force in the frame's
+axes; a slide is its normal forces over the driver, and its moment in a row of its own with the same key; so is each driving
+action.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from math import ceil
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import language
+from flywheel.language import text as _
 from flywheel.machine.machine import Machine
-from flywheel.pictures import samples, written
-from flywheel.pictures.samples import Samples
+from flywheel.numerics import cells
+from flywheel.pictures import written
 from flywheel.regime import turning_moment
-from flywheel.scene.scene import Scene
+from flywheel.regime.turning_moment import Cycle, Run
+from flywheel.scene.linkage import PIN, SLIDE, Linkage
+from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.results import Sizing
+
+if TYPE_CHECKING:
+    from flywheel.mechanisms.linkages.reactions import Reactions
+
+
+_NO_WORK = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
+_LOOP_SHARE = 0.10  # of the width and height of Wittenbauer's diagram: a smaller loop has a window of its own
+_INTERCEPT_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same unit, that is none
+MOST_BODIES = 8  # in a stacked picture
+
+
+class Samples(NamedTuple):
+    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and what drives.
+
+    `driving` is M_m* (N m): the sum of the drive, unless it brakes on the whole, and of the loads that do positive work in
+    the cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand
+    at every edge of a cell, one for each side.
+    """
+
+    phi: Array
+    moment: Array
+    work: Array
+    inertia: Array
+    driving: Array
+    drive: Array | None
+
+
+def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> Samples:
+    """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there.
+
+    Moments below their rounding are 0, and so is the work where no more than its error is left of it anywhere.
+    """
+    cell, t = cycle.where(phi)
+    work, variation = cycle.at(cell, t)
+    moment = cells.value(cycle.series[0, cell], t)
+    driving, drive = _driving(machine, cycle, phi, machine.anchors(phi), speed)
+    return Samples(
+        phi=phi,
+        moment=np.where(np.abs(moment) > cycle.noise[0, cell], moment, 0.0),
+        work=np.where(np.abs(work).max() > cycle.errors.work, work, 0.0),
+        inertia=cycle.inertia_at_start + variation,
+        driving=driving,
+        drive=drive,
+    )
+
+
+def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: float | None) -> tuple[Array, Array | None]:
+    """M_m* (N m) at angles that ascend: of the drive, unless it brakes on the whole, and of loads that do positive work.
+
+    Second the drive's own, None without one.
+    """
+    moving = speed if machine.depends_on_speed or machine.depends_on_time else None
+    parts = machine.reduction.moments(phi, anchor, cycle.balance or 0.0, speed=moving)
+    found, drive = np.zeros_like(phi), None
+    for name, part in parts.items():
+        there = part + np.zeros_like(phi)
+        if name == "drive":
+            drive = there
+        work, size = np.trapezoid(there.ravel(), phi.ravel()), np.trapezoid(np.abs(there).ravel(), phi.ravel())
+        if work > (-_NO_WORK if name == "drive" else _NO_WORK) * size:  # a drive that holds back on the whole resists
+            found = found + there
+    return found, drive
+
+
+def most(bodies: dict[str, Array]) -> dict[str, Array]:
+    """Bodies with what each adds to I*; beyond `MOST_BODIES` the smallest ones as one."""
+    if len(bodies) <= MOST_BODIES:
+        return bodies
+    largest = sorted(bodies, key=lambda name: -float(bodies[name].max()))[: MOST_BODIES - 1]
+    rest = [part for name, part in bodies.items() if name not in largest]
+    shown = {name: part for name, part in bodies.items() if name in largest}
+    return shown | {f"{len(rest)} others": np.sum(rest, axis=0)}
+
+
+class Loop(NamedTuple):
+    """Wittenbauer's loop, F = 2 W/w² against I* (both kg m²), and the two tangents that an irregularity gives it.
+
+    A tangent is F = slope I* + intercept, slope = (1 ± eps/2)². `contact_*` are the points where it touches, as
+    (I*, F), `angle_*` their crank angles (rad). The tangents meet in P at I* = -flywheel, and MN = 2 eps flywheel.
+    """
+
+    inertia: Array
+    energy: Array
+    slope_fast: float
+    slope_slow: float
+    intercept_fast: float
+    intercept_slow: float
+    contact_fast: tuple[float, float]
+    contact_slow: tuple[float, float]
+    angle_fast: float
+    angle_slow: float
+    flywheel: float
+
+    @property
+    def lines(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The tangents of the greatest and of the least speed, each as (slope, intercept)."""
+        return (self.slope_fast, self.intercept_fast), (self.slope_slow, self.intercept_slow)
+
+    @property
+    def far_point(self) -> tuple[float, float]:
+        """P, where the tangents meet: (I*, F)."""
+        return -self.flywheel, self.intercept_fast - self.slope_fast * self.flywheel
+
+
+def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
+    """The loop with the tangents for the irregularity of a run, found from extremes, not from the samples.
+
+    `speed` is w, the mean of extremes (rad/s). Source: F. Wittenbauer, Graphische Dynamik (1923).
+    """
+    unit, start = 2.0 / speed**2, cycle.inertia_at_start
+    fast, slow = (1 + run.irregularity / 2) ** 2, (1 - run.irregularity / 2) ** 2
+    extremes, _ = turning_moment.combined(cycle, np.array([[1.0, -fast / unit], [1.0, -slow / unit]]))
+    over, under = float(extremes.greatest[0]), float(extremes.least[1])
+    angles = float(extremes.angle_greatest[0]), float(extremes.angle_least[1])
+    work, variation = cycle.at(*cycle.where(np.array(angles)))
+    points = [(start + float(v), unit * float(w)) for w, v in zip(work, variation, strict=True)]
+    return Loop(
+        inertia=samples.inertia,
+        energy=unit * samples.work,
+        slope_fast=fast,
+        slope_slow=slow,
+        intercept_fast=unit * over - fast * start,
+        intercept_slow=unit * under - slow * start,
+        contact_fast=points[0],
+        contact_slow=points[1],
+        angle_fast=angles[0],
+        angle_slow=angles[1],
+        flywheel=run.inertia,
+    )
+
+
+def windows(loop: Loop, joule: float) -> tuple[list[list[float]], str]:
+    """The parts of the diagram that are shown, [left, right, low, high] in kg m² and J, and what the last one shows.
+
+    The whole triangle ("P"), or without P where the loop would be too small in it ("MN"); where it would be even there,
+    the loop follows by itself ("loop"). A loop whose work is nothing but rounding is a line, which has no height to be seen.
+    """
+    corners = np.array([[loop.inertia.min(), loop.inertia.max()], [loop.energy.min(), loop.energy.max()]])
+    axis = np.array([[0.0, 0.0], [loop.intercept_slow, loop.intercept_fast]])
+    at_right = [slope * corners[0, 1] + cut for slope, cut in loop.lines]
+    far = np.array(loop.far_point)[:, None]
+    windows, extents = list[list[float]](), np.ptp(corners, axis=1)
+    line = extents[1] <= _INTERCEPT_ROUNDING * max(np.abs(axis).max(), corners[0, 1])
+    for name, parts in {"P": [corners, axis, far], "MN": [corners, axis], "loop": [corners]}.items():
+        points = np.concatenate(parts, axis=1)
+        low, high = points.min(axis=1), points.max(axis=1)
+        if name != "loop":
+            low[1], high[1] = min(low[1], *at_right), max(high[1], *at_right)
+        spans = np.maximum(high - low, 1e-300)
+        margin = np.array([0.12, 0.1]) * spans
+        (left, bottom), (right, top) = low - margin, high + margin
+        large = bool((extents >= _LOOP_SHARE * spans)[: 1 if line else 2].all())
+        if name != "P" or large:
+            windows.append([float(left), float(right), float(joule * bottom), float(joule * top)])
+        if large:
+            return windows, name
+    return windows, "loop"
+
+
+def crossing_speeds(sums: Array, least: float, inertia: float) -> Array:
+    """Crank speeds (rad/s) at the crossings of a diagram of areas, from ½ J (w² - w_min²) = S - S_min.
+
+    `sums` are the accumulated areas S (J), `least` is w_min (rad/s), `inertia` the flywheel J on the crank (kg m²).
+
+    >>> crossing_speeds(np.array([0.0, 3.5, -1.0]), 1.0, 1.0).round(6).tolist()
+    [1.732051, 3.162278, 1.0]
+    """
+    return np.asarray(np.sqrt(least**2 + 2 * (sums - sums.min()) / inertia))
+
+
+def roomiest(samples: Samples, start: float, end: float, side: float, width: float) -> tuple[float, float]:
+    """Angle at which a text of some width (rad) has most room under the curve between two angles, and the free |M*|.
+
+    Of equally good places the one nearest to the centroid is taken; without room anywhere, the centroid.
+    """
+    phi = np.linspace(start, end, 201)
+    size = np.maximum(side * np.interp(phi, samples.phi, samples.moment), 0.0)
+    centroid = float((phi * size).sum() / size.sum()) if size.any() else 0.5 * (start + end)
+    window = int(np.ceil(width / (phi[1] - phi[0]))) + 1
+    if window >= phi.size:
+        return centroid, 0.0
+    free = np.lib.stride_tricks.sliding_window_view(size, window).min(axis=1)
+    middles = phi[: free.size] + 0.5 * (window - 1) * (phi[1] - phi[0])
+    good = np.flatnonzero(free >= 0.9 * free.max())
+    best = good[np.abs(middles[good] - centroid).argmin()]
+    return float(middles[best]), float(free[best])
+
 
 Array = NDArray[np.float64]
 
@@ -247,8 +442,8 @@ def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samp
     if sizing is None or sizing.cycle is None or machine is None:
         return None
     if sizing.cyclic is None or sizing.constant is None:
-        return samples.samples_at(machine, sizing.cycle, axis.taken)._replace(phi=axis.shown)
-    constant = samples.samples_at(machine, sizing.constant, axis.taken, sizing.cyclic.constant_speed)
+        return samples_at(machine, sizing.cycle, axis.taken)._replace(phi=axis.shown)
+    constant = samples_at(machine, sizing.constant, axis.taken, sizing.cyclic.constant_speed)
     return constant._replace(phi=axis.shown)
 
 
@@ -259,7 +454,7 @@ def along_motion(part: Part) -> Samples:
     assert sizing.cycle is not None
     assert record is not None
     assert part.machine is not None
-    return record if sizing.constant is None else samples.samples_at(part.machine, sizing.cycle, part.axis.taken)
+    return record if sizing.constant is None else samples_at(part.machine, sizing.cycle, part.axis.taken)
 
 
 def peak(shown: Array, values: Array, sense: float) -> dict[str, Any] | None:
@@ -330,3 +525,160 @@ def scaled(unit: str, largest: float) -> tuple[float, str]:
     if unit in ("N", "N m") and largest >= 1e4:
         return 1e-3, f"k{unit}"
     return 1.0, unit
+
+
+_STEP = 30.0  # deg between two marks
+_ALONG = 11  # marks along a stroke
+_SHORT = 90.0  # deg: a shorter way has as many
+_NEGLIGIBLE = 1e-9  # of the largest force: a smaller moment (N m) is not drawn
+_FORCE_JUMP, _STEEPER = 0.02, 8.0  # of the largest force, times as steep as the steps beside it: such a step is a jump
+_AT_ONCE = 1e-3  # of the median step, of the largest force: a larger change over a shorter way is a jump
+_SIDES = {"normal": ("blue", "-"), "front": ("vermillion", "--"), "rear": ("green", "-.")}
+
+
+def force_figures(found: Reactions, shown: Array, joints: Iterable[str] | None = None) -> dict[str, Any]:
+    """Forces of joints (all if None) and driving actions at positions `shown`, with their extremes."""
+    linkage = found.poses.linkage
+    kinds = {joint.name: (joint.kind, joint.first, joint.second) for joint in linkage.joints}
+    forces = []
+    for name in found.forces if joints is None else joints:
+        kind, first, second = kinds.get(name, ("coupling", "", ""))
+        x, y = (_ended(values, shown.size) for values in found.forces[name])
+        at, force = parted(shown, np.stack((x, y)))
+        one: dict[str, Any] = {"name": name, "kind": kind, "first": first, "second": second, "x": x, "y": y}
+        if kind == SLIDE:
+            parts = {part: _ended(values, shown.size) for part, values in found.components[name].items()}
+            one |= {part: parts[part] for part in (*_SIDES, "moment") if part in parts}
+            at, force = parted(shown, np.stack([parts[part] for part in _SIDES if part in parts]))
+        if kind == "coupling" and "moment" in found.components[name]:  # a belt's couple, without a force
+            one["moment"] = _ended(found.components[name]["moment"], shown.size)
+        one["largest"] = peak(at, np.abs(force).max(axis=0) if kind == SLIDE else np.hypot(*force), 1.0)
+        forces.append(one)
+    driving = []
+    for name, action in found.actions.items():
+        values = _ended(action, shown.size)
+        at, (cut,) = parted(shown, values)
+        unit = "N m" if linkage.joint(name).kind == PIN else "N"
+        driving.append({"name": name, "unit": unit, "values": values, **extremes(at, cut)})
+    return {"joints": forces, "driving": driving}
+
+
+def force_rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cyclic: bool = False) -> Iterator[Row]:
+    """The rows of those figures; `cyclic`: the positions are those of a whole cycle, whose ends may differ by a jump."""
+    for k, joint in enumerate(figures["joints"]):
+        key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
+        is_belt = joint["kind"] == "coupling" and "moment" in joint
+        if largest is None or (is_belt and not np.isfinite(np.diff(joint["moment"])).any()):
+            about = _("Unknown: redundant constraints, or friction locks.")
+            yield Row(key, title, _("force"), "N", about, ())
+            continue
+        if is_belt:
+            yield _moment_row(key, title, joint["moment"], shown)
+            continue
+        factor, unit = scaled("N", largest["value"])
+        about = _(
+            "at most {force} {unit}, at {place}",
+            force=written(factor * largest["value"], 4),
+            unit=unit,
+            place=place_of(linkage.sliding, largest["at"]),
+        )
+        if joint["kind"] != SLIDE:
+            values = np.stack((joint["x"], joint["y"]))
+            curves: tuple[Curve, ...] = Curve(f"{key}.x", "Fx", "blue", "-", 1.6), Curve(f"{key}.y", "Fy", "blue", "-", 1.6)
+            along, jumps = force_marks(shown, values, linkage.sliding), breaks(shown, values, cyclic=cyclic)
+            row = Row(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
+            yield row._replace(along=along, breaks=jumps)
+            continue
+        words = {"normal": _("normal"), "front": _("front"), "rear": _("rear")}
+        sides = [part for part in _SIDES if part in joint]
+        curves = tuple(Curve(f"{key}.{part}", words[part], *_SIDES[part], 1.6) for part in sides)
+        values = np.stack([joint[part] for part in sides])
+        row = Row(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
+        yield row._replace(breaks=breaks(shown, values))
+        moment = joint.get("moment")
+        if moment is not None and float(np.nanmax(np.abs(moment), initial=0.0)) > _NEGLIGIBLE * largest["value"]:
+            yield _moment_row(key, title, moment, shown)
+    for k, drive in enumerate(figures["driving"]):
+        yield _action_row(k, drive, shown)
+
+
+def _moment_row(key: str, title: str, moment: Array, shown: Array) -> Row:
+    """The row of a moment in a slide, or of a belt's couple."""
+    least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
+    about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
+    curve = Curve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
+    row = Row(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
+    return row._replace(breaks=breaks(shown, moment))
+
+
+def _action_row(k: int, drive: Mapping[str, Any], shown: Array) -> Row:
+    """The row of a driving torque or force."""
+    name, title = _("driving torque"), _("driving torque at {joint}", joint=drive["name"])
+    if drive["unit"] == "N":
+        name, title = _("driving force"), _("driving force at {joint}", joint=drive["name"])
+    if drive["least"] is None:
+        return Row(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
+    low, high = drive["least"]["value"], drive["greatest"]["value"]
+    factor, unit = scaled(drive["unit"], max(-low, high))
+    about = _("from {least} to {most} {unit}", least=written(factor * low, 4), most=written(factor * high, 4), unit=unit)
+    curves = (Curve(f"driving.{k}.values", name, "green", "-", 1.6),)
+    row = Row(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
+    return row._replace(breaks=breaks(shown, drive["values"]))
+
+
+def heading_of(linkage: Linkage, name: str) -> str:
+    """A joint's name with the bodies between which its force acts: "slider_pin: rod on slider"."""
+    for joint in linkage.joints:
+        if joint.name == name:
+            return _("{joint}: {first} on {second}", joint=name, first=joint.first, second=joint.second)
+    return name
+
+
+def force_marks(shown: Array, values: Array, sliding: bool) -> tuple[float, ...]:
+    """Positions (rad or m) at which a hodograph (2, n) is marked: every 30 deg, more where several turns crowd.
+
+    Along a short way, or a slide's, they are even. A curve that ends where it begins is marked there once; where the force
+    is not known, not at all.
+    """
+    low, high = float(shown.min()), float(shown.max())
+    if sliding or np.degrees(high - low) < _SHORT:
+        places = np.linspace(low, high, _ALONG)
+    else:
+        step = np.radians(_STEP) * max(ceil((high - low) / TURN - 1e-9), 1)
+        places = step * np.arange(ceil(low / step - 1e-9), int(high / step + 1e-9) + 1)
+    spots = np.stack([np.interp(places, shown, part) for part in values])
+    known = np.isfinite(spots).all(axis=0)
+    places, spots = places[known], spots[:, known]
+    if not sliding and places.size > 1:
+        turns = (places[-1] - places[0]) / TURN
+        if turns > 0.5 and abs(turns - round(turns)) < 1e-9 and np.allclose(spots[:, 0], spots[:, -1]):
+            places = places[:-1]
+    return tuple(map(float, places))
+
+
+def parted(x: Array, values: Array) -> tuple[Array, Array]:
+    """X and a curve (m, n) over it, both with NaN if the curve jumps."""
+    values = np.atleast_2d(values)
+    at = [k for k in breaks(x, values) if k]
+    return np.insert(x, at, np.nan), np.insert(values, at, np.nan, axis=1)
+
+
+def _ended(values: Array, size: int) -> Array:
+    """Values with the first one again at the end, if there is to be one more."""
+    return values if values.shape[-1] == size else np.concatenate((values, values[..., :1]), axis=-1)
+
+
+def breaks(x: Array, values: Array, *, cyclic: bool = False) -> tuple[int, ...]:
+    """The samples before which a curve (m, n) over x jumps: 0 if a cycle's ends differ.
+
+    A jump is a step at one place, or one that is far steeper than those beside it and no small part of the whole.
+    """
+    values = np.atleast_2d(values)
+    steps, ways = np.hypot.reduce(np.abs(np.diff(values, axis=1)), axis=0), np.abs(np.diff(x))
+    whole = float(np.nanmax(np.abs(values), initial=0.0))
+    at_once = (ways <= _AT_ONCE * np.median(ways)) & (steps > _AT_ONCE * whole)
+    steep = steps / np.maximum(ways, 1e-6 * np.median(ways))
+    beside = np.fmax(np.concatenate(([0.0], steep[:-1])), np.concatenate((steep[1:], [0.0])))
+    found = np.flatnonzero(at_once | ((steep > _STEEPER * beside) & (steps > _FORCE_JUMP * whole))) + 1
+    opened = cyclic and bool(np.hypot.reduce(values[:, -1] - values[:, 0]) > _FORCE_JUMP * whole)
+    return (*((0,) if opened else ()), *map(int, found))

@@ -23,7 +23,7 @@ from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motions.joint_forces import CurveAxis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
-from flywheel.pictures import figures, joint_curves, written
+from flywheel.pictures import figures, forms, written
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from flywheel.pictures.forms import Diagram, Row
 from flywheel.scene.scene import TURN
@@ -88,11 +88,11 @@ def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequenc
     shown = found.poses.q
     if turn := _whole_round(found.poses):
         shown = np.append(shown, shown[0] + turn)
-    diagram = Diagram(joint_curves.figures_of(found, shown, wanted))
+    diagram = Diagram(forms.force_figures(found, shown, wanted))
     places = dict(zip([*(f"joints.{k}" for k in range(len(wanted))), "driving.0"], panels, strict=False))
     x = np.asarray(1000.0 * shown if linkage.sliding else np.degrees(shown))  # mm, or degrees
     plane, done = [], set()
-    for row in joint_curves.rows(diagram.figures, linkage, shown):
+    for row in forms.force_rows(diagram.figures, linkage, shown):
         panel = places[row.key]
         curves = [row.factor * diagram.values(curve.of) for curve in row.curves]
         if not curves:
@@ -390,7 +390,7 @@ def _line(axes: Axes, legend: Axes, x: Array, values: Array, words: tuple[str, s
         return
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, most = (written(float(values[k]), 4) for k in (low, high))
-    _broken(axes, x, values, joint_curves.breaks(x, values), color=colour, ls=dashes, lw=1.6, zorder=3)
+    _broken(axes, x, values, forms.breaks(x, values), color=colour, ls=dashes, lw=1.6, zorder=3)
     extent = _("{least} to {most} {unit}", least=least, most=most, unit=unit)
     extent = f"{least} {unit}" if values[low] == values[high] else extent
     label = f"{name}: {extent}" if name else extent

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from flywheel import pictures
 from flywheel.language import text as _
-from flywheel.pictures import figures, strokes, written
+from flywheel.pictures import drives, figures, written
 from flywheel.pictures.diagrams import (
     DIAGRAMS,
     MOST_AREAS,
@@ -31,8 +31,7 @@ from flywheel.pictures.diagrams import (
     made,
 )
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
-from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of
-from flywheel.pictures.samples import roomiest
+from flywheel.pictures.forms import Diagram, Mark, Part, Row, part_of, roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
 from flywheel.tables.sizing import inertia_error, limit_names
@@ -90,8 +89,8 @@ def _draw_sizing(sizing: Sizing) -> Figure:
 
 def _draw_stroke(found: SingleStroke) -> Figure:
     """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
-    part = strokes.part_of_stroke(found)
-    diagram = strokes.diagram(part)
+    part = drives.part_of_stroke(found)
+    diagram = drives.stroke_diagram(part)
     assert isinstance(diagram, Diagram)
     heights = [row.height for row in diagram.rows]
     sheet = figures.figure(10.0, sum(heights), " ".join(printable(found.scene.title or "").split()), apart=0.1)
@@ -106,7 +105,7 @@ def _draw_stroke(found: SingleStroke) -> Figure:
 def stroke_svg(found: SingleStroke) -> str:
     """The picture of a period of a machine that works stroke by stroke, as an SVG element."""
     with rc_context(STYLE):
-        rows = strokes.diagram(strokes.part_of_stroke(found))
+        rows = drives.stroke_diagram(drives.part_of_stroke(found))
         assert isinstance(rows, Diagram)
         return figures.svg(_draw_stroke(found), "single_stroke", rows.title, rows.about)
 

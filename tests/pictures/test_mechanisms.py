@@ -23,7 +23,7 @@ from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.reactions import reactions as reactions_along
 from flywheel.motions.joint_forces import axis, force_curves
-from flywheel.pictures import animation, diagrams, figures, forms, joint_curves, mechanisms, reactions
+from flywheel.pictures import diagrams, figures, forms, mechanisms, reactions
 from flywheel.pictures.designs import placed
 from flywheel.pictures.kinematics import broken, draw, plot
 from flywheel.pictures.sketch import views
@@ -181,7 +181,7 @@ def test_instant_centres_are_marked_named_or_told():
 @pytest.mark.parametrize("scene", sample([press(), CLAMP], 2), ids=["press", "clamp"])
 def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Path) -> None:
     path = tmp_path / "made.gif"
-    animation.animate(flywheel.load(scene), path, frames=3, fps=10)
+    mechanisms.animate(flywheel.load(scene), path, frames=3, fps=10)
     with Image.open(path) as image:
         assert image.format == "GIF"
         assert image.n_frames == 3  # type: ignore[attr-defined]
@@ -200,10 +200,10 @@ def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Pat
 @pytest.mark.parametrize("kind", sample(["clamp", "shaper"], 2))
 def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
     scene = flywheel.load({"shaper": shaper(), "clamp": CLAMP}[kind])
-    stage = animation.stage(scene, 8)
+    stage = mechanisms.stage(scene, 8)
     (view,) = views(scene)
     for k in (0, 3, 7):
-        animation.show(stage, k, scene)
+        mechanisms.show(stage, k, scene)
         poses = view.poses([stage.q[k]])
         for shape, artist in stage.mechanisms[0].parts:
             if shape.kind == "pin" and isinstance(artist, Polygon):
@@ -218,7 +218,7 @@ def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
 
 def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
     feed = {"type": "law", "name": "feed", "outputs": {"out": {"x": "0.01*sin(phi)", "mass": 1}}}
-    stage = animation.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
+    stage = mechanisms.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
     assert stage.figure.get_suptitle() == "(not drawn: feed, a law without bodies)"
     assert len(stage.mechanisms) == 1
 
@@ -228,12 +228,12 @@ def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
 )
 def test_what_no_gif_can_be_is_refused(frames: int, fps: int, name: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"found .*, expected"):
-        animation.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
+        mechanisms.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
 
 
 def test_a_rotor_alone_has_no_picture(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="expected a mechanism to draw"):
-        animation.animate(flywheel.load(rotor()), tmp_path / "a.gif")
+        mechanisms.animate(flywheel.load(rotor()), tmp_path / "a.gif")
 
 
 # Pictures of a motion: panels, units, extremes, jumps that are no strokes.
@@ -532,10 +532,10 @@ def test_gaps_stay_gaps() -> None:
 def test_a_force_that_jumps_leaves_a_gap_and_a_steep_one_does_not() -> None:
     x = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0, 4.1, 5.0])
     values = np.array([0.0, 0.1, 0.2, 5.0, 5.1, 5.2, 5.3, 6.2])
-    assert joint_curves.breaks(x, values) == (3,)
+    assert forms.breaks(x, values) == (3,)
     smooth = np.sin(np.linspace(0.0, 6.0, 100))
-    assert not joint_curves.breaks(np.linspace(0.0, 6.0, 100), smooth)
-    assert joint_curves.breaks(x[:3], values[:3], cyclic=True) == (0,)
+    assert not forms.breaks(np.linspace(0.0, 6.0, 100), smooth)
+    assert forms.breaks(x[:3], values[:3], cyclic=True) == (0,)
 
 
 def test_the_driving_torque_stands_beside_and_bodies_are_named() -> None:
@@ -564,7 +564,7 @@ def test_a_largest_force_beside_a_jump_is_one_that_is_reached() -> None:
     force = np.zeros((2, 361))
     force[0] = np.where(np.arange(361) <= 90, 100.0 + np.arange(361), -50.0)
     changed = found_reactions()._replace(forces=dict(found_reactions().forces) | {"A": force})
-    joints = joint_curves.figures_of(changed, changed.poses.q, ["A"])["joints"]
+    joints = forms.force_figures(changed, changed.poses.q, ["A"])["joints"]
     assert joints[0]["largest"] == pytest.approx({"value": 190.0, "at": np.radians(90.0)})
 
 
