@@ -889,9 +889,10 @@ def shown(unit: Unit | None) -> str | None:
     for dimension in DIMENSIONS.values():
         if unit.powers == dimension.powers and unit.angle == dimension.angles[-1]:
             return dimension.si or "1"
-    length, mass, time, angle, current = unit[2:]
+    length, mass, time, angle, current, kelvin = unit[2:]
     force = max(mass, 0)
-    powers = {"N": force, "kg": mass - force, "m": length - force, "s": time + 2 * force, "A": current, "rad": angle}
+    powers = {"N": force, "kg": mass - force, "m": length - force, "s": time + 2 * force, "A": current, "K": kelvin}
+    powers["rad"] = angle
     over = " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0)
     under = " ".join(name if power == -1 else f"{name}^{-power}" for name, power in powers.items() if power < 0)
     return f"{over or '1'}/{under}" if under else over

@@ -45,7 +45,7 @@ class QuantityError(ValueError):
 
 
 class Unit(NamedTuple):
-    """A unit: SI value as a ratio of integers, and the powers of length, mass, time, angle and electric current."""
+    """A unit: SI value as a ratio of integers, and the powers of length, mass, time, angle, current and temperature."""
 
     numerator: int = 1
     denominator: int = 1
@@ -54,11 +54,12 @@ class Unit(NamedTuple):
     time: int = 0
     angle: int = 0
     current: int = 0
+    temperature: int = 0
 
     @property
-    def powers(self) -> tuple[int, int, int, int]:
-        """Powers of metre, kilogram, second and ampere."""
-        return self.length, self.mass, self.time, self.current
+    def powers(self) -> tuple[int, int, int, int, int]:
+        """Powers of metre, kilogram, second, ampere and kelvin."""
+        return self.length, self.mass, self.time, self.current, self.temperature
 
     def __mul__(self, other: object) -> Unit:
         """The product of two units: factors multiply, powers add."""
@@ -75,7 +76,7 @@ class Unit(NamedTuple):
 
 
 class Dimension(NamedTuple):
-    """Dimension of a key: powers of metre, kilogram, second; of angle, those allowed; SI unit; example; power of ampere."""
+    """Dimension of a key: powers of metre, kilogram, second; allowed ones of angle; SI unit; example; of ampere, kelvin."""
 
     name: str
     mechanical: tuple[int, int, int]
@@ -83,11 +84,12 @@ class Dimension(NamedTuple):
     si: str
     example: str
     current: int = 0
+    temperature: int = 0
 
     @property
-    def powers(self) -> tuple[int, int, int, int]:
-        """Powers of metre, kilogram, second and ampere."""
-        return *self.mechanical, self.current
+    def powers(self) -> tuple[int, int, int, int, int]:
+        """Powers of metre, kilogram, second, ampere and kelvin."""
+        return *self.mechanical, self.current, self.temperature
 
     @property
     def expected(self) -> str:
@@ -134,6 +136,7 @@ DIMENSIONS = {
         Dimension("drag", (-1, 1, 0), (0,), "N s^2/m^2", "8 N s^2/m^2"),
         Dimension("angular drag", (2, 1, 0), (0, -2), "N m s^2/rad^2", "0.1 N m s^2/rad^2"),
         Dimension("energy per area", (0, 1, -2), (0,), "J/m^2", "6 J/mm^2"),
+        Dimension("temperature difference", (0, 0, 0), (0,), "K", "80 K", 0, 1),
     )
 }
 
@@ -166,7 +169,13 @@ def _named_units() -> dict[str, Unit]:
     units |= {"psi": pound * weight * inch**-2, "hp": Unit(6600) * inch * pound * weight * second**-1}
     units |= {name: Unit(75) * metre * Unit(mass=1) * weight * second**-1 for name in ("CV", "PS")}
     del units["Grad"]  # a degree in German, and no thousand million radians
-    units |= {"rev": turn, "rpm": turn * minute**-1, "deg": Unit(1, 360) * turn, "°": Unit(1, 360) * turn}
+    units |= {
+        "K": Unit(temperature=1),
+        "rev": turn,
+        "rpm": turn * minute**-1,
+        "deg": Unit(1, 360) * turn,
+        "°": Unit(1, 360) * turn,
+    }
     return units
 
 
@@ -426,6 +435,8 @@ def _factor(text: str, dimension: str | None) -> Unit:
         squared = re.fullmatch(r"([^\W\d_]+)([0-9])", text)
         factors = re.split(r"[.-](?=[^\W\d])", text)
         advice = f"write {squared[1]}^{squared[2]}" if squared else f"{quote(text)} is no unit"
+        if dimension == "temperature difference":
+            advice = "a difference of two temperatures is written in K"
         if len(factors) > 1 and all(factor.rstrip("^0123456789") in UNITS for factor in factors):
             advice = f"a blank multiplies: write {' '.join(factors)}"
         raise QuantityError(quote(text), "a unit", advice)
@@ -464,10 +475,10 @@ def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
         return None
     if unit.powers == wanted.powers and dimension in ("angle", "speed"):
         return "name the angle: write rad, deg or rev" if unit.angle == 0 else "the angle's power does not fit"
-    length, mass, time, current = wanted.powers
-    if unit.powers == (length - 1, mass, time + 2, current) and mass:
+    length, mass, time, *others = wanted.powers
+    if unit.powers == (length - 1, mass, time + 2, *others) and mass:
         return "kg and lb are masses: write N, kgf or lbf"
-    if unit.powers == (length + 1, mass, time - 2, current) and mass:
+    if unit.powers == (length + 1, mass, time - 2, *others) and mass:
         return "N, kgf and lbf are forces: write kg or lb"
     for other in DIMENSIONS.values():
         if unit.powers == other.powers and unit.angle in other.angles:

@@ -83,6 +83,7 @@ OFFERED = {
     "energy per area": ("J/m^2", "J/mm^2", "J/cm^2"),
     "volume": ("cm^3", "l", "m^3", "in^3"),
     "volume flow": ("l/min", "l/s", "m^3/s", "m^3/h"),
+    "temperature difference": ("K",),
     "number": ("", "%"),
 }
 """Units in a drop-down, by dimension; the unit of the value itself is always among them."""

@@ -242,7 +242,7 @@ THERMAL = Section(
     (
         Key("time_constant", "time", "of the whole motor", None, POSITIVE, True, example="20 min"),
         Key("class", "choice", "of the insulation, by IEC 60085", required=True, choices=tuple(CLASSES)),
-        Key("rise", "number", "of the temperature at the rated point, K; default: the limit of the class", None, POSITIVE),
+        Key("rise", "temperature difference", "at the rated point; default: the limit of the class", None, POSITIVE),
         Key("winding_time_constant", "time", "of the windings over the iron", None, POSITIVE, example="90 s"),
         Key("winding_share", "number", _SHARE_OF_RISE, 0.0, Range(0.0, 1.0, high_open=True), example="0.4"),
     ),

@@ -97,7 +97,7 @@ def factor(unit: str) -> float:
     >>> factor("kg m²"), factor("kN"), factor("")
     (1.0, 1000.0, 1.0)
     """
-    if unit in ("", "K"):  # a rise of temperature, which no scene has
+    if not unit:
         return 1.0
     found = parse_unit(unit, None)
     return found.numerator / found.denominator

@@ -95,7 +95,7 @@ speed = "1450 rpm"
 poles = 4
 frequency = "50 Hz"
 breakdown_ratio = 2.5
-thermal = {time_constant = "20 min", class = "F", rise = 85, winding_time_constant = "2 min", winding_share = 0.3}"""
+thermal = {time_constant = "20 min", class = "F", rise = "85 K", winding_time_constant = "2 min", winding_share = 0.3}"""
 MACHINE = f"""
 [[load]]
 on = "crank"
@@ -166,6 +166,7 @@ def test_the_report_has_the_rise_beside_the_heat(phases):
     [
         ('{time_constant = "20 min", class = "G"}', "drive.motor.thermal.class"),
         ('{class = "F"}', "drive.motor.thermal.time_constant"),
+        ('{time_constant = "20 min", class = "F", rise = "80 °C"}', "drive.motor.thermal.rise"),
         ('{time_constant = "20 min", class = "F", winding_share = 0.3}', "drive.motor.thermal.winding_share"),
         (
             '{time_constant = "2 min", class = "F", winding_share = 0.3, winding_time_constant = "3 min"}',
