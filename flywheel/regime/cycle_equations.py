@@ -655,8 +655,8 @@ class _Equations:
     def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> SpeedExtremes:
         """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
 
-        The energy is the integral of F once the iteration has converged; before, that integral has no meaning. Roots are
-        then polished as those of the function itself, not of its interpolant.
+        The energy is the integral of F once the iteration has converged; before, that integral has no meaning. All roots
+        are polished as those of the function itself, not of its interpolant, before they are compared.
         """
         half_square = 0.5 * here.omega**2
         force = cells.fit(here.rate.moment - half_square * self.moments.slope)
@@ -671,22 +671,19 @@ class _Equations:
         t[:, number : 2 * number] = 1.0
         column = 2 * number + np.arange(found.t.size) - first[found.function]
         cell[found.function, column], t[found.function, column] = found.cell, found.t
+        row = (cell + number * np.arange(first.size - 1)[:, None]).reshape(*lead, -1)
         cell, t = cell.reshape(*lead, -1), t.reshape(*lead, -1)
+        inside = np.abs(t) < 1.0
         s, _ = self._fluctuation(state, here, cell, t, settled)
         self.check(s.min(axis=-1) > -1.0, lambda: NoRegimeError(_STOPS))
+        square = (np.asarray(self.w)[..., None] ** 2 * (1.0 + s))[inside][:, None]
+        moment, slope = (each.reshape(-1, ORDER)[row[inside]] for each in (here.rate.moment, self.moments.slope))
+        ends = np.ones(len(row[inside]))
+        t[inside] = cells.newton(cells.fit(moment - 0.5 * square * slope), t[inside], -ends, ends)
+        s, total = self._fluctuation(state, here, cell, t, settled)
         places = self._at(self.mesh.middle[..., 0], cell) + self._at(self.mesh.half[..., 0], cell) * t
         ends = np.stack((cells.peak(s, places), cells.peak(-s, places)), axis=-1)
-        cell, t, s = (self._at(each, ends) for each in (cell, t, s))
-        if settled:
-            steep = (
-                0.5
-                * (np.asarray(self.w)[..., None] ** 2 * (1.0 + s))[..., None]
-                * cells.fit(self._at(self.moments.slope, cell))
-            )
-            rows = (cells.fit(self._at(here.rate.moment, cell)) - steep).reshape(-1, ORDER)
-            polished = cells.newton(rows, t.ravel(), np.full(t.size, -1.0), np.ones(t.size)).reshape(t.shape)
-            t = np.where(np.abs(t) < 1.0, polished, t)
-        s, total = self._fluctuation(state, here, cell, t, settled)
+        cell, t, s, total = (self._at(each, ends) for each in (cell, t, s, total))
         return SpeedExtremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
 
     def _at(self, values: Any, cell: Index) -> Any:

@@ -26,6 +26,7 @@ _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about fo
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
 _MOST_FOR_BALANCE = 2_000  # cells added to the machine's own mesh for the last digit of a balance
 _MOST_FOR_PERIOD = 4_000  # cells for the time of a cycle, in addition to those of the cycle itself
+_MOST_STEPS = 60  # of the search for an irregularity
 _CELL_END = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
@@ -402,75 +403,66 @@ class Run(NamedTuple):
 
 
 def run(cycle: Cycle, speed: float, inertia: float) -> Run:
-    """The motion whose mean of greatest and least speed is `speed` (rad/s), by Newton's method on the energy level e.
+    """The motion whose mean of greatest and least speed is `speed` w (rad/s), by Newton's method on its irregularity eps.
 
-    omega² = speed² (1 + s), s = (2 e + 2 W - speed² (I* - I*(0)))/(speed² (J + I*)): s keeps its digits however small
-    the fluctuation is. Raises NoMotionError where every level that keeps turning is too fast.
+    The inertia J is the exact flywheel for eps: D(eps) = max(W - z+ w²V/2) - min(W - z- w²V/2) = eps w² (J + I*(0)),
+    V = I* - I*(0), z± = (1 ± eps/2)². With eps the difference of the two sides falls, by w²/2 times the sum of
+    (1 ± eps/2) (J + I*) at the two places: so there is one eps, and an error of D shifts it by as much over that.
+
+    Raises NoMotionError where D is too large even at eps = 2: the machine would stop.
     """
-    mesh, square, errors = cycle.mesh, speed**2, cycle.errors
-    least = combined(cycle, np.array([[1.0, 0.0], [0.0, 1.0]]))[0].least
+    square, errors = speed**2, cycle.errors
+    least = float(combined(cycle, np.array([[0.0, 1.0]]))[0].least[0])
     start = inertia + cycle.inertia_at_start
-    if start + least[1] <= errors.variation:  # rounding may leave something if there is nothing
+    if start + least <= errors.variation:  # rounding may leave something if there is nothing
         raise NoMotionError
-    count = mesh.phi.shape[0]
-    nodes = [row.reshape(mesh.phi.shape) for row in cycle.at(np.repeat(np.arange(count), ORDER), np.tile(NODES, count))]
-    moment, slope = cycle.series[:2] @ cells.basis(NODES, ORDER).T
 
-    def fluctuation(offset: float, work: Array, variation: Array) -> tuple[Array, Array]:
-        """The excess s and J + I* from W and I* - I*(0)."""
-        total = start + variation
-        return (2 * offset + 2 * work - square * variation) / (square * total), total
+    def compared(eps: float) -> tuple[Extremes, float]:
+        """The extremes of both functions, and what the energies differ by in excess of the inertia's share (J)."""
+        factors = -0.5 * square * np.array([1 + eps / 2, 1 - eps / 2]) ** 2
+        extremes = combined(cycle, np.stack((np.ones(2), factors), axis=-1))[0]
+        return extremes, float(extremes.greatest[0] - extremes.least[1]) - eps * square * start
 
-    def polished(cell: Index, t: Array, s: Array) -> Array:
-        """Extremes as roots of M* - ½ omega² dI*/dphi itself, not of its interpolant; ends of cells stay."""
-        found, inside = t.copy(), (np.abs(t) < 1.0).nonzero()[0]
-        if inside.size:
-            cell, t, s = cell[inside], t[inside], s[inside]
-            rows = cycle.series[0, cell] - 0.5 * square * (1.0 + s)[:, None] * cycle.series[1, cell]
-            found[inside] = cells.newton(rows, t, np.full_like(t, -1.0), np.ones_like(t))
-        return found
-
-    def extremes(offset: float) -> tuple[Array, Array, Index, Array, float]:
-        """Fastest and slowest point, at such roots or at ends of cells: s, J + I*, cell and abscissa; the least J + I*."""
-        half_square = 0.5 * square * (1.0 + fluctuation(offset, *nodes)[0])
-        noise = cycle.noise[0] + half_square.max(axis=-1) * cycle.noise[1]
-        found = cells.crossings(cells.fit((moment - half_square * slope)[None]), noise[None])
-        every = np.arange(count)
-        cell = np.concatenate((every, every, found.cell))
-        t = np.concatenate((np.full(count, -1.0), np.ones(count), found.t))
-        t = polished(cell, t, fluctuation(offset, *cycle.at(cell, t))[0])  # all: two summits may be almost equal
-        s, total = fluctuation(offset, *cycle.at(cell, t))
-        places = mesh.middle[cell, 0] + mesh.half[cell, 0] * t
-        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
-        return s[ends], total[ends], cell[ends], t[ends], float(total.min())
-
-    lowest = -0.5 * square * start - float(least[0])
-    if np.sqrt(np.maximum(1.0 + extremes(lowest)[0], 0.0)).mean() >= 1.0:
+    if compared(2.0)[1] >= 0.0:
         raise NoMotionError
-    offset = 0.0 if lowest < 0.0 else 2 * lowest + abs(float(least[0]))
-    for _ in range(60):
-        s, total, _, _, lightest = extremes(offset)
-        by_level = float((1.0 / (square * total * np.sqrt(np.maximum(1.0 + s, 1e-30)))).mean())  # of the mean, 1/J
-        step = (1.0 - float(np.sqrt(np.maximum(1.0 + s, 0.0)).mean())) / by_level
-        target = offset + step
-        offset = target if target > lowest else 0.5 * (offset + lowest)
-        if abs(step) <= 4 * ROUNDING * (abs(offset) + 0.25 * square * lightest * np.ptp(s)):
+    low, high, eps = 0.0, 2.0, 0.0
+    for _ in range(_MOST_STEPS):
+        extremes, excess = compared(eps)
+        low, high = (eps, high) if excess > 0.0 else (low, eps)
+        places = np.array([extremes.angle_greatest[0], extremes.angle_least[1]])
+        steepness = 0.5 * square * float(np.array([1 + eps / 2, 1 - eps / 2]) @ (start + cycle.at(*cycle.where(places))[1]))
+        target = eps + excess / steepness
+        step = (target if low <= target <= high else 0.5 * (low + high)) - eps
+        if abs(step) <= 8 * ROUNDING * float(extremes.greatest[0] - extremes.least[1]) / steepness:
             break
-    s, _, cell, t, lightest = extremes(offset)
-    root, spread = np.sqrt(np.maximum(1.0 + s, 0.0)), float(s[0] - s[1])
-    error = 2 * (2 * errors.work + errors.residual + square * errors.variation) / square / lightest
-    error += 2 * spread * (errors.inertia / lightest + 4 * ROUNDING)
-    inside = mesh.middle[cell, 0] + mesh.half[cell, 0] * polished(cell, t, s)
-    angles = np.where(np.abs(t) < 1.0, inside, mesh.edges[cell + (t > 0.0)])  # the ends of cells are exact
+        eps += step
+    error = errors.work + errors.residual + 0.5 * square * (1 + eps / 2) ** 2 * errors.variation
+    error += eps * square * (errors.inertia + 4 * ROUNDING * start)
+    return motion_of(inertia, start, speed, eps, extremes, error / (steepness * eps) + 4 * ROUNDING if eps else 0.0)
+
+
+def motion_of(inertia: float, start: float, speed: float, eps: float, extremes: Extremes, error: float) -> Run:
+    """The motion with an inertia (kg m² on the crank) that is the exact one for an irregularity.
+
+    Args:
+        inertia: J.
+        start: J + I*(0), kg m².
+        speed: w, the mean of extremes, rad/s.
+        eps: the irregularity.
+        extremes: of W - z+ w²V/2 and of W - z- w²V/2: at the greatest of the one the machine is fastest, with the energy
+            z+ w² (J + I*)/2, at the least of the other slowest.
+        error: of the irregularity, relative.
+
+    """
     return Run(
         inertia=inertia,
-        irregularity=2 * spread / float(root.sum()) ** 2,
-        speed_max=speed * float(root[0]),
-        speed_min=speed * float(root[1]),
-        angle_speed_max=float(angles[0]),
-        angle_speed_min=float(angles[1]),
-        offset=offset,
-        error=error / spread if spread > 0.0 else 0.0,
+        irregularity=eps,
+        speed_max=speed * (1 + eps / 2),
+        speed_min=speed * (1 - eps / 2),
+        angle_speed_max=float(extremes.angle_greatest[0]),
+        angle_speed_min=float(extremes.angle_least[1]),
+        offset=0.5 * speed**2 * eps * (1 + eps / 4) * start - float(extremes.greatest[0]),
+        error=error,
     )
 
 

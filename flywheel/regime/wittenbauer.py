@@ -246,18 +246,9 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
             found = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
             expected, advice = "enough inertia to turn through the whole cycle", "give a larger inertia or speed"
             raise SceneError([Fault(path, found, expected, advice)]) from None
-    # at the fastest point the energy is z+ w² (J + I*)/2, and z+ - 1 = eps + eps²/4: from it the level at phi = 0
-    excess = eps * (1 + eps / 4)
-    return Run(
-        inertia=exact,
-        irregularity=eps,
-        speed_max=speed * (1 + eps / 2),
-        speed_min=speed * (1 - eps / 2),
-        angle_speed_max=float(figures.extremes.angle_greatest[_FAST]),
-        angle_speed_min=float(figures.extremes.angle_least[_SLOW]),
-        offset=0.5 * speed**2 * excess * figures.total - float(figures.extremes.greatest[_FAST]),
-        error=figures.error / max(figures.total, 1e-300),
-    )
+    fastest_slowest = Extremes(*(row[[_FAST, _SLOW]] for row in figures.extremes))
+    error = figures.error / max(figures.total, 1e-300)
+    return turning_moment.motion_of(exact, figures.total, speed, eps, fastest_slowest, error)
 
 
 def work_error(cycle: Cycle) -> float:
