@@ -53,7 +53,8 @@ if TYPE_CHECKING:
     from flywheel.motions.transients import run_down, run_up, transient
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
-    from flywheel.pictures.mechanisms import animate, draw
+    from flywheel.pictures.animation import animate
+    from flywheel.pictures.mechanisms import draw
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.scene.scene import Scene

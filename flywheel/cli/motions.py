@@ -332,7 +332,7 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     """
     spare(scene, output)
     with reported(scene):
-        from flywheel.pictures.mechanisms import animate
+        from flywheel.pictures.animation import animate
 
         given = loaded(scene)
         target = _target(scene, output, ".gif")

@@ -162,7 +162,7 @@ def test_what_has_no_inertia_is_graphed_with_a_speed_given(scene):
 
 
 def test_a_mechanism_alone_is_animated_evenly():
-    from flywheel.pictures.mechanisms import timing
+    from flywheel.pictures.animation import timing
     from flywheel.pictures.sketch import views
 
     loaded = flywheel.load(text(LINKED))

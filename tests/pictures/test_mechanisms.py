@@ -23,7 +23,7 @@ from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.reactions import reactions as reactions_along
 from flywheel.motions.joint_forces import axis, force_curves
-from flywheel.pictures import diagrams, figures, forms, mechanisms, reactions
+from flywheel.pictures import animation, diagrams, figures, forms, mechanisms, reactions
 from flywheel.pictures.designs import placed
 from flywheel.pictures.kinematics import broken, draw, plot
 from flywheel.pictures.sketch import views
@@ -181,7 +181,7 @@ def test_instant_centres_are_marked_named_or_told():
 @pytest.mark.parametrize("scene", sample([press(), CLAMP], 2), ids=["press", "clamp"])
 def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Path) -> None:
     path = tmp_path / "made.gif"
-    mechanisms.animate(flywheel.load(scene), path, frames=3, fps=10)
+    animation.animate(flywheel.load(scene), path, frames=3, fps=10)
     with Image.open(path) as image:
         assert image.format == "GIF"
         assert image.n_frames == 3  # type: ignore[attr-defined]
@@ -200,10 +200,10 @@ def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Pat
 @pytest.mark.parametrize("kind", sample(["clamp", "shaper"], 2))
 def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
     scene = flywheel.load({"shaper": shaper(), "clamp": CLAMP}[kind])
-    stage = mechanisms.stage(scene, 8)
+    stage = animation.stage(scene, 8)
     (view,) = views(scene)
     for k in (0, 3, 7):
-        mechanisms.show(stage, k, scene)
+        animation.show(stage, k, scene)
         poses = view.poses([stage.q[k]])
         for shape, artist in stage.mechanisms[0].parts:
             if shape.kind == "pin" and isinstance(artist, Polygon):
@@ -218,7 +218,7 @@ def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
 
 def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
     feed = {"type": "law", "name": "feed", "outputs": {"out": {"x": "0.01*sin(phi)", "mass": 1}}}
-    stage = mechanisms.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
+    stage = animation.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
     assert stage.figure.get_suptitle() == "(not drawn: feed, a law without bodies)"
     assert len(stage.mechanisms) == 1
 
@@ -228,12 +228,12 @@ def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
 )
 def test_what_no_gif_can_be_is_refused(frames: int, fps: int, name: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"found .*, expected"):
-        mechanisms.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
+        animation.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
 
 
 def test_a_rotor_alone_has_no_picture(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="expected a mechanism to draw"):
-        mechanisms.animate(flywheel.load(rotor()), tmp_path / "a.gif")
+        animation.animate(flywheel.load(rotor()), tmp_path / "a.gif")
 
 
 # Pictures of a motion: panels, units, extremes, jumps that are no strokes.
