@@ -44,7 +44,7 @@ from flywheel.cli.common import (
 from flywheel.cli.common import speed as speed_of
 from flywheel.language import LANGUAGES, message
 from flywheel.language import text as _
-from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
+from flywheel.scene.scene import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
     from flywheel.machine.reactions import Array
@@ -646,8 +646,8 @@ def open_page(scene: Path | None, port: int, no_browser: bool, language: str) ->
     Without SCENE the page offers starters. The server is reachable only from this computer, at an address with a secret;
     Ctrl+C ends it. Only Save on the page changes the file.
     """
+    from flywheel.page.edits import Session
     from flywheel.page.server import PageServer
-    from flywheel.page.session import Session
 
     with reported(scene or Path("scene")):
         session = Session(scene, language)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.numerics.expressions import Expression, Node, between, compiled, numeral, variable
-from flywheel.numerics.functions import expm1, log
+from flywheel.numerics.jets import expm1, log
 
 Array = NDArray[np.float64]
 

@@ -27,8 +27,7 @@ from flywheel.numerics.cells import Index
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
-from flywheel.sizing.errors import estimates, figure_errors
-from flywheel.sizing.findings import FINDINGS, Finding
+from flywheel.sizing.findings import FINDINGS, Finding, estimates, figure_errors
 from flywheel.sizing.results import Estimate, Sizing
 from flywheel.sizing.sizing import size
 

@@ -32,8 +32,7 @@ from flywheel.numerics.optima import METHODS, unit_points
 from flywheel.numerics.units import QuantityError
 from flywheel.reading.paths import dotted, parsed, path_faults
 from flywheel.regime.turning_moment import speed_over_cycle
-from flywheel.scene.accuracy import rtol_faults
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_complete, size
 

@@ -29,17 +29,16 @@ from flywheel.designs.figures import (
     wheel_figures,
 )
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import notebook
+from flywheel.numerics import faults
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.differences import Slopes, slopes
 from flywheel.numerics.faults import Fault, SceneError, suggestion
+from flywheel.numerics.optima import Slopes, slopes
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers
 from flywheel.reading.schema import WHEEL_KEYS
 from flywheel.regime import wittenbauer
-from flywheel.scene.accuracy import rtol_faults
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
@@ -324,7 +323,7 @@ class Sensitivities:
     def __repr__(self) -> str:
         """Numbers of figures and of varied numbers."""
         many = f"{len(self.values)} figures by {len(self.numbers)} numbers"
-        return f"Sensitivities({notebook.quoted(self.scene.title)}{many})"
+        return f"Sensitivities({faults.quoted(self.scene.title)}{many})"
 
     def derivative(self, figure: str, path: str) -> Derivative:
         """The derivative of a figure by a number; SceneError if there is no such figure or number."""
@@ -377,7 +376,7 @@ def sensitivities(
     """The derivatives of every figure of a design by some of its numbers, to 1e-8 where the figures have them.
 
     They come from designs on both sides, whose differences are extrapolated to a step of zero: see
-    `flywheel.numerics.differences`. Each has an estimated error.
+    `flywheel.numerics.optima`. Each has an estimated error.
 
     Args:
         scene: one that was read.

@@ -1,5 +1,5 @@
 """Instant centres of the bodies of a linkage."""
 
-from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre, centres_of, velocity
+from flywheel.motions.velocities import ANYWHERE, FINITE, INFINITE, InstantCentre, centres_of, velocity
 
 __all__ = ["ANYWHERE", "FINITE", "INFINITE", "InstantCentre", "centres_of", "velocity"]

@@ -42,10 +42,9 @@ from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet, jet_namespace, present
 from flywheel.numerics.switching import SwitchingError, followed, narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene

@@ -24,12 +24,11 @@ from bondgraph.recording import NAMESPACE
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.functions import acos, acosh, is_recorded, present
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
+from flywheel.numerics.jets import acos, acosh, is_recorded, present
 from flywheel.numerics.switching import SwitchingError, followed, roots
-from flywheel.scene.keys import BODY, Key, length
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.scene.scene import BODY, Body, Key, Mechanism, length
 
 Array = NDArray[np.float64]
 

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
-from flywheel.numerics.functions import atan2, sqrt
-from flywheel.scene.keys import BODY, Key, length
-from flywheel.scene.scene import Mechanism
+from flywheel.numerics.jets import atan2, sqrt
+from flywheel.scene.scene import BODY, Key, Mechanism, length
 
 
 class FourBarLengths(NamedTuple):

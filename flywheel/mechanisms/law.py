@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet, jet_namespace, present
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
-from flywheel.scene.keys import Key
-from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
+from flywheel.scene.scene import Key, Mechanism, Output, Samples, Table, read_only
 
 Array = NDArray[np.float64]
 

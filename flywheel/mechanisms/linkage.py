@@ -25,11 +25,10 @@ from flywheel.mechanisms.linkages.assembly import LEAVE
 from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.functions import is_recorded, present
 from flywheel.numerics.intervals import Interval
-from flywheel.scene.keys import Key
+from flywheel.numerics.jets import is_recorded, present
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, Joint, Link, Linkage, Point, Side
-from flywheel.scene.scene import Mechanism
+from flywheel.scene.scene import Key, Mechanism
 
 Array = NDArray[np.float64]
 

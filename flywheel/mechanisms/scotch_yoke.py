@@ -10,8 +10,7 @@ from typing import Any
 
 from flywheel.language import text as _
 from flywheel.mechanisms import families as f
-from flywheel.scene.keys import POINT, Key
-from flywheel.scene.scene import Mechanism
+from flywheel.scene.scene import POINT, Key, Mechanism
 
 
 class YokePosition(f.Position):

@@ -22,8 +22,7 @@ import numpy as np
 from flywheel.language import text as _
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
-from flywheel.scene.keys import BODY, POINT, Key, length
-from flywheel.scene.scene import Mechanism
+from flywheel.scene.scene import BODY, POINT, Key, Mechanism, length
 
 
 class ClampLengths(NamedTuple):

@@ -33,7 +33,7 @@ from flywheel.reading.scenes import build_scene, load
 from flywheel.reading.tables import read_columns
 from flywheel.regime import state
 from flywheel.scene.scene import Scene
-from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.findings import speed_error_over_cycle
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]

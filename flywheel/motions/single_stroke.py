@@ -24,8 +24,7 @@ from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
-from flywheel.scene.accuracy import rtol_faults
-from flywheel.scene.scene import TURN, Scene
+from flywheel.scene.scene import TURN, Scene, rtol_faults
 from flywheel.sizing.findings import Finding
 from flywheel.sizing.limits import asked_of
 from flywheel.sizing.results import Limit

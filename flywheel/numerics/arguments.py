@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.numerics.functions import is_recorded
+from flywheel.numerics.jets import is_recorded
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

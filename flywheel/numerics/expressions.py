@@ -23,10 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.numerics.faults import LONGEST_SHOWN, nearest
-from flywheel.numerics.functions import present
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
-from flywheel.numerics.notations import CONDITION, PRODUCT, written_here
-from flywheel.numerics.units import DIMENSIONS, Unit
+from flywheel.numerics.jets import present
+from flywheel.numerics.units import CONDITION, DIMENSIONS, PRODUCT, Unit, written_here
 
 SMOOTH = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")
 COMPARISONS = {

@@ -47,7 +47,7 @@ from flywheel.reading.schema import (
 )
 from flywheel.reading.toml_edits import literal
 from flywheel.reading.toml_text import Outline
-from flywheel.scene.keys import POSITIVE, Key
+from flywheel.scene.scene import POSITIVE, Key
 
 OFFERED = {
     "length": ("mm", "cm", "m", "in", "ft"),

@@ -12,7 +12,7 @@ from flywheel.reading.fields import child
 from flywheel.reading.mechanisms import driver_slides
 from flywheel.reading.motors import TABLES
 from flywheel.reading.toml_edits import literal
-from flywheel.scene.keys import Key
+from flywheel.scene.scene import Key
 
 
 class Port(NamedTuple):

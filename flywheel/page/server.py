@@ -32,9 +32,8 @@ import numpy as np
 from flywheel import language
 from flywheel.numerics.faults import Fault, Remark, SceneError
 from flywheel.page import data
-from flywheel.page.edits import MOST_EDITS, Draft
+from flywheel.page.edits import MOST_EDITS, Conflict, Draft, Refusal, Session
 from flywheel.page.form import as_groups
-from flywheel.page.session import Conflict, Refusal, Session
 from flywheel.reading.scenes import parse_scene, placed_in, plain_lines
 from flywheel.scene.scene import Scene
 

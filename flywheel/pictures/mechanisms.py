@@ -19,8 +19,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.equations import Poses
-from flywheel.mechanisms.linkages.instant_centres import FINITE, INFINITE, InstantCentre
-from flywheel.motions.velocities import Centres, InstantCentres
+from flywheel.motions.velocities import FINITE, INFINITE, Centres, InstantCentre, InstantCentres
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, shade

@@ -20,7 +20,7 @@ from flywheel.reading.fields import Faults, Setting
 from flywheel.reading.motors import MOTORS, read_motor
 from flywheel.reading.schema import TURN
 from flywheel.reading.tables import is_utf16, lines_of, torn_number
-from flywheel.scene.keys import Key
+from flywheel.scene.scene import Key
 
 LARGEST = 4 * 2**20
 MOST_MOTORS = 10_000

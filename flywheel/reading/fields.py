@@ -12,7 +12,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError, nearest, quote, show, suggestion
-from flywheel.numerics.functions import is_recorded
+from flywheel.numerics.jets import is_recorded
 from flywheel.numerics.units import (
     DIMENSIONS,
     QuantityError,
@@ -23,8 +23,7 @@ from flywheel.numerics.units import (
     split_quantity,
 )
 from flywheel.reading.schema import GD2, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Section
-from flywheel.scene.keys import Key
-from flywheel.scene.scene import Mechanism, Stroke
+from flywheel.scene.scene import Key, Mechanism, Stroke
 
 Fields = dict[str, Any]
 """Values by key: SI floats, checked texts, raw values of the kinds that need their place; None: absent or faulty."""

@@ -42,7 +42,7 @@ from flywheel.reading.schema import (
     Section,
     keys_for,
 )
-from flywheel.scene.keys import Key
+from flywheel.scene.scene import Key
 
 Schema = dict[str, Any]
 

@@ -38,8 +38,22 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.schema import CLUTCH, MOST_TABLES, MOST_TURNS, SECTIONS, SINGLE_STROKE_EXCLUDE, Section
 from flywheel.reading.tables import fit_period, fit_stroke, fit_window, read_effort, read_table
-from flywheel.scene.keys import NOT_NEGATIVE, POSITIVE, Key, Range
-from flywheel.scene.scene import Brake, Clutch, Damper, Inertia, Law, Load, Mechanism, SingleStroke, Spring, Table
+from flywheel.scene.scene import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Brake,
+    Clutch,
+    Damper,
+    Inertia,
+    Key,
+    Law,
+    Load,
+    Mechanism,
+    Range,
+    SingleStroke,
+    Spring,
+    Table,
+)
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor

@@ -63,8 +63,7 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.schema import SECTIONS, Section
 from flywheel.reading.tables import given_columns
-from flywheel.scene.keys import NOT_NEGATIVE, POSITIVE, Key, Range
-from flywheel.scene.scene import Phase, Scene
+from flywheel.scene.scene import NOT_NEGATIVE, POSITIVE, Key, Phase, Range, Scene
 
 
 class Even(Range):

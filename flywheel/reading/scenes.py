@@ -21,7 +21,7 @@ from flywheel.components.wheels import asked_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show, suggestion
-from flywheel.numerics.functions import cos, is_recorded
+from flywheel.numerics.jets import cos, is_recorded
 from flywheel.numerics.units import (
     QuantityError,
     Unit,
@@ -256,7 +256,7 @@ def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
 
 def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
     """The linkage in a mapping, which holds nothing else that would go unheard."""
-    from flywheel.reading.linkages import read_linkage
+    from flywheel.reading.mechanisms import read_linkage
 
     faults = Faults()
     raw = as_table(mapping, "linkage", faults) or {}

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, METHODS, MOST, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
-from flywheel.scene.accuracy import DEFAULT_RTOL, RTOL
-from flywheel.scene.keys import MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, Key, Range
+from flywheel.scene.scene import DEFAULT_RTOL, MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, RTOL, Key, Range
 
 TURN = 2 * math.pi
 NAME_PATTERN = r"[^\W\d][\w-]*"

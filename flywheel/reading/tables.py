@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from flywheel.numerics.expressions import RESERVED, Expression, ExpressionError, parse
 from flywheel.numerics.faults import nearest, quote, show, suggestion
-from flywheel.numerics.notations import product
-from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
+from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, product, split_quantity
 from flywheel.reading.fields import (
     REPORTED,
     TOLERANCE,

@@ -9,7 +9,7 @@ from flywheel.mechanisms import KINDS
 
 if TYPE_CHECKING:
     from flywheel.mechanisms.families import Kind
-    from flywheel.scene.keys import Key
+    from flywheel.scene.scene import Key
 
 __all__ = ["described", "schema_text", "text", "topics"]
 

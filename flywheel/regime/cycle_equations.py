@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.equation import Moments, NoMotionError, Rate, undefined
-from flywheel.numerics import cells, collocation
+from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Index
-from flywheel.numerics.collocation import Changes
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Changes, Index
 from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
@@ -529,8 +528,8 @@ class _Equations:
         at_edges = edges[..., :-1, :] + rising.sum(axis=-1) - edges[..., 1:, :]
         through = self.mesh.half[..., 0], by_state, by_parameter, at_nodes, at_edges
         if self.levelled:
-            return collocation.changes(*through)
-        return collocation.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
+            return cells.changes(*through)
+        return cells.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
 
     def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the required speeds.
@@ -629,7 +628,7 @@ class _Equations:
             return 0.0
         here = self.speeds(state)
         work = 64 * ROUNDING * cells.integral(here.rate.exchanged, self.mesh.half).sum(axis=-1)
-        damping = np.maximum(np.abs(collocation.multiplier(change)[1]), 1e-300)
+        damping = np.maximum(np.abs(cells.multiplier(change)[1]), 1e-300)
         level = work / (damping * self.w**2 * np.maximum(here.total.min(axis=(-2, -1)), 1e-300))
         fluctuation = np.ptp(self.extremes(state, here).excess, axis=-1)
         return np.minimum(level / np.maximum(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
@@ -726,7 +725,7 @@ class _Equations:
             self.check(closed, lambda: NoRegimeError("the net work of a cycle is not zero"))
         extremes = self.extremes(state, here, settled=True)
         answer = self.sensitivity(state, here, change) if self.sized else None
-        multiplier, damping = collocation.multiplier(change)
+        multiplier, damping = cells.multiplier(change)
         found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
         if not self.moments.swings:
             return found

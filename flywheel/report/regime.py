@@ -16,8 +16,7 @@ from flywheel.numerics import cells
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.context import Context, CyclePoint, number, quantity
-from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
+from flywheel.report.document import Cell, Context, CyclePoint, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.sizing.findings import REPORT, shown
 from flywheel.sizing.results import Sizing

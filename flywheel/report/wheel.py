@@ -9,8 +9,7 @@ from flywheel.components.wheel_stresses import DISC, ring_constant, ring_factors
 from flywheel.components.wheels import Wheel
 from flywheel.language import text as _
 from flywheel.numerics.cells import TIE
-from flywheel.report.context import Context, quantity
-from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
+from flywheel.report.document import Cell, Context, Formula, Note, Part, Section, Step, Table, quantity
 from flywheel.report.formulas import Quantity
 from flywheel.tables.summary import material_name, stress_place
 

@@ -2,11 +2,14 @@
 
 Nothing here computes. `flywheel.reading.scenes` fills these from TOML; `flywheel.machine` turns them into a bond graph.
 Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.slider`).
+
+Also the levels of accuracy, and the keys of the tables of a scene with the words that describe each in the format.
 """
 
 from __future__ import annotations
 
 import copyreg
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -17,16 +20,71 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics import notebook
+from flywheel.numerics import faults
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
+from flywheel.numerics.jets import is_recorded
 from flywheel.numerics.units import Unit
-from flywheel.scene.accuracy import DEFAULT_RTOL
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
     from flywheel.components.wheel_stresses import WheelAsked
     from flywheel.scene.linkage import Linkage
+
+
+NORMAL, CONFIRM, AUDIT, PROOF = ("normal", "confirm", "audit", "proof")
+"""The exact figures; these and periodic collocation; these and time stepping; these and proven intervals of them."""
+LEVELS = ("fast", NORMAL, CONFIRM, AUDIT, PROOF)
+"""The names that are accepted: "fast" is another name of "normal", as exact figures take no longer than bounds of them."""
+RTOL = (1e-14, 0.1)
+"""The least and the greatest relative error that may be asked of figures."""
+DEFAULT_RTOL = 1e-9
+"""The relative error asked of figures where a scene names none."""
+
+
+def rtol_faults(rtol: float) -> list[Fault]:
+    """Faults of a relative error asked for; none if it is valid.
+
+    >>> print(*rtol_faults(1.0), *rtol_faults(1e-9))
+    rtol: found 1.0, expected a number from 1e-14 to 0.1
+    """
+    low, high = RTOL
+    return [] if low <= rtol <= high else [Fault("rtol", f"{rtol}", f"a number from {low:g} to {high:g}")]
+
+
+def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
+    """The level asked for by its name, or by whether to simulate: True means `audit`, False `normal`, nothing `audit`.
+
+    "fast" is "normal".
+
+    Raises:
+        ValueError: for another name, or where the two contradict each other.
+
+    >>> level(), level(simulate=False), level("confirm"), level("fast")
+    ('audit', 'normal', 'confirm', 'normal')
+
+    """
+    meant = None if simulate is None else AUDIT if simulate else NORMAL
+    if accuracy is None:
+        return meant or AUDIT
+    if accuracy not in LEVELS:
+        raise ValueError(f"accuracy: found {accuracy!r}, expected one of {', '.join(LEVELS)}")
+    found = NORMAL if accuracy == "fast" else accuracy
+    if meant is not None and meant != found:
+        raise ValueError(f"simulate={simulate} means accuracy {meant!r}, and contradicts {accuracy!r}: give one of the two")
+    return found
+
+
+def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
+    """Parts of a sizing that were left out, by the route of its confirmation; none if nothing `moves` to be confirmed.
+
+    >>> left_out("time", moves=True), len(left_out(None, moves=True))
+    ((), 1)
+    """
+    if route == "collocation":
+        return ("the time simulation, which confirms the figures on a route of its own",)
+    return ("a confirmation of the figures by a second route",) if route != "time" and moves else ()
+
 
 TURN = 2 * np.pi
 
@@ -387,9 +445,9 @@ class Scene(Frozen):
         kinds = [m.type for m in self.mechanisms] or (["areas"] if self.areas is not None else ["rotor"])
         counts = f"{len(self.loads)} load{'' if len(self.loads) == 1 else 's'}"
         given = f", from {self.given_as}" if self.given_as else ""
-        return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
+        return f"Scene({faults.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
 
-    _repr_html_ = notebook.html
+    _repr_html_ = faults.html
 
     def with_document(
         self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]
@@ -544,3 +602,73 @@ def _put(tables: dict[str, Any], path: object, value: Any) -> Fault | None:
         if count < len(keys):
             place = place[index]
     return None
+
+
+_TINIEST = 1e-50  # least positive number: squares and products of smaller ones leave the floating-point range
+
+
+class Range(NamedTuple):
+    """The values a key may take, from `low` to `high`; an end may be left out of the range."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+
+    def __contains__(self, value: object) -> bool:
+        if not isinstance(value, (int, float)) and not is_recorded(value):
+            return False
+        if self.low_open and self.low == 0.0 and value < _TINIEST:
+            return False
+        above = value > self.low if self.low_open else value >= self.low
+        return above and (value < self.high if self.high_open else value <= self.high)
+
+    def __str__(self) -> str:
+        low = f"{'above' if self.low_open else 'at least'} {self.low:g}" if self.low > -math.inf else ""
+        high = f"{'below' if self.high_open else 'at most'} {self.high:g}" if self.high < math.inf else ""
+        return " and ".join(filter(None, (low, high))) or "any"
+
+
+ANY = Range()
+POSITIVE = Range(0.0, low_open=True)
+NOT_NEGATIVE = Range(0.0)
+
+
+class Key(NamedTuple):
+    """One key of a table.
+
+    kind: a dimension of `flywheel.numerics.units.DIMENSIONS`; two of them for a place that translates and one that rotates
+    ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
+    "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
+    "model" (a table whose keys depend on its type), "changes" (values by paths of the scene).
+    default: SI, or None if there is none. missing: advice where a required key is not there. example: of a value, where
+    that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
+    without a unit.
+    """
+
+    name: str
+    kind: str
+    about: str
+    default: float | str | None = None
+    range: Range = ANY
+    required: bool = False
+    choices: tuple[str, ...] = ()
+    missing: str = ""
+    example: str = ""
+    many_turns: bool = False
+
+
+def length(about: str, name: str = "length") -> Key:
+    """A length above 0 that has to be given."""
+    return Key(name, "length", about, required=True, range=POSITIVE)
+
+
+MASS = Key("mass", "mass", "mass of the body", 0.0, NOT_NEGATIVE)
+OWN_INERTIA = Key("inertia", "inertia", "inertia about its own centre of mass", 0.0, NOT_NEGATIVE)
+POINT = (MASS,)
+BODY = (
+    MASS,
+    OWN_INERTIA,
+    Key("com", "length", "distance of the centre of mass from the first pin, towards the other pin", 0.0),
+    Key("com_angle", "angle", "angle of that distance from the line of the pins, counter-clockwise", 0.0),
+)

@@ -33,7 +33,7 @@ from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
 from flywheel.sizing.drive import trip_messages
-from flywheel.sizing.errors import estimates
+from flywheel.sizing.findings import estimates
 from flywheel.sizing.limits import FlywheelPoint, LimitState, Span
 from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
 from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing, Temperature

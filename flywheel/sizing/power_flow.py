@@ -30,7 +30,7 @@ from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
-from flywheel.sizing.errors import speed_error_over_cycle
+from flywheel.sizing.findings import speed_error_over_cycle
 from flywheel.sizing.motor import SPEED_STEP, states_on
 from flywheel.sizing.results import HEATS, PowerFlow, ShaftFlow, Sizing, Stream
 

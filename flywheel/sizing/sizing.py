@@ -21,7 +21,7 @@ from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.joint_friction import friction_along, machine_of
 from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
-from flywheel.scene import accuracy as levels
+from flywheel.scene import scene as levels
 from flywheel.scene.scene import Scene
 from flywheel.sizing.drive import (
     drive_work,
@@ -34,8 +34,7 @@ from flywheel.sizing.drive import (
     temperature,
     trip_messages,
 )
-from flywheel.sizing.errors import estimates
-from flywheel.sizing.findings import as_dict
+from flywheel.sizing.findings import as_dict, estimates
 from flywheel.sizing.motor import MotorShaft
 from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.proof import Motion, proven

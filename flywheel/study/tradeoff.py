@@ -16,13 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import notebook
+from flywheel.numerics import faults
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.cycle_equations import Demand
-from flywheel.scene.accuracy import rtol_faults
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing import speed_dependent
 from flywheel.sizing.proof import WIDTH
 from flywheel.sizing.sizing import check_complete, size
@@ -86,9 +85,9 @@ class Tradeoff:
     def __repr__(self) -> str:
         """Scene, number of methods, and the cheapest."""
         best = f"cheapest {self.cheapest!r} at rtol {self.rtol:g}"
-        return f"Tradeoff({notebook.quoted(self.title)}{len(self.rows)} methods, {best})"
+        return f"Tradeoff({faults.quoted(self.title)}{len(self.rows)} methods, {best})"
 
-    _repr_html_ = notebook.html
+    _repr_html_ = faults.html
 
     def row(self, name: str) -> MethodRow:
         """The row of that name."""

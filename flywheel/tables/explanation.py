@@ -10,8 +10,7 @@ from flywheel.machine.loads import moving_switches
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
-from flywheel.scene.accuracy import CONFIRM
-from flywheel.scene.scene import Mechanism, Scene, Transmission
+from flywheel.scene.scene import CONFIRM, Mechanism, Scene, Transmission
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.rows import DEGREES, paragraphs, sentences, wrapped

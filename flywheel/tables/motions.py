@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre
 from flywheel.motions.curves import ANGLE, POINT, WAY, Curve
 from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import Extreme, Kinematics
@@ -17,7 +16,7 @@ from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants
 from flywheel.motions.transients import estimates, of_samples
-from flywheel.motions.velocities import Centres, InstantCentres
+from flywheel.motions.velocities import ANYWHERE, FINITE, INFINITE, Centres, InstantCentre, InstantCentres
 from flywheel.numerics.units import columns, figure, short
 from flywheel.tables.rows import DEGREES, RPM, csv, encoded, paragraphs, sentences, wrapped
 

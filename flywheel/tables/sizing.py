@@ -21,7 +21,7 @@ from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Run
-from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL, PROOF
+from flywheel.scene.scene import AUDIT, CONFIRM, NORMAL, PROOF
 from flywheel.sizing.findings import work_error
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing, Stability

@@ -18,7 +18,7 @@ from click.testing import CliRunner, Result
 
 import flywheel
 from flywheel.cli import main
-from flywheel.scene.accuracy import LEVELS
+from flywheel.scene.scene import LEVELS
 from flywheel.starters import starter
 from tests.limits import sample
 from tests.scenes import yoke

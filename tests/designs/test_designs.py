@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.numerics.differences import gradient, slopes
-from flywheel.numerics.optima import STATIONARY, descent, minimum
+from flywheel.numerics.optima import STATIONARY, descent, gradient, minimum, slopes
 from tests.scenes import yoke
 
 # The best design: beside closed forms and sweeps, in corners, at bounds and under limits; and where there is none.

@@ -18,10 +18,10 @@ from flywheel.mechanisms.families import build
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.assembly import assembled
 from flywheel.mechanisms.linkages.equations import Equations, Poses, Track, correction, loops, settle, solved
-from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, centres_of, velocity
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
 from flywheel.mechanisms.linkages.statics import contact
+from flywheel.motions.velocities import ANYWHERE, FINITE, INFINITE, centres_of, velocity
 from flywheel.scene.linkage import FIXED, FRAME, SLIDE, SLOT, Joint, Link, Linkage
 from flywheel.scene.scene import Mechanism
 from tests.linkages import forced

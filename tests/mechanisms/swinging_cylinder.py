@@ -8,8 +8,7 @@ from typing import Any
 
 from flywheel import Fault
 from flywheel.mechanisms import families as f
-from flywheel.scene.keys import MASS, OWN_INERTIA, length
-from flywheel.scene.scene import Mechanism
+from flywheel.scene.scene import MASS, OWN_INERTIA, Mechanism, length
 
 
 class CylinderPosition(f.Position):

@@ -13,9 +13,9 @@ from scipy.linalg import expm
 import flywheel
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import Effort
-from flywheel.numerics import cells, collocation
+from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, count, counted, metered
-from flywheel.numerics.collocation import Changes
+from flywheel.numerics.cells import Changes
 from flywheel.numerics.expressions import Expression, between, compiled, expression_of, numeral, parse, variable
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -200,7 +200,7 @@ def changes(jacobian, by_parameter=None, rest=None, at_ends=None):
         by = np.array([[by_parameter(phi) for phi in cell] for cell in MESH.phi], dtype=float)
     nodes = np.zeros((CELLS, states, NODES)) if rest is None else rest
     ends = np.zeros((CELLS, states)) if at_ends is None else at_ends
-    return collocation.changes(HALF, np.moveaxis(rows, 1, -1), np.moveaxis(by, 1, -1), nodes, ends)
+    return cells.changes(HALF, np.moveaxis(rows, 1, -1), np.moveaxis(by, 1, -1), nodes, ends)
 
 
 def test_a_small_change_grows_by_the_integral_of_the_slope():
@@ -239,13 +239,13 @@ def test_two_states_grow_together():
         assert_allclose(found.edge_by[k][:, 0], (expm(matrix * phi) - np.eye(2))[:, 0], rtol=1e-12, atol=1e-13)
     inner = np.array([[expm(matrix * phi) for phi in cell] for cell in MESH.phi])
     assert_allclose(np.moveaxis(found.start, 2, 1), inner, rtol=1e-12, atol=1e-13)
-    grown, _ = collocation.multiplier(found)
+    grown, _ = cells.multiplier(found)
     assert grown == pytest.approx(np.exp(-0.2 * 4.0), rel=1e-13)  # a pair of conjugates: half the trace
 
 
 @pytest.mark.parametrize("slope", [-1e-18, -1e-6, -0.7, 1e-9, 0.4])
 def test_damping_keeps_its_digits_however_weak(slope):
-    grown, damping = collocation.multiplier(changes(lambda phi: [[slope]]))
+    grown, damping = cells.multiplier(changes(lambda phi: [[slope]]))
     assert damping == pytest.approx(-np.expm1(4.0 * slope), rel=1e-14)
     assert grown == pytest.approx(np.exp(4.0 * slope), rel=1e-15)
 
@@ -254,14 +254,14 @@ def test_the_slowest_of_several_changes_is_the_multiplier():
     none = np.zeros((1, 2, 0))
     edge = np.stack([np.zeros((2, 2)), np.diag([-0.9, -0.2])])
     change = Changes(none, none, none, edge, none, none)
-    assert collocation.multiplier(change) == pytest.approx((0.8, 0.2))
+    assert cells.multiplier(change) == pytest.approx((0.8, 0.2))
 
 
 def round_cycle(rate, gap=0.3):
     """One state, z' = rate(phi) z + 1 missed by the iterate, round a cycle that must lose a gap."""
     rates = np.array([[rate(phi) for phi in cell] for cell in MESH.phi])
     missed = MESH.phi - MESH.edges[:-1, None]
-    return collocation.round_cycle(
+    return cells.round_cycle(
         HALF,
         rates[:, None, None, :],
         np.zeros((CELLS, 1, 0, NODES)),
@@ -289,7 +289,7 @@ def test_a_cycle_closes_whichever_way_it_is_followed(rate):
 
 @pytest.mark.parametrize("slope", [-7.0, -3.0, 2.0, 40.0])
 def test_the_multiplier_is_that_of_the_cycle_whichever_way_it_is_followed(slope):
-    grown, damping = collocation.multiplier(round_cycle(lambda phi: slope + np.cos(phi)))
+    grown, damping = cells.multiplier(round_cycle(lambda phi: slope + np.cos(phi)))
     exponent = 4.0 * slope + np.sin(4.0)
     assert grown == pytest.approx(np.exp(exponent), rel=1e-11, abs=1e-12)
     assert damping == pytest.approx(-np.expm1(exponent), rel=1e-11)

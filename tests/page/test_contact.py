@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from flywheel.page.edits import Session
 from flywheel.page.server import PageServer
-from flywheel.page.session import Session
 from tests.page.browsers import EXAMPLES, Watched, answered, expected, picture, shown, until
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.schema import Section
 from flywheel.regime import turning_moment
-from flywheel.scene.keys import POSITIVE, Key
+from flywheel.scene.scene import POSITIVE, Key
 from flywheel.starters import kinds, starter
 from tests.mechanisms import swinging_cylinder
 from tests.scenes import DRIVEN, LOADED

@@ -24,8 +24,8 @@ from flywheel import SceneError
 from flywheel.cli import main
 from flywheel.page import server
 from flywheel.page import server as module
+from flywheel.page.edits import Conflict, Refusal, Session
 from flywheel.page.server import LARGEST_BODY, POLICY, OvertakenError, PageServer, Workers
-from flywheel.page.session import Conflict, Refusal, Session
 from flywheel.starters import starter
 from tests.page import browsers
 from tests.page.browsers import drawn, expected, picture, shown, until

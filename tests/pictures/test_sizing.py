@@ -27,11 +27,11 @@ from flywheel.page import data as page_data
 from flywheel.pictures import form
 from flywheel.pictures import forms as samples_of
 from flywheel.pictures import sizing as plots
+from flywheel.pictures.animation import Timing, timing
 from flywheel.pictures.diagrams import DIAGRAMS, Kind
 from flywheel.pictures.figures import BLUE, PURPLE
 from flywheel.pictures.forms import Curve, Diagram, Mark, Part, Row, along_motion, part_of
 from flywheel.pictures.kinematics import draw_reduction, draw_transient, plot_transient
-from flywheel.pictures.mechanisms import Timing, timing
 from flywheel.pictures.power_flow import draw as draw_flow
 from flywheel.pictures.power_flow import panel as power_panel
 from flywheel.pictures.power_flow import plot as plot_flow

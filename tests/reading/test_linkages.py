@@ -16,7 +16,7 @@ import pytest
 import flywheel
 from flywheel import Scene, SceneError
 from flywheel.reading.fields import Faults, Setting
-from flywheel.reading.linkages import Joints, read_bodies, read_couplings, read_joints
+from flywheel.reading.mechanisms import Joints, read_bodies, read_couplings, read_joints
 from flywheel.reading.scenes import build_scene
 from flywheel.reference import text as topic
 from flywheel.scene.linkage import Coupling, Driver, Joint, Link, Linkage, Point, Side

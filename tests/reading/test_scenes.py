@@ -13,8 +13,7 @@ from flywheel import Scene, SceneError, load
 from flywheel.reading.fields import Faults, read_quantity
 from flywheel.reading.mechanisms import driver_slides
 from flywheel.reading.scenes import build_scene, parse_scene, read_scene
-from flywheel.scene import accuracy
-from flywheel.scene.scene import Areas
+from flywheel.scene.scene import LEVELS, Areas, level
 from tests import regimes, scenes
 from tests.reading.test_schema import KEYS
 
@@ -505,10 +504,10 @@ def scene(**changes):
 
 
 def test_the_levels_and_what_simulate_means():
-    assert accuracy.LEVELS == ("fast", "normal", "confirm", "audit", "proof")
-    assert accuracy.level() == accuracy.level(simulate=True) == accuracy.level("audit", True) == "audit"
-    assert accuracy.level(simulate=False) == accuracy.level("normal", False) == "normal"
-    assert [accuracy.level(name) for name in accuracy.LEVELS] == ["normal", *accuracy.LEVELS[1:]]
+    assert LEVELS == ("fast", "normal", "confirm", "audit", "proof")
+    assert level() == level(simulate=True) == level("audit", True) == "audit"
+    assert level(simulate=False) == level("normal", False) == "normal"
+    assert [level(name) for name in LEVELS] == ["normal", *LEVELS[1:]]
 
 
 @pytest.mark.parametrize(("name", "simulate"), [("audit", False), ("confirm", False), ("fast", True), ("normal", True)])
@@ -529,23 +528,23 @@ def test_the_default_is_an_audit():
 
 
 def test_what_each_level_leaves_out():
-    found = {level: flywheel.size(scene(), accuracy=level).as_dict() for level in accuracy.LEVELS}
-    assert [found[level]["accuracy"] for level in accuracy.LEVELS] == ["normal", "normal", "confirm", "audit", "proof"]
-    assert [len(found[level]["left_out"]) for level in accuracy.LEVELS] == [1, 1, 1, 0, 1]
+    found = {level: flywheel.size(scene(), accuracy=level).as_dict() for level in LEVELS}
+    assert [found[level]["accuracy"] for level in LEVELS] == ["normal", "normal", "confirm", "audit", "proof"]
+    assert [len(found[level]["left_out"]) for level in LEVELS] == [1, 1, 1, 0, 1]
     assert "confirmation" in found["normal"]["left_out"][0]
     assert "time simulation" in found["confirm"]["left_out"][0]
 
 
 def test_the_exact_figures_are_the_same_from_normal_on():
-    found = [flywheel.size(scene(), accuracy=level).flywheel for level in accuracy.LEVELS]
+    found = [flywheel.size(scene(), accuracy=level).flywheel for level in LEVELS]
     assert found[0] == found[1] == found[2] == found[3]
     assert flywheel.size(scene(), simulate=False).flywheel == found[0]
 
 
 def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
     for given in ({}, {"flywheel": {"inertia": 50}}):
-        found = [flywheel.size(flywheel.load(AREAS | given), accuracy=level) for level in accuracy.LEVELS]
-        assert [sizing.left_out for sizing in found] == [()] * len(accuracy.LEVELS)
+        found = [flywheel.size(flywheel.load(AREAS | given), accuracy=level) for level in LEVELS]
+        assert [sizing.left_out for sizing in found] == [()] * len(LEVELS)
         assert all(sizing.flywheel == found[0].flywheel for sizing in found)
         assert all(sizing.simulation == found[0].simulation for sizing in found)
 
@@ -553,14 +552,14 @@ def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
 def test_what_could_not_be_confirmed_counts_as_left_out(monkeypatch):
     monkeypatch.setattr("flywheel.sizing.confirmation._MOST_EVALUATIONS", 100)
     monkeypatch.setattr("flywheel.sizing.confirmation._MOST_WORK", 10)
-    for level in ("confirm", "audit"):
-        sizing = flywheel.size(scene(), accuracy=level)
+    for asked in ("confirm", "audit"):
+        sizing = flywheel.size(scene(), accuracy=asked)
         assert sizing.simulation.route == "quadrature"
         assert "confirmation" in sizing.left_out[0]
         assert any("not confirmed" in message for message in sizing.messages)
 
 
-@pytest.mark.parametrize("level", accuracy.LEVELS)
+@pytest.mark.parametrize("level", LEVELS)
 def test_every_level_raises_what_is_wrong_with_the_machine(level):
     with pytest.raises(flywheel.SceneError, match="net work"):
         flywheel.size(scene(drive={"torque": "1 N m"}), accuracy=level)

@@ -23,9 +23,9 @@ import flywheel
 from flywheel import Sizing, language, report
 from flywheel.cli import main
 from flywheel.report import contents, drive, formulas, mechanisms, regime, solutions, wheel
-from flywheel.report import sheet as regime_sheet
-from flywheel.report.context import Context
+from flywheel.report import contents as regime_sheet
 from flywheel.report.document import (
+    Context,
     Document,
     Figure,
     Formula,

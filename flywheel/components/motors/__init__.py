@@ -1,11 +1,10 @@
 """Motors: torque against speed, current and heat of each kind; uses `numerics` and `language` alone."""
 
 from flywheel.components.motors.curves import Constant, Curve, Engine, Hydraulic, Line, line_from_no_load, line_through
-from flywheel.components.motors.direct_current import DC, dc_from_plate
+from flywheel.components.motors.direct_current import DC, Servo, dc_from_plate
 from flywheel.components.motors.induction import Induction, Plate
 from flywheel.components.motors.inverter import InverterInduction
 from flywheel.components.motors.motor import Connection, Inverter, Motor, Point, Start, Switch
-from flywheel.components.motors.servo import Servo
 from flywheel.components.motors.starting import (
     Started,
     field_steps,
