@@ -1,4 +1,4 @@
-"""The steps of the drive: torque by speed, power, heat, an engine's gas; shafts and losses; the stroke by clutch and brake."""
+"""The steps of the drive: torque by speed, power, heat, the gas of an engine; shafts and losses; the stroke by clutch."""
 
 from __future__ import annotations
 
