@@ -2,10 +2,10 @@
 
 import csv
 import io
+import itertools
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 
@@ -298,54 +298,50 @@ def test_parquet_without_pyarrow_or_under_another_ending(sweep_scene, tmp_path, 
     assert "does not end in .parquet" in run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--parquet", "a.csv").stderr
 
 
-# Ctrl-C: a real signal to a process of its own, sent when so many designs have been sized one by one.
+# Ctrl-C: a real signal to this process, sent when so many designs have been sized one by one.
 
 
-INTERRUPTED = """
-import os, signal, sys, time
-from flywheel.cli import main
-from flywheel.designs import figures
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Runs a command that the signal interrupts in the sizing of that number."""
 
-after, own, count = int(sys.argv.pop(1)), figures.size, 0
+    def run(after, *arguments):
+        own, count = designs.size, itertools.count(1)
 
+        def counted(*given, **options):
+            if next(count) == after:
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(60)
+            return own(*given, **options)
 
-def counted(*given, **options):
-    global count
-    count += 1
-    if count == after:
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(60)
-    return own(*given, **options)
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            with monkeypatch.context() as patch:
+                patch.setattr(designs, "size", counted)
+                return CliRunner().invoke(main, [*map(str, arguments), "--engine", "size"])
+        finally:
+            signal.signal(signal.SIGINT, before)
 
-
-figures.size = counted
-signal.signal(signal.SIGINT, signal.default_int_handler)
-main()
-"""
-
-
-def interrupted(after, *arguments):
-    command = [sys.executable, "-c", INTERRUPTED, str(after), *map(str, arguments), "--engine", "size"]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return run
 
 
-def test_an_optimum_that_a_signal_interrupts_is_the_best_design_until_then(scene):
+def test_an_optimum_that_a_signal_interrupts_is_the_best_design_until_then(scene, interrupted):
     over = ("--over", "load.0.to=10deg:170deg", "--maximize", "energy_fluctuation", "--json")
-    for after in (20, 90):  # in the survey, in a search
+    for after in (8, 68):  # in the survey, in a search
         done = interrupted(after, "optimize", scene, *over)
         data = json.loads(done.stdout)
-        assert (done.returncode, data["interrupted"], data["confirmed"]) == (130, True, False)
+        assert (done.exit_code, data["interrupted"], data["confirmed"]) == (130, True, False)
         assert "interrupted: the best of " in done.stderr
         to = data["numbers"]["load.0.to"]["value"]
         assert 2.0 < to <= np.radians(170.0) * (1 + 1e-12)
         assert data["value"] == pytest.approx(100.0 * to * (1 - to / (2 * np.pi)), rel=1e-9)
 
 
-def test_a_tolerance_that_a_signal_interrupts_is_that_of_the_designs_until_then(scene):
+def test_a_tolerance_that_a_signal_interrupts_is_that_of_the_designs_until_then(scene, interrupted):
     vary = ("--vary", "regime.speed=29:31", "--of", "power", "--samples", 64, "--json")
     done = interrupted(42, "tolerance", scene, *vary)
     data = json.loads(done.stdout)
-    assert (done.returncode, done.stderr, data["interrupted"], data["samples"]) == (130, "", True, 40)
+    assert (done.exit_code, done.stderr, data["interrupted"], data["samples"]) == (130, "", True, 40)
     assert data["messages"] == [
         "interrupted: 40 of 128 samples were sized",
         "interrupted: least and greatest values are those of the designs until then",
@@ -355,10 +351,10 @@ def test_a_tolerance_that_a_signal_interrupts_is_that_of_the_designs_until_then(
     assert power["mean"] == pytest.approx(1500.0, abs=5.0)
 
 
-def test_a_command_that_a_signal_interrupts_before_it_has_anything_is_one_line(scene):
+def test_a_command_that_a_signal_interrupts_before_it_has_anything_is_one_line(scene, interrupted):
     for command in (("tolerance", scene, "--vary", "regime.speed=29:31"), ("sensitivities", scene, "regime.speed")):
         done = interrupted(3, *command)
-        assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+        assert (done.exit_code, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 def test_the_command_offers_the_engines_of_the_library():

@@ -192,6 +192,7 @@ COUNTERWEIGHT = {
 """A weight against 100 cos(phi): balanced where m s g = 100 N m, with the swing of 50 cos(2 phi), 50 J, left over."""
 
 
+@pytest.mark.slow
 def test_the_ridge_of_a_product_is_followed_to_its_end():
     """On m s g = 100 the flywheel is 50/(eps w²) - m s², the least at the greatest s; beside it the swing grows."""
     over = {"mechanism.crank.com": (0.2, 1.0), "mechanism.crank.mass": (5, 80)}

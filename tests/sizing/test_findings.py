@@ -11,6 +11,8 @@ from flywheel import language
 from flywheel.designs.figures import FIGURES, figures_of
 from flywheel.page import data
 from flywheel.reference import text as reference_text
+from flywheel.report import contents
+from flywheel.report.document import Figure
 from flywheel.sizing import findings
 from flywheel.sizing.findings import FINDINGS, OUTPUTS, Finding, reference
 from flywheel.tables import sizing as full
@@ -69,6 +71,13 @@ def sizing():
     return flywheel.size(flywheel.load(yoke()), simulate=False)
 
 
+@pytest.fixture
+def blank(monkeypatch):
+    """Reports with empty diagrams, which take seconds to draw."""
+    empty = '<svg viewBox="0 0 2 1"></svg>'
+    monkeypatch.setattr(contents, "panel", lambda _sizing, kind: Figure(empty, kind, kind))
+
+
 def test_json_has_every_figure_and_no_other(sizing):
     found = sizing.as_dict()
     assert list(found) == [one.key for one in FINDINGS if "." not in one.key]
@@ -105,6 +114,7 @@ def test_columns_of_sweeps_are_those_of_the_figures(sizing):
         assert not FIGURES[name].error or FIGURES[name].error in sizing.errors, name
 
 
+@pytest.mark.usefixtures("blank")
 def test_words_and_symbols_are_those_of_every_output(sizing):
     texts = {"full": full.text(sizing), "summary": summary.text(sizing), "report": flywheel.report.html(sizing)}
     for one in FINDINGS:
@@ -116,6 +126,7 @@ def test_words_and_symbols_are_those_of_every_output(sizing):
         assert not set(words) & {one.name for one in FINDINGS if one.words is not None}
 
 
+@pytest.mark.usefixtures("blank")
 def test_a_new_figure_is_one_line(sizing, monkeypatch):
     """In JSON, the table of figures, the reference, the full listing, the summary, the live page and the report."""
     new = Finding(
