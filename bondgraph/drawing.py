@@ -127,7 +127,7 @@ def picture(
     parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
     words: Mapping[str, str] = MappingProxyType({}),
 ) -> Picture:
-    """Returns the picture of a graph as marks, which `draw` and `svg` write; the arguments are those of `draw`."""
+    """Returns the picture of a graph as marks, which `draw` and `svg` write; the options are those of `draw`."""
     strokes, derivative = _causes(graph, causality)
     refuse(f"part {part!r}: no element {n!r}" for part, own in parts.items() for n in own if n not in graph.elements)
     drawn = layout(graph)
@@ -239,17 +239,7 @@ def _dashes(box: Box) -> Mark:
     return Mark(Segment(lower, Spot(lower.x + box.width, lower.y + box.height)), _INK, 0.8, dashed=True)
 
 
-def draw(
-    graph: BondGraph | WordGraph,
-    file: str | Path | None = None,
-    *,
-    causality: Causality | Mapping[int, str] | None = None,
-    numbers: bool = True,
-    title: str | None = None,
-    loops: bool = False,
-    parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
-    words: Mapping[str, str] = MappingProxyType({}),
-) -> Figure:
+def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options: Any) -> Figure:
     """Draw a graph, and save the picture if a file is named; the same graph gives the same file every time.
 
     Half arrows point where power counts as positive and lie on the flow side of their bonds, below or to the right, with
@@ -257,15 +247,22 @@ def draw(
     arrow without stroke leads from a flow or effort to the element whose law reads it, without power (an activated bond).
 
     Args:
-        graph: the graph, or a graph of words, of which `title` alone is taken.
+        graph: the graph, or a graph of words.
         file: where to save it, ending in .png, .svg or .pdf.
-        causality: the causal strokes, as `bondgraph.causality` finds them (which is what None means), or the name of the
+        options: of a graph of words, `title` alone; of a graph, these:
+
+            causality: the causal strokes, as `bondgraph.causality` finds them (which is what None means), or the name of the
             element at the stroke's end by bond number; an empty mapping draws no strokes.
-        numbers: whether to number the bonds.
-        title: a line above the picture.
-        loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
-        parts: elements by the part that they belong to, each part on a colour of its own, which the picture explains.
-        words: other words for those of the explanations below the picture, such as {"rotation": "rotación"}.
+
+            numbers: whether to number the bonds.
+
+            title: a line above the picture.
+
+            loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
+
+            parts: elements by the part that they belong to, each part on a colour of its own, which the picture explains.
+
+            words: other words for those of the explanations below the picture, such as {"rotation": "rotación"}.
 
     Raises:
         GraphError: for another file ending, or strokes at elements that their bonds do not have.
@@ -277,12 +274,8 @@ def draw(
 
     """
     _kind(file)
-    if isinstance(graph, WordGraph):
-        figure = figure_of(word_picture(graph, title))
-    else:
-        figure = figure_of(
-            picture(as_graph(graph), causality, numbers=numbers, title=title, loops=loops, parts=parts, words=words)
-        )
+    shown = word_picture(graph, **options) if isinstance(graph, WordGraph) else picture(as_graph(graph), **options)
+    figure = figure_of(shown)
     _save(figure, file)
     return figure
 
@@ -324,7 +317,7 @@ def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
 
     """
     if isinstance(graph, WordGraph):
-        return svg_of(word_picture(graph, options.get("title")))
+        return svg_of(word_picture(graph, **options))
     graph = as_graph(graph)
     try:
         shown = picture(graph, **options)

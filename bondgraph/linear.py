@@ -10,7 +10,7 @@ flows `f_NAME` and efforts `e_NAME` as laws read them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 _MOST = 60  # Newton's steps to an equilibrium
 _STEP, _SAME = 1e-6, 1e-9
 _RANK = 1e-9  # of the greatest singular value
+_SUMS, _ROUNDING, _BALANCINGS = 1e-7, 1e-13, 20  # of rates by differences; of a state; iterations
 _KINK = 1e-3  # of the slopes: by how much those to both sides differ where a law has a kink
 
 
@@ -277,7 +278,10 @@ def _needs(graph: BondGraph, found: Causality) -> dict[Signal, set[Signal]]:
 def equilibrium(
     graph: BondGraph, *, signals: Mapping[str, Any] | None = None, near: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """The state at which all rates vanish, by name; displacements that nothing depends on keep their initial value.
+    """The state at which all rates vanish, by name.
+
+    Sums of states that no motion changes, such as the liquid in tanks, or the lengths of three springs on two freedoms, are
+    those of the state that the search starts from. Other displacements that nothing depends on keep their initial value.
 
     Args:
         graph: with a value for every parameter.
@@ -294,30 +298,37 @@ def equilibrium(
 
     """
     dynamics = Dynamics(graph, signals)
-    names, rates = dynamics.state.names, dynamics.rates
+    names, at = dynamics.state.names, _field(dynamics)
     start = dict.fromkeys(names, 0.0) | {d.name: float(d.initial) for d in dynamics.form.displacements}
     refuse(f"near {name!r}: no such state; they are {', '.join(names)}" for name in near or {} if name not in names)
     state = np.array([(start | dict(near or {}))[name] for name in names])
 
-    def at(values: Array) -> Array:
-        anchors = [values[names.index(dynamics.tables.displacement_of[j])] for j in dynamics.anchored]
-        return np.array(rates(0.0, *values.tolist(), *anchors), dtype=float)
-
-    slopes = np.zeros((len(names), len(names)))
+    begin, first = state, np.abs(at(state))
+    slopes, seen = np.zeros((len(names), len(names))), np.zeros((len(names), 0))
     for _ in range(_MOST):
-        found, slopes = at(state), _slopes(at, state)
-        step = -np.linalg.lstsq(slopes, found, rcond=_RANK)[0]
+        found = at(state)
+        slopes = _slopes(at, state) if dynamics.linear is None else dynamics.linear[0]
+        rows, columns = _balanced(slopes)
+        seen = np.hstack([seen, slopes, found[:, None]])
+        sums = _kept(rows[:, None] * seen) * rows  # of states, that no rate changes
+        sums /= np.abs(sums * columns).max(axis=1, initial=0.0)[:, None]
+        whole = np.vstack([rows[:, None] * slopes, sums]) * columns
+        missing = np.concatenate([rows * found, sums @ (state - begin)])
+        step = -columns * np.linalg.lstsq(whole, missing, rcond=_RANK)[0]
+        while np.any(step) and not np.linalg.norm(rows * at(state + step)) < np.linalg.norm(rows * found):
+            step = 0.5 * step if np.any(np.abs(step) > _ROUNDING * np.abs(state)) else 0.0 * step
         state = state + step
-        if np.all(np.abs(step) <= _SAME * (1e-3 + np.abs(state))):
+        size = columns * np.abs(state / columns).max(initial=0.0)
+        if np.all(np.abs(step) <= _SAME * np.abs(state) + _ROUNDING * size):
             break
-    scale = np.abs(slopes) @ (np.abs(state) + 1e-12) + _slack(dynamics, at)
+    scale = np.abs(slopes) @ (np.abs(state) + _ROUNDING * size) + first
     if not np.all(np.abs(at(state)) <= 1e-6 * scale):
         worst = names[int(np.argmax(np.abs(at(state)) / np.where(scale > 0.0, scale, 1.0)))]
         raise GraphError(
             f"no equilibrium was found: {worst} goes on changing, at a rate of {at(state)[names.index(worst)]:.6g}"
         )
-    moved = np.abs(slopes).max(axis=0, initial=0.0) > 0.0
-    _, sizes, directions = np.linalg.svd(slopes[:, moved])
+    moved = np.abs(whole).max(axis=0, initial=0.0) > 0.0
+    _, sizes, directions = np.linalg.svd(whole[:, moved])
     loose = directions[int(np.sum(sizes > _RANK * sizes.max(initial=0.0))) :]
     free = [
         n for n, share in zip(np.array(names)[moved], np.abs(loose).max(axis=0, initial=0.0), strict=True) if share > 1e-6
@@ -326,11 +337,32 @@ def equilibrium(
         raise GraphError(
             f"the equilibrium leaves {', '.join(free)} free: nothing holds what they measure; hold it by a C or R"
         )
-    return {name: float(value) + 0.0 for name, value in zip(names, np.where(np.abs(state) < 1e-12, 0.0, state), strict=True)}
+    state = np.where(np.abs(state) < _ROUNDING * size, 0.0, state)
+    return {name: float(value) + 0.0 for name, value in zip(names, state, strict=True)}
 
 
-def _slack(dynamics: Dynamics, at: Any) -> Array:
-    return np.abs(at(np.zeros(len(dynamics.state.names)))) if dynamics.state.names else np.zeros(0)
+def _balanced(matrix: Array) -> tuple[Array, Array]:
+    """Factors of the rows and columns of a matrix that leave entries of about 1, whatever units it mixes (Ruiz's method)."""
+    rows, columns = np.ones(len(matrix)), np.ones(len(matrix))
+    for _ in range(_BALANCINGS):
+        size = np.abs(rows[:, None] * matrix * columns)
+        across, down = size.max(axis=1, initial=0.0), size.max(axis=0, initial=0.0)
+        rows, columns = rows / np.sqrt(np.where(across, across, 1.0)), columns / np.sqrt(np.where(down, down, 1.0))
+    return rows, columns
+
+
+def _kept(rates: Array) -> Array:
+    """The sums, a row each, that rates (a column each) leave as they are."""
+    sizes = np.abs(rates).max(axis=0, initial=0.0)
+    left, shares, _ = np.linalg.svd(rates[:, sizes > 0.0] / sizes[sizes > 0.0])
+    return np.asarray(left[:, int(np.sum(shares > _SUMS * shares.max(initial=0.0))) :].T)
+
+
+def _field(dynamics: Dynamics) -> Callable[[Array], Array]:
+    """The rates at t = 0 as a function of the state."""
+    names, rates = dynamics.state.names, dynamics.rates
+    anchors = [names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
+    return lambda values: np.array(rates(0.0, *values.tolist(), *values[anchors].tolist()), dtype=float)
 
 
 def _slopes(at: Any, state: Array, side: float = 0.0) -> Array:
@@ -432,12 +464,8 @@ def _told(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]
 
 def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:
     """Raise where the rates have another slope to one side than to the other."""
-    names, state = dynamics.state.names, np.array([point[name] for name in dynamics.state.names])
-
-    def at(values: Array) -> Array:
-        anchors = [values[names.index(dynamics.tables.displacement_of[j])] for j in dynamics.anchored]
-        return np.array(dynamics.rates(0.0, *values.tolist(), *anchors), dtype=float)
-
+    names, at = dynamics.state.names, _field(dynamics)
+    state = np.array([point[name] for name in names])
     apart = np.abs(_slopes(at, state, 1.0) - _slopes(at, state, -1.0))
     scale = np.abs(slopes).max(initial=0.0)
     for k, name in enumerate(names):

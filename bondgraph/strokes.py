@@ -20,16 +20,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Law
 from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, as_graph, flow_variables, reached_from
 from bondgraph.laws import TIME, GraphError, refuse
 
+T = TypeVar("T", bound=Hashable)
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
@@ -113,22 +114,32 @@ def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: s
     return f"{graph.title(name)} follows {what}"
 
 
+def components(needs: Mapping[T, Iterable[T]]) -> list[list[T]]:
+    """Groups of things that need each other, each after those that it needs; things that are not listed need nothing.
+
+    >>> components({0: [1], 1: [2], 2: [1], 3: []})
+    [[3], [1, 2], [0]]
+    """
+    groups: list[list[T]] = []
+    left = dict(needs)
+    while left:
+        near = {one: [other for other in others if other in left and other != one] for one, others in left.items()}
+        fresh = [[one] for one, others in near.items() if not others]
+        if not fresh:  # what reaches the fewest reaches nothing but its own group
+            least = min((reached_from(one, near) for one in near), key=len)
+            fresh = [[one for one in near if one in least]]
+        groups += fresh
+        done = {one for group in fresh for one in group}
+        left = {one: others for one, others in near.items() if one not in done}
+    return groups
+
+
 def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Circle, ...]:
     """The algebraic loops: groups of efforts and flows each of which is computed from all the others."""
     gives = _givers(graph, strokes)
-    left = dict(known)
-    while settled := [v for v, needs in left.items() if not any(n in left for n in needs)]:
-        for variable in settled:
-            del left[variable]
-    needs = {v: tuple(n for n in known[v] if n in left) for v in left}
-    reach = {v: {w for n in needs[v] for w in _towards(n, needs)} for v in left}
-    circles = []
-    while left:
-        first = next(iter(left))
-        group = [v for v in left if v in reach[first] and first in reach[v]]
-        for variable in group or [first]:
-            del left[variable]
-        if not group:
+    circles, place = [], {variable: k for k, variable in enumerate(known)}
+    for group in sorted(components(known), key=lambda group: place[group[0]]):
+        if len(group) == 1 and group[0] not in known[group[0]]:
             continue
         members = {gives[v] for v in group}
         elements = tuple(name for name in graph.elements if name in members)

@@ -44,7 +44,7 @@ from bondgraph.graph import (
     reached_from,
 )
 from bondgraph.laws import Function, GraphError, function, refuse
-from bondgraph.strokes import Causality, causality
+from bondgraph.strokes import Causality, causality, components
 
 _SINGULAR = 1e-12
 
@@ -261,7 +261,7 @@ class Formulation:
             needs[k] = {c - first for c in on if c >= first}
         for members in components(needs):
             loop = len(members) > 1 or members[0] in needs[members[0]]
-            yield Group(tuple(sorted(members)), loop)
+            yield Group(tuple(members), loop)
 
     def divided(self) -> list[str]:
         """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
@@ -327,48 +327,6 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
     for junction in graph.motions:
         if junction not in declared:
             yield Displacement(junction, junction)
-
-
-def components(needs: Mapping[int, Collection[int]]) -> list[list[int]]:
-    """Groups of things that need each other, each after those that it needs (Tarjan's algorithm).
-
-    >>> components({0: [1], 1: [2], 2: [1], 3: []})
-    [[2, 1], [0], [3]]
-    """
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    found: list[list[int]] = []
-    done: set[int] = set()
-    for start in needs:
-        work = [(start, iter(sorted(needs[start])))] if start not in index else []
-        if work:
-            index[start] = low[start] = len(index)
-            stack.append(start)
-        while work:
-            node, others = work[-1]
-            fresh = None
-            for other in others:
-                if other not in index:
-                    fresh = other
-                    break
-                if other not in done:
-                    low[node] = min(low[node], index[other])
-            if fresh is not None:
-                index[fresh] = low[fresh] = len(index)
-                stack.append(fresh)
-                work.append((fresh, iter(sorted(needs[fresh]))))
-                continue
-            work.pop()
-            if work:
-                low[work[-1][0]] = min(low[work[-1][0]], low[node])
-            if low[node] == index[node]:
-                group: list[int] = []
-                while not group or group[-1] != node:
-                    group.append(stack.pop())
-                done.update(group)
-                found.append(group)
-    return found
 
 
 def _check_rank(graph: BondGraph, block: Solve) -> None:
@@ -513,7 +471,4 @@ def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[i
         raise GraphError(_contradiction(graph, left or waiting))
     gives = {k: variable for variable, k in owner.items()}
     needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
-    return [
-        Solve(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in sorted(group)))
-        for group in components(needs)
-    ]
+    return [Solve(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)]

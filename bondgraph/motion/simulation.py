@@ -153,7 +153,7 @@ class Run:
         """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
         self._check_name(name)
         times = self._times(t)
-        flows = self._instants(times, self._owners(times)).flows
+        flows = self._looked_at(times, self._owners(times))[0].flows
         return self._shaped(flows[entry(self._graph, name).number], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
@@ -173,7 +173,7 @@ class Run:
     def effort(self, bond: int, t: Any = None) -> Array:
         """The effort of a bond by its number."""
         times = self._times(t)
-        efforts = self._instants(times, self._owners(times)).efforts
+        efforts = self._looked_at(times, self._owners(times))[0].efforts
         if bond not in efforts:
             raise GraphError(f"no bond {bond}: the graph has bonds 1 to {len(efforts)}")
         return self._shaped(efforts[bond], times)
@@ -185,7 +185,7 @@ class Run:
             raise GraphError(f"{self._graph.title(name)} is no one-port: it transmits power; name a one-port")
         bond = self._graph.bond_of(name)
         times = self._times(t)
-        here = self._instants(times, self._owners(times))
+        here = self._looked_at(times, self._owners(times))[0]
         return self._shaped(bond.sign(name) * here.efforts[bond.number] * here.flows[bond.number], times)
 
     def _check_name(self, name: str) -> None:
@@ -219,9 +219,6 @@ class Run:
             assert dense is not None  # only runs that are compared, and thrown away, go without
             values[:, mine] = dense(times[mine])
         return values
-
-    def _instants(self, times: Array, owners: NDArray[np.int_]) -> Instant:
-        return self._looked_at(times, owners)[0]
 
     def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
         """The graph at times, its states there, and the middles of the smooth pieces that they lie in."""
@@ -293,15 +290,19 @@ def simulate(
     """
     _check_arguments(until, rtol, method or "DOP853", step, evaluations)
     chosen, method = method is None, method or ("RK45" if rtol >= _LOOSE else "DOP853")
-    if as_graph(graph).switched or (step is None and not breaks and dry_resistors(graph)):
-        for name, given in (("step", step), ("breaks", breaks)):
-            if given:
-                raise GraphError(f"{name}: found {given!r} beside switched junctions; leave it out")
+    if as_graph(graph).switched or (not breaks and dry_resistors(graph)):
+        if breaks:
+            raise GraphError(f"breaks: found {breaks!r} beside switched junctions; leave it out")
         switched = Switched(graph, signals or {}, int(evaluations))
         begin = switched.begin(lambda dynamics: _start(dynamics, initial or {}))
-        trip, error = switched.follow(begin, until, rtol, method)
-        first = switched.dynamics(trip.modes[0])
-        run = Run(first, trip.stretches, ({},), error, rtol, switched.evaluations, method, (), trip)
+        if step is None:
+            trip, error = switched.follow(begin, until, rtol, method)
+        else:
+            _check_count(method, step, until, int(evaluations))
+            trip, error = switched.stepped(begin, until, method, (step, _FIXED_RATIO * step))
+        first, asked = switched.dynamics(trip.modes[0]), rtol if step is None else None
+        run = Run(first, trip.stretches, ({},), error, asked, switched.evaluations, method, (), trip)
+        run = replace(run, error=max(error, _rounding(run)))
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
@@ -428,14 +429,7 @@ class _Stepper:
     def fixed(self, step: float) -> Run:
         """A run with equal steps, and its difference to one with shorter steps."""
         self._check_dead_centres()
-        most = sum(math.ceil(self.until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
-        needed = most * len(FIXED[self.method].nodes)
-        if needed > self.budget:
-            raise GraphError(
-                f"steps of {step:g} s for {self.until:g} s, and the shorter ones that they are compared with, take {needed} "
-                f"evaluations of the rates by {self.method}, {self.budget} are allowed: ask for a shorter time or longer "
-                "steps; evaluations= allows more"
-            )
+        _check_count(self.method, step, self.until, self.budget)
         shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
         self.most = self._energy_scales(shorter)
         return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
@@ -651,14 +645,9 @@ class _Stepper:
         if not least[-1, 0] < _NO_INERTIA * least[:-1, 0].max():
             return None
         form = self.dynamics.form
-        weakest = form.stores[self._weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
+        weakest = form.stores[self.dynamics.tables.weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
         places = zip(form.displacements, state[self.dynamics.state.stores :], strict=True)
         return form.name_of(weakest), ", ".join(f"{d.name} = {value:.9g}" for d, value in places) or f"t = {t:.9g} s"
-
-    @property
-    def _weighed(self) -> tuple[int, ...]:
-        """The places of the stores that the mass matrix is of."""
-        return self.dynamics.tables.weighed
 
     def _inertia(self, t: float, state: Array) -> Array:
         """The mass matrix at a state; not a number where a law is not defined."""
@@ -666,13 +655,13 @@ class _Stepper:
             with np.errstate(all="ignore"):
                 lower, _ = Walk(self.dynamics.tables, t, state.tolist(), {}).mass_and_force()
         except (ValueError, ArithmeticError, TypeError):
-            return np.full((len(self._weighed),) * 2, np.nan)
+            return np.full((len(self.dynamics.tables.weighed),) * 2, np.nan)
         below = np.tril(np.array(lower, dtype=float))
         return np.asarray(below + np.tril(below, -1).T)
 
     def _rounded_away(self) -> bool:
         """Tests whether the least inertia at the start is an effect of rounding of the displacements."""
-        if not (self.dynamics.tables.moduli and self._weighed):
+        if not (self.dynamics.tables.moduli and self.dynamics.tables.weighed):
             return False
         nearby = [self.start, *self._beside(self.start, 4.0 * np.finfo(float).eps * np.abs(self.start))]
         least = [float(np.linalg.det(self._inertia(0.0, state))) for state in nearby]
@@ -697,6 +686,18 @@ class _StiffnessError(Exception):
     def __init__(self, rate: float, step: float, evaluations: float) -> None:
         super().__init__()
         self.rate, self.step, self.evaluations = rate, step, evaluations
+
+
+def _check_count(method: str, step: float, until: float, budget: int) -> None:
+    """Refuse equal steps, with the shorter ones that they are compared with, of more evaluations than are allowed."""
+    most = sum(math.ceil(until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
+    needed = most * len(FIXED[method].nodes)
+    if needed > budget:
+        raise GraphError(
+            f"steps of {step:g} s for {until:g} s, and the shorter ones that they are compared with, take {needed} "
+            f"evaluations of the rates by {method}, {budget} are allowed: ask for a shorter time or longer steps; "
+            "evaluations= allows more"
+        )
 
 
 def _rounding(run: Run) -> float:

@@ -28,7 +28,7 @@ from bondgraph.elements import Element
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.laws import OWN_FLOW, TIME, Function, GraphError, refuse
 from bondgraph.motion.dynamics import Dynamics, Walk
-from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing
+from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
 
 Array = NDArray[np.float64]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
@@ -373,6 +373,14 @@ class Switched:
             tolerance, longest = max(0.2 * tolerance, _TIGHTEST), 0.7 * longest
         return found, error
 
+    def stepped(
+        self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]
+    ) -> tuple[Trip, float]:
+        """The motion in equal steps from event to event, and twice its difference to one with steps of another length."""
+        found, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
+        scales = {name: size or 1.0 for name, size in other.greatest().items()}
+        return found, 2.0 * other.difference(found, scales, until)
+
     def _varies(self) -> bool:
         given = {TIME, *self.graph.displacements, *self.graph.signals}
         return any(given.intersection(self.graph.depends_on(e.name)) for e in self.graph.of_kind("Se", "Sf", "R", "0", "1"))
@@ -420,8 +428,9 @@ class Switched:
         method: str,
         tolerance: tuple[float, Mapping[str, float]],
         longest: float,
+        length: float | None = None,
     ) -> Trip:
-        """The motion from a mode and state on."""
+        """The motion from a mode and state on; with a `length`, s, in equal steps."""
         (at, state), t = start, 0.0
         stretches: list[Step] = []
         modes: list[Mode] = []
@@ -433,7 +442,9 @@ class Switched:
             beyond = self.margins(at, np.array([t]), state[:, None])[1]
             relative = (0.0, np.maximum(scales, 1e-300))
             crossed = None
-            for step in adaptive(method, self._field(dynamics, method), t, state, until, relative, longest):
+            field = self._field(dynamics, method)
+            equal = fixed(method, field, t, state, until, length) if length else None
+            for step in equal or adaptive(method, field, t, state, until, relative, longest):
                 step = crossing(self._watched(at, step, beyond), step) if beyond else step
                 crossed = step.crossed
                 state = np.asarray(step.dense(step.end) if crossed is not None else step.last, dtype=float)

@@ -1,5 +1,8 @@
 """Operating points, linear equations, modes and transfer functions, against formulas by hand and against differences."""
 
+from pathlib import Path
+from runpy import run_path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -62,8 +65,21 @@ def test_slopes_at_a_state_are_those_of_differences():
 def test_an_equilibrium_balances_all_rates():
     found = equilibrium(curved(), signals={"u": 3.0})
     assert_allclose(found["q_k"] + found["q_k"] ** 3, 10.0, rtol=1e-10)
-    assert (found["p_M"], found["x"]) == (0.0, 0.0)
+    assert found["p_M"] == 0.0
+    assert_allclose(found["x"], found["q_k"], rtol=1e-12)
     assert linearize(curved(), signals={"u": 3.0}).at == found
+
+
+def test_what_no_motion_changes_is_that_of_the_start_in_an_equilibrium():
+    """Two tanks with a pipe of turbulent flow share their liquid; a valve's three springs hold two freedoms."""
+    b = Builder().zero("a", "hydraulic").one("pipe").zero("b", "hydraulic").on("a", C("A", 2.0)).on("b", C("B", 3.0))
+    b.on("pipe", R("orifice", lambda f: 3.0 * f * abs(f))).bond("a", "pipe").bond("pipe", "b")
+    assert_allclose(list(equilibrium(b.build(), near={"q_A": 5.0}).values()), [2.0, 3.0], rtol=1e-9)
+    valve = run_path(str(Path(__file__).parents[2] / "examples" / "bond_graphs" / "torque_motor.py"))
+    found = equilibrium(valve["valve"]().expand())
+    assert_allclose((found["spool.x"], found["q_spool.forces"]), valve["at_rest"](), rtol=1e-12)
+    angle = found["armature.theta"]
+    assert_allclose(found["q_feedback spring.k"], valve["BALL"] * angle - found["spool.x"], rtol=1e-12)
 
 
 def test_what_has_no_equilibrium_says_what_goes_on():

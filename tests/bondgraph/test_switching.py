@@ -48,6 +48,23 @@ def test_a_clutch_that_closes_keeps_the_momentum():
     assert run.reached
 
 
+@pytest.mark.parametrize(("method", "order"), [("euler", 1), ("rk2", 2), ("rk4", 4)])
+def test_equal_steps_pass_from_mode_to_mode_at_their_order(method, order):
+    """A clutch that closes; friction that stops a mass and holds it: m v' = -3 - v, v(0) = 2."""
+    truth, errors = 6.0 - 5.5 * np.exp(-(3.0 - 1.0) * 0.5 / 6.0), []
+    for step in (0.25, 0.125):
+        run = simulate(clutch(), 3.0, method=method, step=step)
+        errors.append(abs(run.flow("a", 3.0)[0] - truth))
+        assert [(e.name, e.on) for e in run.events] == [("clutch", 1)]
+        assert errors[-1] / truth < run.error < 1.0
+        assert run.audit.power < 1e-12
+    assert abs(np.log2(errors[0] / errors[1]) - order) < 0.3
+    b = Builder().one("m", displacement="x").on("m", I("M", 1.0), R("rub", lambda f: 3.0 * np.sign(f) + f))
+    run = simulate(b.build(), 2.0, initial={"p_M": 2.0}, method=method, step=0.01)
+    assert_allclose(run.events[0].time, np.log(5.0 / 3.0), rtol=3e-2 / 100 ** min(order - 1, 2))
+    assert run.flow("m", 1.5)[0] == 0.0
+
+
 def test_a_mode_has_strokes_and_states_of_its_own():
     assert causality(mode(clutch(), clutch=False)).integral == ("J1", "J2")
     closed = mode(clutch(), clutch=True)
@@ -183,7 +200,11 @@ WRONG = [
     ),
     (lambda: reduce(clutch(), 0.0, "a"), r"0:clutch \(bond 1\) is switched"),
     (lambda: mode(clutch(), x=True), r"mode 'x': nothing that is switched; found clutch"),
-    (lambda: simulate(clutch(), 2.0, step=0.1, method="rk4"), r"step: found 0.1 beside switched junctions"),
+    (lambda: simulate(clutch(), 2.0, breaks={"t": [1.0]}), r"breaks: found .* beside switched junctions"),
+    (
+        lambda: simulate(clutch(), 2.0, step=1e-6, method="rk4"),
+        r"take 28942412 evaluations of the rates by rk4, 2000000 are",
+    ),
 ]
 
 
