@@ -19,15 +19,30 @@ from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
-from flywheel.motions.strokes import BRAKE, NAME, Leg, Phases, Ramp, Strokes, check, extreme, periodic, regaining, torque_at
+from flywheel.motions.strokes import (
+    BRAKE,
+    NAME,
+    Phases,
+    Ramp,
+    Strokes,
+    along_phases,
+    check,
+    crank_at,
+    extreme,
+    periodic,
+    regaining,
+    slip_heat,
+    torque_at,
+)
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
 from flywheel.scene.scene import TURN, Scene, rtol_faults
+from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import Finding
 from flywheel.sizing.limits import asked_of
-from flywheel.sizing.results import Limit
+from flywheel.sizing.results import Limit, Trip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +55,8 @@ _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-4  # of a speed: to which that is found below which a stroke fails
 _SLOWER = 0.93  # of a speed: the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
-_ENOUGH = 100.0  # steps, the errors of which add up
+_ADDING = 30.0  # tolerances of a step, which the errors of a stroke add up to
+_NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 _NO_CYCLE = (
     *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
     *("angle_speed_max", "angle_speed_min", "reduced_inertia", "simulation"),
@@ -88,6 +104,8 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("motor_torque_rms", "N m", "of the drive, over time", words=lambda: _("drive torque, rms")),
     Finding("motor_torque_peak", "N m", "of the drive, in size", words=lambda: _("drive torque, greatest")),
     Finding("motor_heat", "W", "of the motor, mean over time", words=lambda: _("motor heat")),
+    Finding("inverter_current", "", "greatest over the motor's rated one", words=lambda: _("current of the inverter")),
+    Finding("power_returned", "W", "greatest that the motor returns", words=lambda: _("power returned to the inverter")),
     Finding("temperature", "K", "greatest rise of the motor's windings", words=lambda: _("greatest rise of the windings")),
     Finding("greatest_rate", "1/s", "at which the first load comes to its limit", words=lambda: _("greatest rate")),
     Finding("energy_residual", "", "drive's work less all heats and works of loads, over the drive's work"),
@@ -101,6 +119,8 @@ def share_name(name: str) -> str:
         "motor torque": _("motor torque"),
         "motor heat": _("motor heat"),
         "motor temperature": _("temperature of the windings"),
+        "inverter current": _("current of the inverter"),
+        "braking resistor": _("power of the braking resistor"),
         "clutch torque": _("clutch torque"),
         "clutch heat a stroke": _("clutch heat a stroke"),
         "clutch heat an hour": _("clutch heat an hour"),
@@ -122,9 +142,6 @@ def rate_limit(found: SingleStroke) -> Iterator[str]:
     yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
 
 
-"""The figures of a stroke, from which text, page, report and table of the reference are rendered."""
-
-
 @dataclass(frozen=True)
 class SingleStroke:
     """One stroke among many alike, with the flywheel given or found. SI: s, rad, rad/s at the flywheel's shaft, N m, J, W.
@@ -137,7 +154,8 @@ class SingleStroke:
     `recovery_time` is that from the least speed until 95 % of the drop is recovered. `greatest_rate` (1/s) is that at which
     `decides` reaches its limit. `shares` are the limited loads over their limits. `error` has absolute errors,
     those of `shares` and `energy` under these names, and for `keeps_up` that of the motor's greatest share.
-    `formulas` are what the formulas of presses give for some of the figures (`components.press_work`).
+    `formulas` are what the formulas of presses give for some of the figures (`components.press_work`). `trips` are those of
+    the motor's inverter, each where its cause is greatest; their times (s) count from the engagement of the clutch.
     `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor.
     """
 
@@ -154,6 +172,7 @@ class SingleStroke:
     strokes: Strokes = field(repr=False)
     limits: Mapping[str, Limit]
     binding: str | None
+    trips: tuple[Trip, ...]
 
     def __getattr__(self, name: str) -> Any:
         figures = self.__dict__.get("figures", {})
@@ -163,8 +182,9 @@ class SingleStroke:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """Sentences on loads beyond their limits, and on a clutch that slips under the work; empty if there are none."""
-        found = [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
+        """Sentences on an inverter that trips, loads beyond limits, and a clutch that slips under the work."""
+        found = [*trip_messages(self.trips)]
+        found += [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
         if self.phases.slips:
             angle, time, heat = (self.figures[f"second_slip_{name}"] for name in ("angle", "time", "heat"))
             where = math.degrees(float(angle or 0.0) % TURN)
@@ -216,6 +236,7 @@ class SingleStroke:
                 "shares": dict(self.shares),
                 "energy": dict(self.energy),
                 "verdicts": list(self.verdicts),
+                "trips": [trip._asdict() for trip in self.trips],
             },
             "error": {**dict.fromkeys(("simulation", *_NO_CYCLE)), **error, "single_stroke": dict(self.error)},
         }
@@ -252,18 +273,22 @@ def single_stroke(
         raise SceneError(faults)
     tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
     with np.errstate(all="ignore"):
-        limits, binding, inertia = dict[str, Limit](), None, scene.inertia
-        guess, closest = None if near is None else near.phases, max(_SIZED, _STEP * rtol)
-        if inertia is None:
-            inertia, limits, binding, guess = _sized(scene, tolerance, closest, near)
-        strokes, rougher = (Strokes(scene, inertia, each) for each in (tolerance, _LOOSER * tolerance))
-        tight = _Run.of(strokes, periodic(strokes, guess))
-        loose = _Run.of(rougher, periodic(rougher))  # from no stroke: from the same one both would be off alike
+        limits, binding, closest = dict[str, Limit](), None, max(_SIZED, _STEP * rtol)
+        if scene.inertia is None:
+            strokes, phases, limits, binding = _sized(scene, tolerance, closest, near)
+        else:
+            strokes = Strokes(scene, scene.inertia, tolerance, None if near is None else near.strokes)
+            phases = periodic(strokes, None if near is None else near.phases)
+        inertia, rougher = strokes.inertia, Strokes(scene, strokes.inertia, _LOOSER * tolerance, strokes)
+        tight, loose = _Run.of(strokes, phases), _Run.of(rougher, periodic(rougher, phases))
         both = (strokes, tight), (rougher, loose)
         for each, one in both:
             touch = each.plan.inch
             one.figures.update(_emergency(each, one.phases), inch_angle=None if touch is None else each.inching(touch))
-        greatest, decides, off = _greatest_rate(rougher, loose) if rates else (None, None, 0.0)
+        greatest, decides, off = None, None, 0.0
+        if rates:
+            roughest = Strokes(scene, inertia, max(_LOOSER * tolerance, _COARSEST), strokes)
+            greatest, decides, off = _greatest_rate(roughest, loose)
     figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
     shares = tight.shares
     error: dict[str, Any] = _off(tight.figures, loose.figures)
@@ -291,6 +316,7 @@ def single_stroke(
         strokes,
         limits,
         binding,
+        tuple(one for one in _inverter_loads(strokes, tight.phases) if one.value > one.limit),
     )
 
 
@@ -325,13 +351,13 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     sides = _driving_sides(strokes, found)
     speeds = _speeds(sides)
     slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
-    mean, rms, peak = _motor_torques(strokes, sides, found.period)
-    heat = _motor_heat(strokes, sides, found.period)
-    hours = _HOUR / found.period
+    drive = _drive_load(strokes, sides, found.period)
+    fed, hours = [max(one.value, 0.0) for one in _inverter_loads(strokes, found)] or [None, None], _HOUR / found.period
+    within = [share <= 1.0 for share in _motor_shares(strokes, drive).values()]
     return {
         "period": found.period,
         "rate": plan.continuous / found.period,
-        "keeps_up": _keeps_up(strokes, rms, heat),
+        "keeps_up": all(within) if within else None,
         "speed_greatest": speeds.greatest * wheel,
         "speed_least": speeds.least * wheel,
         "irregularity": speeds.irregularity,
@@ -353,10 +379,9 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "wheel_energy": 0.5 * driving_inertia(strokes) * (found.begin[0] ** 2 - speeds.least**2),
         "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / found.period,
-        "motor_torque_mean": mean,
-        "motor_torque_rms": rms,
-        "motor_torque_peak": peak,
-        "motor_heat": heat,
+        **drive,
+        "inverter_current": fed[0],
+        "power_returned": fed[1],
         "temperature": _temperature(strokes, sides),
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
@@ -405,7 +430,7 @@ def course(found: SingleStroke, count: int) -> Course:
     time = np.concatenate(parts)
     side = _SIDE * phases.period
     inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
-    phi, crank = _crank(phases, inside)
+    phi, crank = crank_at(phases, inside)
     driving = _driving_speeds(strokes, phases, inside)
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     half = 0.5 * np.diff(time)[:, None]
@@ -445,30 +470,12 @@ def driving_inertia(strokes: Strokes) -> float:
     return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
 
 
-def _along(times: Array, parts: Iterable[tuple[Trail | None, float, float]]) -> Array:
-    """Rows of states at times (s) by motions one after the other, each with its clock and a factor of its speeds."""
-    states = np.zeros((2, times.size))
-    for trail, clock, factor in parts:
-        if trail is None:
-            continue
-        mine = (times >= clock + trail.start.time) & (times <= clock + trail.t[-1])
-        if mine.any():
-            states[:, mine] = trail.states(times[mine] - clock)[:2] * np.array([[1.0], [factor]])
-    return states
-
-
 def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """Speed (rad/s) of the clutch's shaft."""
-    speeds: Array = _along(times, [(trail, clock, factor) for trail, factor, clock in _driving_sides(strokes, phases)])[1]
+    speeds: Array = along_phases(
+        times, [(trail, clock, factor) for trail, factor, clock in _driving_sides(strokes, phases)]
+    )[1]
     return speeds
-
-
-def _crank(phases: Phases, times: Array) -> Array:
-    """Crank angle (rad) and speed (rad/s): two rows."""
-    legs = [(leg.driven, leg.clock, 1.0) for leg in phases.legs]
-    states = _along(times, [*legs, (phases.coasting, phases.release_time, 1.0), (phases.braking, phases.brake_time, 1.0)])
-    states[0, times > phases.stop_time] = phases.rest
-    return states
 
 
 def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
@@ -526,7 +533,7 @@ def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
     last = max(found.release_time - wait - found.lock_time, 0.0)
 
     def lasts(signal: float) -> float:
-        phi, omega = _crank(found, np.array([found.lock_time + signal + wait]))[:, 0].tolist()
+        phi, omega = crank_at(found, np.array([found.lock_time + signal + wait]))[:, 0].tolist()
         return wait + float(strokes.braked_from(phi, omega).t[-1])
 
     signals = np.linspace(0.0, last, _SIGNALS)
@@ -539,7 +546,7 @@ def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
     stopping = plan.response + longest
     return {
         "emergency_time": stopping,
-        "emergency_angle": float(_crank(found, np.array([found.lock_time + when]))[0, 0]),
+        "emergency_angle": float(crank_at(found, np.array([found.lock_time + when]))[0, 0]),
         "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
     }
 
@@ -569,15 +576,8 @@ class _Speeds(NamedTuple):
 
 def _speeds(sides: list[_Side]) -> _Speeds:
     """The extremes of the driving side's speed."""
-    greatest = max(extreme(trail, _speed(trail, factor))[1] for trail, factor, _ in sides)
-    bottoms = [(extreme(trail, _speed(trail, -factor)), begin) for trail, factor, begin in sides]
-    least, when = min((-speed, time + begin) for (time, speed), begin in bottoms)
-    return _Speeds(greatest, least, when)
-
-
-def _speed(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
-    """The speed (rad/s) of a motion at times, times a factor."""
-    return lambda times, owners: trail.states(times, owners)[1] * factor
+    least, when = _greatest(sides, lambda speeds: -speeds)
+    return _Speeds(_greatest(sides, lambda speeds: speeds)[0], -least, when)
 
 
 def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
@@ -629,26 +629,53 @@ def _torque(strokes: Strokes, speeds: Array) -> Array:
     return np.asarray(drive.law.evaluate(values, np, values)) + 0.0 * speeds  # type: ignore[union-attr]
 
 
-def _motor_torques(strokes: Strokes, sides: list[_Side], period: float) -> tuple[float, float, float]:
-    """Mean over time, root of the mean square, and greatest size of the drive's torque, N m."""
-    ratio = _motor_ratio(strokes)
+def _drive_load(strokes: Strokes, sides: list[_Side], period: float) -> dict[str, float | None]:
+    """Torque of the drive over time (N m), and the mean heat of its motor (W), None if its type does not give it."""
+    ratio, motor = _motor_ratio(strokes), strokes.scene.motor
     speeds, weights = _gauss(sides, ratio)
     torques = _torque(strokes, speeds)
+    heat = None if motor is None or motor.heated is None else float(weights @ np.asarray(motor.total_heat(speeds)))
+    return {
+        "motor_torque_mean": float(weights @ torques) / period,
+        "motor_torque_rms": math.sqrt(float(weights @ torques**2) / period),
+        "motor_torque_peak": _greatest(sides, lambda speeds: np.abs(_torque(strokes, ratio * speeds)))[0],
+        "motor_heat": None if heat is None else heat / period,
+    }
 
-    def size(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
-        return lambda times, owners: np.abs(_torque(strokes, trail.states(times, owners)[1] * factor * ratio))
 
-    peak = max(extreme(trail, size(trail, factor))[1] for trail, factor, _ in sides)
-    return float(weights @ torques) / period, math.sqrt(float(weights @ torques**2) / period), peak
+def _greatest(sides: list[_Side], value: Callable[[Array], Array]) -> tuple[float, float]:
+    """The greatest value along the driving side, a function of the speed of the clutch's shaft (rad/s), and its time (s)."""
+
+    def along(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
+        return lambda times, owners: value(trail.states(times, owners)[1] * factor)
+
+    tops = [(extreme(trail, along(trail, factor)), begin) for trail, factor, begin in sides]
+    return max(((most, begin + time) for (time, most), begin in tops), key=lambda top: top[0])
 
 
-def _motor_heat(strokes: Strokes, sides: list[_Side], period: float) -> float | None:
-    """The mean heat of the motor, W; None if its type does not give it."""
-    motor = strokes.scene.motor
-    if motor is None or motor.heated is None:
-        return None
-    speeds, weights = _gauss(sides, _motor_ratio(strokes))
-    return float(weights @ np.asarray(motor.total_heat(speeds))) / period
+def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
+    """The greatest current over the motor's rated one, and the greatest power (W) that it returns; none without an inverter.
+
+    Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
+    neglected; of power less than a share of the rated one rounding cannot tell that it is returned.
+    """
+    motor, ratio = strokes.scene.motor, _motor_ratio(strokes)
+    if motor is None or motor.inverter is None or motor.rated is None:
+        return ()
+
+    def current(speeds: Array) -> Array:
+        share = motor.current_share(ratio * speeds)
+        return 0.0 * speeds if share is None else share
+
+    def returned(speeds: Array) -> Array:
+        return -motor.input_power(ratio * speeds, motor.torque(ratio * speeds))
+
+    loads, sides = list[Trip](), _driving_sides(strokes, found)
+    for value, (kind, limit) in zip((current, returned), motor.inverter.limits, strict=True):
+        most, time = _greatest(sides, value)
+        angle = float(crank_at(found, np.array([time]))[0, 0])
+        loads.append(Trip(kind, most, max(limit, _NO_POWER * motor.rated.power * (value is returned)), angle, time))
+    return tuple(loads)
 
 
 def _temperature(strokes: Strokes, sides: list[_Side], together: int = 1) -> float | None:
@@ -665,30 +692,28 @@ def _temperature(strokes: Strokes, sides: list[_Side], together: int = 1) -> flo
     return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest
 
 
-def _keeps_up(strokes: Strokes, rms: float, heat: float | None) -> bool | None:
-    """True if a motor with a rated point is loaded within it; None without such a motor."""
-    shares = _motor_shares(strokes, rms, heat)
-    return all(share <= 1.0 for share in shares.values()) if shares else None
-
-
-def _motor_shares(strokes: Strokes, rms: float, heat: float | None) -> dict[str, float]:
+def _motor_shares(strokes: Strokes, load: Mapping[str, Any]) -> dict[str, float]:
+    """The motor's torque and heat over time over its rated ones; empty without a rated point."""
     motor = strokes.scene.motor
     if motor is None or motor.rated is None:
         return {}
     torque, warmth = _MOTOR_SHARES
-    found = {torque: rms / motor.rated.torque}
-    if heat is not None:
-        found[warmth] = heat / motor.rated_total_heat
+    found = {torque: load["motor_torque_rms"] / motor.rated.torque}
+    if load["motor_heat"] is not None:
+        found[warmth] = load["motor_heat"] / motor.rated_total_heat
     return found
 
 
 def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict[str, float]:
     """The loads that have limits, over these limits."""
     clutch, brake = strokes.clutch, strokes.brake
-    shares = _motor_shares(strokes, figures["motor_torque_rms"], figures["motor_heat"])
-    thermal = None if strokes.scene.motor is None else strokes.scene.motor.thermal
-    if thermal is not None:
-        shares["motor temperature"] = figures["temperature"] / thermal.limit
+    shares, motor = _motor_shares(strokes, figures), strokes.scene.motor
+    if motor is not None and motor.thermal is not None:
+        shares["motor temperature"] = figures["temperature"] / motor.thermal.limit
+    if motor is not None and motor.inverter is not None and figures["inverter_current"] is not None:
+        shares["inverter current"] = figures["inverter_current"] / motor.inverter.overcurrent
+        if motor.inverter.chopper_power is not None:
+            shares["braking resistor"] = figures["power_returned"] / motor.inverter.chopper_power
     shares["clutch torque"] = figures["clutch_torque"] / clutch.static_torque
     for name, part in (("clutch", clutch), ("brake", brake)):
         if part.heat_per_stroke is not None:
@@ -727,24 +752,6 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
     return {**energy, "residual": motor - loads - meshes - clutch - brake}
 
 
-def slip_heat(leg: Leg, ratio: float) -> float:
-    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
-
-    Args:
-        leg: through which the clutch slips.
-        ratio: speed of the clutch's shaft over that of the crank.
-
-    """
-    begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
-    edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
-    edges = edges[(edges >= begin) & (edges <= end)]
-    nodes, weights = np.polynomial.legendre.leggauss(10)
-    half = 0.5 * np.diff(edges)[:, None]
-    times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
-    slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
-    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
-
-
 # -- searches ----------------------------------------------------------------------------------------------------------
 
 _SIZED = 1e-8  # relative, the closest to which a flywheel is found
@@ -755,30 +762,30 @@ _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 def _sized(
     scene: Scene, tolerance: float, closest: float, near: SingleStroke | None
-) -> tuple[float, dict[str, Limit], str | None, Phases | None]:
-    """The smallest flywheel (kg m² at its own shaft) that keeps all limits, that for each, the deciding limit, a stroke.
+) -> tuple[Strokes, Phases, dict[str, Limit], str | None]:
+    """The machine with the smallest flywheel that keeps all limits, its stroke, that for each limit, and the deciding one.
 
-    The stroke is the last one found, with nearly that flywheel. A heavier flywheel keeps every limit better: the largest of
-    those for single limits keeps all.
+    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all.
     """
     last: list[SceneError] = []
     begin: list[Phases] = [] if near is None else [near.phases]  # the last that returns: a guess of the next
     known: dict[float, Mapping[str, float]] = {}
+    runs: dict[float, tuple[Strokes, Phases]] = {}
     asked = asked_of(scene)
 
     def reached(inertia: float) -> Mapping[str, float]:
         """The values compared with the limits; none if the stroke is not completed."""
         if inertia not in known:
-            tried = Strokes(scene, inertia, tolerance)
+            tried = Strokes(scene, inertia, tolerance, strokes)
             try:
                 found = periodic(tried, begin[0] if begin else None)
             except SceneError as error:
                 last[:], begin[:], known[inertia] = [error], [], {}
             else:
-                begin[:], known[inertia] = [found], _limited(tried, found, asked)
+                begin[:], known[inertia], runs[inertia] = [found], _limited(tried, found, asked), (tried, found)
         return known[inertia]
 
-    strokes = Strokes(scene, 1.0, tolerance)
+    strokes = Strokes(scene, 1.0, tolerance, None if near is None else near.strokes)
     own = driving_inertia(strokes) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
     scale, step = max(own, crank / strokes.ratio**2) / strokes.wheel**2, _WIDER
@@ -820,12 +827,13 @@ def _sized(
     alone = {name: smallest(name) for name in asked}
     binding = max(alone, key=lambda name: alone[name])
     inertia = alone[binding]
-    limits = {name: Limit(asked[name], reached(inertia)[name], alone[name]) for name in scene.limits}
+    values = reached(inertia)
+    limits = {name: Limit(asked[name], values[name], alone[name]) for name in scene.limits}
     for name, limit in limits.items():
         if limit.reached > limit.asked * (1.0 + _BROKEN):
             found = f"{100.0 * limit.reached:.4g} % with the {inertia:.5g} kg m² that {binding} needs"
             raise SceneError([Fault(f"flywheel.limits.{name}", found, "limits that one flywheel keeps", "allow more")])
-    return inertia, limits, binding if limits else None, begin[0] if begin else None
+    return *runs[inertia], limits, binding if limits else None
 
 
 def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:
@@ -833,12 +841,11 @@ def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str,
     sides, motor = _driving_sides(strokes, found), strokes.scene.motor
     shown = {"irregularity": _speeds(sides).irregularity}
     if motor is not None and motor.rated is not None:
-        _, rms, peak = _motor_torques(strokes, sides, found.period)
-        heat = _motor_heat(strokes, sides, found.period)
-        shares = _motor_shares(strokes, rms, heat)
-        shown |= {"motor_torque": peak / motor.rated.torque, "motor_rms": shares[_MOTOR_SHARES[0]]}
-        if heat is not None:
-            shown["motor_heat"] = shares[_MOTOR_SHARES[1]]
+        load = _drive_load(strokes, sides, found.period)
+        shares = _motor_shares(strokes, load)
+        shown["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
+        rows = zip(("motor_rms", "motor_heat"), _MOTOR_SHARES, strict=True)
+        shown |= {name: shares[own] for name, own in rows if own in shares}
     return {name: shown[name] for name in names}
 
 
@@ -889,4 +896,4 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     (off, name, period), others = known[limit], [each for each in known if each != limit and known[each][2] > 0.0]
     other = min(others, key=lambda each: abs(each - limit))
     steepness = abs((known[other][0] - off) / (known[other][2] - period))
-    return count / period, name, count / period**2 * (abs(off) + _RATE) / steepness
+    return count / period, name, count / period**2 * (abs(off) + _RATE + _ADDING * strokes.rtol) / steepness

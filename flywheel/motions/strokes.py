@@ -33,7 +33,7 @@ _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
 _BACKWARDS = 1e-6  # of the typical speed: a crank that reverses by this falls back
 _MOST_STEPS = 25  # of Newton's method
-_MOST_LEGS, _MOST_MACHINES = 200, 20  # of a stroke; that are kept
+_MOST_LEGS, _MOST_MACHINES, _MOST_PARTS = 200, 20, 40  # of a stroke; that are kept
 _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that slips again are apart the other way
 _TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
@@ -155,10 +155,10 @@ def _last(trail: Trail) -> tuple[float, float]:
 class Strokes:
     """A machine that works stroke by stroke, with a flywheel (kg m² at its own shaft), at a relative tolerance of a step.
 
-    Raises SceneError if the scene cannot be followed so.
+    Parts that it has in common with a `like` one serve again. Raises SceneError if the scene cannot be followed so.
     """
 
-    def __init__(self, scene: Scene, inertia: float, rtol: float) -> None:
+    def __init__(self, scene: Scene, inertia: float, rtol: float, like: Strokes | None = None) -> None:
         if scene.single_stroke is None:
             raise SceneError([Fault("single_stroke", "nothing", "a table with rate or idle")])
         check(scene)
@@ -169,6 +169,7 @@ class Strokes:
         self.end = self._coming(self.clutch.disengage)
         self.brakes_at = self._coming(self.brake.engage)
         self._machines: dict[tuple[int, Ramp, Ramp | None], tuple[Dynamics, Dynamics]] = {}
+        self._parts: list[Dynamics] = [] if like is None else like._parts
 
     def _coming(self, angle: float) -> float:
         """A crank angle (rad) in the last turn of a stroke that begins at `stop_at`."""
@@ -180,8 +181,19 @@ class Strokes:
     @cached_property
     def whole(self) -> Dynamics:
         """The machine with its clutch locked and its brake off."""
-        machine = Machine(replace(self.scene, single_stroke=None))
-        return Dynamics(machine, self.inertia * self.scene.flywheel_ratio**2)
+        return self._part(replace(self.scene, single_stroke=None), self.inertia * self.scene.flywheel_ratio**2)
+
+    def _part(self, scene: Scene, inertia: float) -> Dynamics:
+        """The machine of a scene with a flywheel (kg m² at its crank), or the one that there is."""
+        machine = None
+        for part in self._parts:
+            if part.machine.scene == scene:
+                machine = part.machine
+                if part.inertia == inertia:
+                    return part
+        del self._parts[:-_MOST_PARTS]
+        self._parts.append(Dynamics(machine or Machine(scene), inertia))
+        return self._parts[-1]
 
     @cached_property
     def driving(self) -> Dynamics:
@@ -215,7 +227,7 @@ class Strokes:
                 self._machines[key] = self._driving(back), driven
             else:
                 scene = replace(self.scene, single_stroke=None, loads=(*self.scene.loads, *loads))
-                whole = Dynamics(Machine(scene), self.whole.inertia) if loads else self.whole
+                whole = self._part(scene, self.whole.inertia)
                 self._machines[key] = whole, whole
         return self._machines[key]
 
@@ -241,7 +253,7 @@ class Strokes:
             drive=None if scene.drive is None else _moved(scene.drive, names[scene.drive.on]),
             flywheel_on=names[scene.flywheel_on],
         )
-        return Dynamics(Machine(side), self.inertia * self.wheel**2)
+        return self._part(side, self.inertia * self.wheel**2)
 
     def _driven(self, loads: Sequence[Load] = ()) -> Dynamics:
         scene, on = self.scene, self.clutch.on
@@ -262,19 +274,19 @@ class Strokes:
             irregularity=None,
             inertia=None,
         )
-        return Dynamics(Machine(side), 0.0)
+        return self._part(side, 0.0)
 
     # -- one stroke ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def typical(self) -> float:
         """The speed (rad/s) of the crank at which the driving side idles: the highest that its torques bring it back to."""
-        speeds = np.geomspace(_SLOWEST, _FASTEST, _LOOKED_AT)
+        speeds, still = np.geomspace(_SLOWEST, _FASTEST, _LOOKED_AT), np.zeros(_LOOKED_AT)
 
         def moment(omega: float) -> float:
             return float(self.driving.at(math.pi, math.pi, omega, 0.0).moment)
 
-        moments = np.array([moment(omega) for omega in speeds.tolist()])
+        moments = self.driving.surplus(still + math.pi, Anchor(math.pi, None, None), speeds, still, still)
         falls = np.flatnonzero((moments[:-1] > 0.0) & (moments[1:] <= 0.0))
         if not falls.size:
             found, expected = (
@@ -480,10 +492,14 @@ class Strokes:
         def excess(times: Array, owners: Index) -> Array:
             return np.abs(self.locked_torque(locked, times, owners)) - torque_at(holds, times)
 
+        times, owners = locked.within(NODES)
+        sampled = excess(times, owners).reshape(len(locked.stretches), -1)
+        bend = np.abs(np.diff(sampled, 2)).max(axis=1)  # beyond instants of a step its maximum is less than that
+        if (sampled.max(axis=1) + bend).max() <= 0.0:
+            return None
         when, most = extreme(locked, excess)
         if most <= 0.0:
             return None
-        times, owners = locked.within(NODES)
         beyond = np.flatnonzero((excess(times, owners) > 0.0) | (times > when))  # of two sides of a jump, the latter
         k = int(beyond[0])
         low, high, which = float(times[k - 1]), min(float(times[k]), when), owners[k : k + 1]
@@ -579,7 +595,7 @@ def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float
     def along(grid: Array) -> Array:
         return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
 
-    finer = summits(along, low, high, 9, 12)
+    finer = summits(along, low, high, 33, 6)
     best, sample = int(finer.value.argmax()), int(values.argmax())
     if values.flat[sample] >= finer.value[best]:
         return float(times.flat[sample]), float(values.flat[sample])
@@ -613,7 +629,7 @@ def periodic(strokes: Strokes, guess: Phases | None = None) -> Phases:
         state = after(state)[0]
     change: Array = np.zeros(2)
     scale, before, tries, best, since = np.array([abs(state[0]), TURN]), math.inf, 0, math.inf, 0
-    for _ in range(_MOST_STEPS):
+    for step in range(_MOST_STEPS):
         try:
             image, found = after(state)
         except SceneError:
@@ -626,7 +642,7 @@ def periodic(strokes: Strokes, guess: Phases | None = None) -> Phases:
         best, since = (off, 0) if off < _PROGRESS * best else (best, since + 1)
         if since > _PATIENCE:
             break
-        if off <= _ENOUGH * strokes.rtol and slopes is not None:
+        if off <= _ENOUGH * strokes.rtol and step:  # never the guess itself, which another tolerance may have found
             return found._replace(slopes=slopes)
         if slopes is None or off > _SLOW * before:  # else those of the step before, or of a neighbour, still serve
             moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP])
@@ -702,6 +718,46 @@ def until_time(trail: Trail, end: float) -> Trail:
         step = kept[-1].step  # with the same dense output, to its new end
         kept[-1] = kept[-1]._replace(step=type(step)(step.dense, step.start, min(step.end, end)))
     return trail._replace(stretches=tuple(kept))
+
+
+def slip_heat(leg: Leg, ratio: float) -> float:
+    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
+
+    Args:
+        leg: through which the clutch slips.
+        ratio: speed of the clutch's shaft over that of the crank.
+
+    """
+    begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
+    edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
+    edges = edges[(edges >= begin) & (edges <= end)]
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    half = 0.5 * np.diff(edges)[:, None]
+    times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
+    slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
+    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
+
+
+def along_phases(times: Array, parts: Iterable[tuple[Trail | None, float, float]]) -> Array:
+    """Rows of states at times (s) by motions one after the other, each with its clock and a factor of its speeds."""
+    states = np.zeros((2, times.size))
+    for trail, clock, factor in parts:
+        if trail is None:
+            continue
+        mine = (times >= clock + trail.start.time) & (times <= clock + trail.t[-1])
+        if mine.any():
+            states[:, mine] = trail.states(times[mine] - clock)[:2] * np.array([[1.0], [factor]])
+    return states
+
+
+def crank_at(phases: Phases, times: Array) -> Array:
+    """Crank angle (rad) and speed (rad/s): two rows."""
+    legs = [(leg.driven, leg.clock, 1.0) for leg in phases.legs]
+    states = along_phases(
+        times, [*legs, (phases.coasting, phases.release_time, 1.0), (phases.braking, phases.brake_time, 1.0)]
+    )
+    states[0, times > phases.stop_time] = phases.rest
+    return states
 
 
 def _load(on: str, law: str, path: str) -> Load:

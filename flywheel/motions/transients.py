@@ -218,7 +218,7 @@ def transient(
     messages += _reversal(setting, trail, goes_on)
     if held:
         messages.append(held)
-    messages += trip_messages(inverter_trips(trail))
+    messages += trip_messages(inverter_trips(trail), ramped=True)
     expected = scene.has_flywheel or goal.kind == "regime"
     if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
         messages.append(f"no regime: {setting.no_regime}")

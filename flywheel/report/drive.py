@@ -17,6 +17,7 @@ from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia,
 from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import Quantity
+from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
 from flywheel.tables.power import entries, given, sentence, with_and_without
 from flywheel.tables.rows import SI, place
@@ -652,6 +653,7 @@ def _loads(found: SingleStroke) -> Section:
     )
     beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
+    parts += [Note(message(told), "remark") for told in trip_messages(found.trips)]
     parts += [Note(told, "remark") for told in rate_limit(found)]
     rows: list[tuple[Cell, ...]] = []
     for key, value in found.formulas.items():

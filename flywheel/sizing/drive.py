@@ -362,13 +362,13 @@ def temperature(shaft: MotorShaft) -> Temperature | None:
     return Temperature(found.greatest, found.time, motor.thermal.limit, error / max(mean, 1e-300))
 
 
-def trip_messages(trips: Iterable[Trip]) -> Iterator[str]:
-    """Messages on an inverter that trips: cause, place and remedy."""
+def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:
+    """Messages on an inverter that trips: cause, place and remedy, of a start on its ramp or of a motion that returns."""
     for kind, value, limit, angle, time in trips:
-        at = f"at crank angle {np.degrees(angle):.4g} deg" if time is None else f"after {time:.5g} s"
+        at = f"at crank angle {np.degrees(angle) % 360.0:.4g} deg" + ("" if time is None else f" after {time:.5g} s")
         if kind == "overcurrent":
             told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
-            if time is not None:
+            if ramped:
                 yield f"{told}; a longer ramp, a torque_limit or a larger motor keeps the current down"
                 continue
             yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from flywheel.language import number
+from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, rate_limit, share_name
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
+from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import KINDS, Finding
 from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
@@ -39,7 +40,10 @@ _OF_CLUTCH = (
         "inch_angle",
     ),
 )
-_OF_DRIVE = ("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature", "greatest_rate")
+_OF_DRIVE = (
+    *("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature"),
+    *("inverter_current", "power_returned", "greatest_rate"),
+)
 _PERCENT = 100.0
 
 
@@ -62,6 +66,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
             if isinstance(value, float) and (found.phases.slips or not key.startswith("second_slip")):
                 yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, found.error.get(key, 0.0), system))
 
+    trips = [message(each) for each in trip_messages(found.trips)]
     title = printable(found.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
         Block("title", title),
@@ -69,7 +74,7 @@ def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         _flywheel(found, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(found, system))),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=tuple(rate_limit(found))),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(found))),
         _shares(found),
         _formulas(found, system),
     )

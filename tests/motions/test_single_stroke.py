@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel import SceneError
 from flywheel.cli import main
-from flywheel.motions.single_stroke import course, slip_heat
-from flywheel.motions.strokes import Strokes, periodic
+from flywheel.motions.single_stroke import course
+from flywheel.motions.strokes import Strokes, periodic, slip_heat
 from flywheel.page import data
 from flywheel.reference import text
 from flywheel.report import contents, document
@@ -226,7 +226,7 @@ def test_a_stroke_that_is_looked_for_beside_another_is_the_same(irregularity):
     known = flywheel.single_stroke(rotor(flywheel__inertia=None, flywheel__irregularity=0.3), 1e-4, rates=False)
     scene = rotor(flywheel__inertia=None, flywheel__irregularity=irregularity)
     beside, alone = (flywheel.single_stroke(scene, 1e-4, rates=False, near=near) for near in (known, None))
-    assert beside.irregularity == pytest.approx(irregularity, rel=1e-5)
+    assert beside.irregularity == pytest.approx(irregularity, rel=1e-4)  # the accuracy that was asked for
     assert beside.inertia == pytest.approx(alone.inertia, abs=beside.error["inertia"] + alone.error["inertia"])
     assert beside.error["inertia"] < 1e-4 * beside.inertia
     for name in ("speed_least", "clutch_heat", "mean_power"):
@@ -288,6 +288,38 @@ def test_heat_an_hour_decides_the_rate_where_it_is_least():
     assert (found.verdicts != ()) == (found.shares["clutch heat an hour"] > 1.0)
     there = flywheel.single_stroke(scene.with_({"single_stroke.rate": found.greatest_rate}))
     assert there.clutch_heat_per_hour == pytest.approx(500e3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("more", "kinds"),
+    [
+        ({"overcurrent": 1.3}, ["overcurrent", "overvoltage"]),
+        ({"braking": "resistor", "chopper_power": "150 W"}, ["chopper_power"]),
+        ({"braking": "resistor", "chopper_power": "2 kW"}, []),
+        ({"braking": "regenerative"}, []),
+    ],
+)
+def test_an_inverter_trips_where_current_or_returned_power_is_greatest(more, kinds):
+    """The wheel slows down in the slip, and a load that drives takes it beyond the field's speed."""
+    motor = {"type": "induction", "power": 800.0, "speed": "38 rad/s", "poles": 2, "frequency": "6.3 Hz"}
+    motor |= {"breakdown_ratio": 2.5, "voltage": "400 V", "current": "2 A", "power_factor": 0.8}
+    motor["inverter"] = {"frequency": "6.3 Hz", "overcurrent": 3.0} | more
+    load = [{"on": "crank", "torque": 600.0, "from": "200 deg", "to": "290 deg"}]
+    scene = rotor(drive={"on": "wheel", "motor": motor}, load=load, single_stroke__continuous=2, single_stroke__rate=0.7)
+    found = flywheel.single_stroke(scene, 1e-6, rates=False)
+    along, own = course(found, 4000), found.scene.motor
+    current, power = own.current_share(along.driving), own.input_power(along.driving, own.torque(along.driving))
+    assert found.inverter_current == pytest.approx(current.max(), rel=1e-5)
+    assert found.power_returned == pytest.approx(-power.min(), rel=1e-4)
+    assert [trip.kind for trip in found.trips] == kinds
+    assert [each["kind"] for each in found.as_dict()["single_stroke"]["trips"]] == kinds
+    assert sum("THE INVERTER TRIPS" in line for line in found.verdicts) == len(kinds)
+    for trip in found.trips:
+        value = current if trip.kind == "overcurrent" else -power
+        assert np.interp(trip.time, along.time, value) == pytest.approx(trip.value, rel=1e-4)
+        assert np.interp(trip.time, along.time, along.phi) == pytest.approx(trip.angle, rel=1e-4)
+    if "overcurrent" in kinds:
+        assert found.shares["inverter current"] == pytest.approx(found.inverter_current / 1.3)
 
 
 @pytest.mark.parametrize("constant", [1.0, 3600.0])
