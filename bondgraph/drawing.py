@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import DOMAINS, STORES, One
 from bondgraph.files import replacement
-from bondgraph.graph import BondGraph, as_graph
+from bondgraph.graph import BondGraph, activated, as_graph
 from bondgraph.laws import GraphError, refuse
 from bondgraph.layout import (
     GREEK,
@@ -37,7 +37,6 @@ from bondgraph.layout import (
     Layout,
     Segment,
     Spot,
-    activated,
     arrow_head,
     half_arrow,
     is_symbol,

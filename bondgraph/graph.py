@@ -6,11 +6,11 @@ Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from bondgraph.elements import (
     DOMAINS,
@@ -34,8 +34,7 @@ from bondgraph.elements import (
     renamed,
 )
 from bondgraph.laws import TIME, Function, GraphError, law_of, own_name, refuse
-
-T = TypeVar("T", bound=Hashable)
+from bondgraph.numerics import reached_from, representatives
 
 _DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
 
@@ -47,36 +46,6 @@ def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[st
         near[bond.tail].append(bond.head)
         near[bond.head].append(bond.tail)
     return near
-
-
-def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
-    """All nodes that a walk from `start` reaches, given the neighbours of each.
-
-    >>> sorted(reached_from("a", {"a": ["b"], "b": ["a", "c"], "c": ["b"], "d": []}))
-    ['a', 'b', 'c']
-    """
-    seen, todo = {start}, [start]
-    while todo:
-        fresh = [other for other in near[todo.pop()] if other not in seen]
-        seen.update(fresh)
-        todo.extend(fresh)
-    return seen
-
-
-def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T, T]:
-    """The representative of each node among all that it is tied to: that of the first of a tie serves for the rest too.
-
-    >>> representatives([1, 2, 3, 4], [(2, 3), (3, 1)])
-    {1: 2, 2: 2, 3: 2, 4: 4}
-    """
-    chief = {thing: thing for thing in things}
-    led = {thing: [thing] for thing in chief}
-    for tie in ties:
-        first = chief[tie[0]]
-        for other in {chief[thing] for thing in tie} - {first}:
-            led[first] += led[other]
-            chief |= dict.fromkeys(led.pop(other), first)
-    return chief
 
 
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
@@ -105,8 +74,13 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _wrong_counts(elements, bonds)
     if not elements:
         yield "the graph is empty"
-    elif not graph.parts and len(seen := reached_from(next(iter(elements)), _near(graph))) < len(elements):
-        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
+    elif not graph.parts:
+        near = neighbours(elements, bonds)
+        for quantity, name in readings(graph):
+            near[name].append(quantity[2:])
+            near[quantity[2:]].append(name)
+        if len(seen := reached_from(next(iter(elements)), near)) < len(elements):
+            yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
@@ -120,16 +94,24 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _rival_sources(elements, bonds)
 
 
-def _near(graph: BondGraph) -> dict[str, list[str]]:
-    """The names that each element has bonds with, or reads, or is read by."""
-    near = neighbours(graph.elements, graph.bonds)
+def readings(graph: BondGraph) -> Iterator[tuple[str, str]]:
+    """The flows, efforts and states that laws read of the motion, each with the element whose law it is."""
     for name, element in graph.elements.items():
         for quantity in element.law.of if isinstance(element.law, Function) else ():
             if graph.reading(quantity) is not None:
-                other = quantity[2:]
-                near[name].append(other)
-                near[other].append(name)
-    return near
+                yield quantity, name
+
+
+def activated(graph: BondGraph) -> tuple[Bond, ...]:
+    """The ways of signals without power, numbered from -1 down: to each element from the flow or effort that its law reads.
+
+    >>> from bondgraph import I, R, Se
+    >>> b = Builder().one("arm").one("rotor").on("arm", R("Ra", 1.0), Se("u", lambda f_rotor: -f_rotor))
+    >>> activated(b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", 2.0).build())
+    (Bond(number=-1, tail='rotor', head='u'),)
+    """
+    reads = [(quantity[2:], name) for quantity, name in readings(graph) if quantity[0] in "fe" and quantity[2:] != name]
+    return tuple(Bond(-k, *ends) for k, ends in enumerate(dict.fromkeys(reads), 1))
 
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:

@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS
-from bondgraph.graph import Bond, BondGraph, reached_from
+from bondgraph.graph import Bond, BondGraph, activated
 from bondgraph.laws import Function, GraphError
+from bondgraph.numerics import reached_from
 
 LABEL_SIZE, JUNCTION_SIZE, NAME_SIZE, NUMBER_SIZE = 11.5, 14.0, 8.5, 8.0  # points
 LINE_SPACING = 1.25
@@ -582,23 +583,6 @@ def layout(
                 return drawn
         at = rearranged(graph, half, at, attempt)
     raise GraphError("this graph is too entangled to be drawn clearly; draw parts of it by themselves")
-
-
-def activated(graph: BondGraph) -> tuple[Bond, ...]:
-    """The ways of signals without power, numbered from -1 down: to each element from the flow or effort that its law reads.
-
-    >>> from bondgraph import Builder, I, R, Se
-    >>> b = Builder().one("arm").one("rotor").on("arm", R("Ra", 1.0), Se("u", lambda f_rotor: -f_rotor))
-    >>> activated(b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", 2.0).build())
-    (Bond(number=-1, tail='rotor', head='u'),)
-    """
-    reads = [
-        (quantity[2:], name)
-        for name, element in graph.elements.items()
-        for quantity in (element.law.of if isinstance(element.law, Function) else ())
-        if quantity != graph.own(name) and (graph.reading(quantity) or "p")[0] in "fe" and quantity[2:] != name
-    ]
-    return tuple(Bond(-k, *ends) for k, ends in enumerate(dict.fromkeys(reads), 1))
 
 
 def flaws(drawn: Layout) -> Iterator[str]:

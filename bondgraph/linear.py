@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, Element
 from bondgraph.equations import Reading
-from bondgraph.graph import Bond, BondGraph, as_graph, reached_from
+from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.laws import TIME, GraphError, full_digits, refuse
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.formulation import Formulation
+from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
 

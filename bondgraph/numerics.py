@@ -1,4 +1,4 @@
-"""Numerical tools of graphs and machines: evaluations counted; where a function of one number is zero, holds, is greatest.
+"""Tools of graphs and machines: evaluations counted; what hangs together; where a function is zero, holds, is greatest.
 
 Roots are found between two places of opposite signs, to the last digit; those of a polynomial by its Chebyshev series over a
 share of a range from 0 to 1, in which the first place is found at which a value leaves its side (`first_change`).
@@ -10,7 +10,7 @@ and golden sections).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, NamedTuple, TypeVar
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 F = TypeVar("F", bound=np.floating[Any])
+T = TypeVar("T", bound=Hashable)
 
 JUST_STARTED = 1e-9  # of a range: sooner is at its start
 _MOST_STEPS = 2000
@@ -83,6 +84,59 @@ def count(positions: Any) -> None:
 def counting() -> bool:
     """True if evaluations are counted in this thread."""
     return _TALLY.get() is not None
+
+
+# -- what hangs together -------------------------------------------------------------------------------------------------
+
+
+def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
+    """All nodes that a walk from `start` reaches, given the neighbours of each.
+
+    >>> sorted(reached_from("a", {"a": ["b"], "b": ["a", "c"], "c": ["b"], "d": []}))
+    ['a', 'b', 'c']
+    """
+    seen, todo = {start}, [start]
+    while todo:
+        fresh = [other for other in near[todo.pop()] if other not in seen]
+        seen.update(fresh)
+        todo.extend(fresh)
+    return seen
+
+
+def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T, T]:
+    """The representative of each node among all that it is tied to: that of the first of a tie serves for the rest too.
+
+    >>> representatives([1, 2, 3, 4], [(2, 3), (3, 1)])
+    {1: 2, 2: 2, 3: 2, 4: 4}
+    """
+    chief = {thing: thing for thing in things}
+    led = {thing: [thing] for thing in chief}
+    for tie in ties:
+        first = chief[tie[0]]
+        for other in {chief[thing] for thing in tie} - {first}:
+            led[first] += led[other]
+            chief |= dict.fromkeys(led.pop(other), first)
+    return chief
+
+
+def components(needs: Mapping[T, Iterable[T]]) -> list[list[T]]:
+    """Groups of things that need each other, each after those that it needs; things that are not listed need nothing.
+
+    >>> components({0: [1], 1: [2], 2: [1], 3: []})
+    [[3], [1, 2], [0]]
+    """
+    groups: list[list[T]] = []
+    left = dict(needs)
+    while left:
+        near = {one: [other for other in others if other in left and other != one] for one, others in left.items()}
+        fresh = [[one] for one, others in near.items() if not others]
+        if not fresh:  # what reaches the fewest reaches nothing but its own group
+            least = min((reached_from(one, near) for one in near), key=len)
+            fresh = [[one for one in near if one in least]]
+        groups += fresh
+        done = {one for group in fresh for one in group}
+        left = {one: others for one, others in near.items() if one not in done}
+    return groups
 
 
 # -- roots ------------------------------------------------------------------------------------------------------------

@@ -25,8 +25,9 @@ from itertools import chain, combinations, count
 from typing import NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
-from bondgraph.graph import Bond, BondGraph, Builder, as_graph, neighbours, reached_from
+from bondgraph.graph import Bond, BondGraph, Builder, as_graph, neighbours
 from bondgraph.laws import GraphError, refuse
+from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality
 from bondgraph.strokes import causality as strokes_of
 

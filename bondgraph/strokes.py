@@ -20,17 +20,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Law
-from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, as_graph, flow_variables, reached_from
+from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, activated, as_graph, flow_variables
 from bondgraph.laws import TIME, GraphError, refuse
+from bondgraph.numerics import components, reached_from
 
-T = TypeVar("T", bound=Hashable)
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
@@ -112,26 +112,6 @@ def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: s
         ends.append(graph.title(end) + (f" through {', '.join(dict.fromkeys(passed))}" if passed else ""))
     what = " and ".join(dict.fromkeys(ends)) or "no store and no source: the junctions alone decide it"
     return f"{graph.title(name)} follows {what}"
-
-
-def components(needs: Mapping[T, Iterable[T]]) -> list[list[T]]:
-    """Groups of things that need each other, each after those that it needs; things that are not listed need nothing.
-
-    >>> components({0: [1], 1: [2], 2: [1], 3: []})
-    [[3], [1, 2], [0]]
-    """
-    groups: list[list[T]] = []
-    left = dict(needs)
-    while left:
-        near = {one: [other for other in others if other in left and other != one] for one, others in left.items()}
-        fresh = [[one] for one, others in near.items() if not others]
-        if not fresh:  # what reaches the fewest reaches nothing but its own group
-            least = min((reached_from(one, near) for one in near), key=len)
-            fresh = [[one for one in near if one in least]]
-        groups += fresh
-        done = {one for group in fresh for one in group}
-        left = {one: others for one, others in near.items() if one not in done}
-    return groups
 
 
 def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Circle, ...]:
@@ -662,22 +642,25 @@ class Summand(NamedTuple):
 
 
 class Equation(NamedTuple):
-    """A quantity on the left, and the terms whose sum it is; 0 if there are none."""
+    """A quantity on the left (by name, as a law reads it), and the terms whose sum it is; 0 if there are none."""
 
-    left: Signal
+    left: Signal | str
     right: tuple[Summand, ...]
 
 
 class BondRow(NamedTuple):
-    """One bond: its ends, where its stroke is, the equations of its effort and flow, and of its state at a store."""
+    """One bond: its ends, where its stroke is, the equations of its effort and flow, and of its state at a store.
+
+    An activated bond has a number below 0, no stroke, and the effort or flow that a law reads, by its name there.
+    """
 
     bond: int
     tail: str
     head: str
     half_arrow: tuple[str, str]
     stroke: str
-    effort: Equation
-    flow: Equation
+    effort: Equation | None
+    flow: Equation | None
     state: Equation | None
 
 
@@ -686,7 +669,7 @@ class Table:
     """The equations of a graph, a row for every bond. Made by `table`; print it with `text`, `markdown` or `latex`.
 
     Args:
-        rows: one for every bond, in the graph's order.
+        rows: one for every bond, in the graph's order, then one for every activated bond.
         notes: which stores follow others, and which equations are implicit because of an algebraic loop.
 
     """
@@ -696,20 +679,21 @@ class Table:
 
     def text(self) -> str:
         """The table in aligned columns."""
-        lines = [_HEADINGS, *(_cells(row, _written, str, "->") for row in self.rows)]
+        lines = [_HEADINGS, *(_cells(row, _written, str, "->", "=>") for row in self.rows)]
         wide = [max(len(line[k]) for line in lines) for k in range(len(_HEADINGS))]
         body = ["  ".join(cell.ljust(w) for cell, w in zip(line, wide, strict=True)).rstrip() for line in lines]
         return "\n".join([*body, *self._footer()])
 
     def markdown(self) -> str:
         """The table in Markdown, its equations as code."""
-        lines = [_cells(row, lambda e: f"`{_written(e)}`", _markdown, "->") for row in self.rows]
+        lines = [_cells(row, lambda e: f"`{_written(e)}`", _markdown, "->", "=>") for row in self.rows]
         body = ["| " + " | ".join(line) + " |" for line in (_HEADINGS, ("---",) * len(_HEADINGS), *lines)]
         return "\n".join([*body, "", *(f"- {_markdown(line)}" for line in self._footer())])
 
     def latex(self) -> str:
         r"""The table as a LaTeX tabular with its convention below it; no package is needed."""
-        lines = [_cells(row, lambda e: f"${_written(e, tex=True)}$", _escaped, r"$\rightarrow$") for row in self.rows]
+        arrows = r"$\rightarrow$", r"$\Rightarrow$"
+        lines = [_cells(row, lambda e: f"${_written(e, tex=True)}$", _escaped, *arrows) for row in self.rows]
         body = [" & ".join(line) + r" \\" for line in (_HEADINGS, *lines)]
         columns = "r" + "l" * (len(_HEADINGS) - 1)
         table = [rf"\begin{{tabular}}{{{columns}}}", r"\hline", body[0], r"\hline", *body[1:], r"\hline", r"\end{tabular}"]
@@ -747,9 +731,14 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
         raise GraphError("the causality is that of another graph: give the one of this graph, or none")
     refuse(assigned.conflicts)
     known = inputs(graph, assigned.strokes)
-    rows = tuple(_row(graph, assigned, known, bond) for bond in graph.bonds)
+    rows = [_row(graph, assigned, known, bond) for bond in graph.bonds]
+    for signal in activated(graph):
+        read = {x: f"{x}_{signal.tail}" for x in "ef" if f"{x}_{signal.tail}" in graph.depends_on(signal.head)}
+        given = {x: Equation(name, (Summand(Signal(*(graph.reading(name) or (x, 0)))),)) for x, name in read.items()}
+        ends = graph.title(signal.tail), graph.title(signal.head), (signal.tail, signal.head)
+        rows.append(BondRow(signal.number, *ends, "", given.get("e"), given.get("f"), None))
     implicit = [f"implicit equations: {loop.text}" for loop in assigned.loops]
-    return Table(rows, (*(assigned.follows[name] for name in assigned.derivative), *implicit))
+    return Table(tuple(rows), (*(assigned.follows[name] for name in assigned.derivative), *implicit))
 
 
 def _row(graph: BondGraph, assigned: Causality, known: Inputs, bond: Bond) -> BondRow:
@@ -827,17 +816,21 @@ def _symbol(graph: BondGraph, name: str, own: Summand | None = None, inverse: bo
     return Symbol(name, graph.elements[name].kind, varies if own is None else (own, *varies), inverse)
 
 
-def _cells(row: BondRow, equation: Callable[[Equation], str], word: Callable[[str], str], arrow: str) -> tuple[str, ...]:
-    words = (word(row.tail), word(row.head), arrow, word(row.stroke))
-    state = equation(row.state) if row.state is not None else ""
-    return (str(row.bond), *words, equation(row.effort), equation(row.flow), state)
+def _cells(
+    row: BondRow, equation: Callable[[Equation], str], word: Callable[[str], str], half: str, full: str
+) -> tuple[str, ...]:
+    words = (word(row.tail), word(row.head), half if row.bond > 0 else full, word(row.stroke))
+    equations = [equation(one) if one is not None else "" for one in (row.effort, row.flow, row.state)]
+    return (str(row.bond) if row.bond > 0 else "", *words, *equations)
 
 
 def _written(equation: Equation, tex: bool = False) -> str:
     return f"{_quantity(equation.left, tex)} = {_sum(equation.right, tex)}"
 
 
-def _quantity(quantity: Signal, tex: bool) -> str:
+def _quantity(quantity: Signal | str, tex: bool) -> str:
+    if isinstance(quantity, str):
+        return _latex_name(quantity) if tex else quantity
     letter, bond, rate = quantity
     return (rf"\dot{{{letter}}}" if rate else letter) + f"_{{{bond}}}" if tex else str(quantity)
 

@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
-from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph, reached_from
+from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph
 from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
 from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
 from bondgraph.motion.runge_kutta import MANY
+from bondgraph.numerics import reached_from
 from bondgraph.recording import Recorded, Recorder
 
 

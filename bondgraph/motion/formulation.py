@@ -41,10 +41,10 @@ from bondgraph.graph import (
     flow_variables,
     places,
     plan,
-    reached_from,
 )
 from bondgraph.laws import Function, GraphError, function, refuse
-from bondgraph.strokes import Causality, causality, components
+from bondgraph.numerics import components, reached_from
+from bondgraph.strokes import Causality, causality
 
 _SINGULAR = 1e-12
 

@@ -607,6 +607,17 @@ def test_a_causality_of_another_graph_is_refused():
         table(motor(), causality(motor()))
 
 
+def test_what_laws_read_has_a_row_of_its_own():
+    """A controller that reads a speed and a voltage: two activated bonds, which carry no power."""
+    b = Builder().one("arm").one("rotor").on("arm", R("r", 1.0), I("L", 0.1), Se("u", lambda f_rotor, e_r: -f_rotor - e_r))
+    found = table(b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", 2.0, name="k").build())
+    *_, speed, voltage, _ = found.text().splitlines()
+    assert speed.split() == ["1:rotor", "MSe:u", "=>", "f_rotor", "=", "f_4"]
+    assert voltage.split() == ["R:r", "MSe:u", "=>", "e_r", "=", "e_1"]
+    assert [row.bond for row in found.rows] == [1, 2, 3, 4, 5, 6, -1, -2]
+    assert r"$\mbox{f\_rotor} = f_{4}$" in found.latex()
+
+
 def test_another_causality_gives_another_table():
     graph = slider_crank()
     rows = table(graph, causality(graph, {"J": "derivative"})).rows
