@@ -168,13 +168,15 @@ def place(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Places:
     The backbone of junctions and two-ports comes first, with room to spare; then the one-ports join, each in its favourite
     direction among those that are free at its junction, and all move. A long graph is then folded in rows.
     """
+    backbone = [name for name, element in graph.elements.items() if element.kind not in ONE_PORTS]
+    if len(backbone) == 1 and len(half) > 1 + len(_MOVES):
+        return star(graph, half, backbone[0])
     layers = _ordered(graph, _layers(graph))
     start = {
         name: (_PITCH * STEP[0] * column, _PITCH * STEP[1] * ((len(layer) - 1) // 2 - row))
         for column, layer in enumerate(layers)
         for row, name in enumerate(layer)
     }
-    backbone = [name for name, element in graph.elements.items() if element.kind not in ONE_PORTS]
     at = _settled(graph, {name: (half[name][0] + _ROOM[0], half[name][1] + _ROOM[1]) for name in backbone}, start)
 
     def apart(one: Array, two: Array) -> float:
@@ -194,11 +196,27 @@ def place(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Places:
     return _folded(graph, half, layers, _settled(graph, half, at))
 
 
+def star(graph: BondGraph, half: Mapping[str, tuple[float, float]], hub: str) -> Places:
+    """The one-ports of a single junction in a ring, as close as the greatest label allows in each direction."""
+    ways = {name: _ONE_PORT_SIDES[element.kind] for name, element in graph.elements.items() if name != hub}
+    ports = sorted(ways, key=lambda name: atan2(ways[name][1], ways[name][0]) % tau)
+    wide, high = (2.0 * max(half[name][k] for name in ports) + _FREE for k in (0, 1))
+    angles = np.linspace(0.0, tau, 1 + 16 * len(ports))
+    across, up = (np.maximum(np.abs(side), 1e-9) for side in (np.sin(angles), np.cos(angles)))
+    held = np.concatenate([[0.0], np.cumsum(1.0 / np.minimum(wide / across, high / up))[:-1]])  # labels on a unit of radius
+    turns = np.interp(np.arange(len(ports)) / len(ports), held / held[-1], angles)
+    radius = max(len(ports) / (held[-1] * angles[1]), 0.5 * wide + 2.0 * _SHORTEST)
+    return {hub: (0.0, 0.0)} | {
+        n: (float(radius * np.cos(a)), float(radius * np.sin(a))) for n, a in zip(ports, turns, strict=True)
+    }
+
+
 def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: list[list[str]], at: Places) -> Places:
     """The places of a graph that is too long for a sheet, in rows to and fro, one below the other.
 
     The cuts are at elements that are alone in their layer, and so hold the parts before and behind them together: behind
-    such an element the rest may be mirrored, and no bond crosses another that did not before.
+    such an element the rest may be mirrored, and no bond crosses another that did not before. Where there are none, every
+    other row is turned upside down, and bonds lead round each other from one row to the next, the uppermost outside.
     """
     column = {name: k for k, layer in enumerate(layers) for name in layer}
     column |= {b.other(name): k for name, k in column.items() for b in graph.at(name) if b.other(name) not in column}
@@ -221,7 +239,8 @@ def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: l
     at = dict(zip(names, map(tuple, table.tolist()), strict=True))
     width, height = np.ptp(table, axis=0) + 2.0 * size.max(axis=0)
     rows = min(range(1, len(layers) + 1), key=lambda n: max(width / n / _PAGE, n * (height + _GUTTER)))
-    cuts = [k for k in range(1, len(layers) - 1) if len(layers[k]) == 1]
+    alone = [k for k in range(1, len(layers) - 1) if len(layers[k]) == 1]
+    cuts = alone or list(range(1, len(layers) - 2))
     if not cuts:
         return _settled(graph, half, at)
     left = min(x for x, _ in at.values())
@@ -230,18 +249,28 @@ def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: l
     ends = [*sorted(inner), len(layers) - 1]  # the last layers of the rows
     folded: Places = {}
     turn, below = 0.0, 0.0
-    loose = {b.other(layers[k][0]) for k in ends[:-1] for b in graph.at(layers[k][0])}
+    turning = [layers[k] if alone else [*layers[k], *layers[k + 1]] for k in ends[:-1]]
+    loose = {b.other(name) for names in turning for name in names for b in graph.at(name)}
     for n, last in enumerate(ends):
-        own = {name: at[name] for name, k in column.items() if (ends[n - 1] if n else -1) < k <= last}
-        first = at[layers[ends[n - 1] + 1][0]][0] if n else 0.0
+        first, way, before = ends[n - 1] + 1 if n else 0, -1.0 if n % 2 else 1.0, turn
+        own = {name: (way * x, y if alone else way * y) for name, (x, y) in at.items() if first <= column[name] <= last}
+        begin = own[layers[first][0]][0] if alone else -way * max(-way * x for x, _ in own.values())
+        own = {name: (x + (before - begin if n else 0.0), y) for name, (x, y) in own.items()}
+        turn = own[layers[last][0]][0] if alone else way * max(way * x for x, _ in own.values())
+        for k, edge, side in ((first, before, -way), (last, turn, way)):
+            if alone or (k == first and n == 0) or (k == last and last == ends[-1]):
+                continue
+            upwards = sorted(layers[k], key=lambda name: own[name][1])
+            for rank, name in enumerate(upwards if k == last else reversed(upwards)):
+                move = edge + side * _PITCH * STEP[0] * rank - own[name][0]
+                ports = (b.other(name) for b in graph.at(name) if graph.elements[b.other(name)].kind in ONE_PORTS)
+                own |= {other: (own[other][0] + move, own[other][1]) for other in (name, *ports)}
         top, bottom = (
             side(y + sign * half[name][1] for name, (_, y) in own.items()) for side, sign in ((max, 1), (min, -1))
         )
         shift = np.ceil((top - below + _GUTTER) / STEP[1]) * STEP[1] if n else 0.0
-        way = -1.0 if n % 2 else 1.0
-        folded |= {name: (turn + way * (x - first), y - shift) for name, (x, y) in own.items()}
+        folded |= {name: (x, y - shift) for name, (x, y) in own.items()}
         below = bottom - shift
-        turn = folded[layers[last][0]][0]
     return _settled(graph, half, {name: folded[name] for name in at}, loose)
 
 
@@ -669,7 +698,8 @@ def _clearance(bonds: Sequence[Bond], bond: Bond, name: str, boxes: Mapping[str,
     angles = {other: atan2(there.y - here.y, there.x - here.x) for other, there in ways.items()}
     own = bond.other(name)
     apart = [abs(remainder(angle - angles[own], tau)) for other, angle in angles.items() if other != own]
-    return min(0.55 * _STROKE / tan(max(min(apart), 0.1) / 2.0), _FARTHEST) if apart else 0.0
+    farthest = _FARTHEST * max(1.0, len(angles) / len(_MOVES))
+    return min(0.55 * _STROKE / tan(max(min(apart), 0.1) / 2.0), farthest) if apart else 0.0
 
 
 def _leaving(line: Segment, boxes: Iterable[Box]) -> float:

@@ -12,12 +12,12 @@ from matplotlib.patches import Rectangle
 
 from bondgraph import Bond, BondGraph, Builder, C, GraphError, I, One, R, Se, Sf, draw
 from bondgraph.drawing import COLOURS, mathtext, svg
+from bondgraph.graph import activated
 from bondgraph.layout import (
     STEP,
     Box,
     Segment,
     Spot,
-    activated,
     enters,
     flaws,
     half_arrow,
@@ -229,16 +229,43 @@ def test_flaws_are_named():
     assert "bond 6 passes through the label of 'M'" in list(flaws(spoilt))
 
 
-@pytest.mark.parametrize("masses", [9, pytest.param(30, marks=pytest.mark.slow)])
-def test_a_long_chain_is_folded_to_fit_a_sheet_without_crossings(masses):
-    drawn = layout(chain(masses))
+def rails(lengths):
+    """A chain of so many junctions, and a second one beside it that holds it at each of them: no element cuts it in two."""
+    b = Builder()
+    for k in range(lengths):
+        for rail, kinds in (("a", (b.one, b.zero)), ("b", (b.zero, b.one))):
+            kinds[k % 2](f"{rail}{k}").on(f"{rail}{k}", (I if kinds[k % 2] == b.one else C)(f"s{rail}{k}", 1.0))
+            b = b.bond(f"{rail}{k - 1}", f"{rail}{k}") if k else b
+        b.bond(f"a{k}", f"b{k}")
+    return b.build()
+
+
+def star(ports):
+    b = Builder().one("hub")
+    for k in range(ports):
+        b.on("hub", (I, C, R, Se)[k % 4](f"e{k}", 1.0))
+    return b.build()
+
+
+LONG = [
+    (lambda: chain(9), 24),
+    pytest.param(lambda: chain(30), 24, marks=pytest.mark.slow),
+    pytest.param(lambda: rails(20), 15, marks=pytest.mark.slow),
+    (lambda: star(50), 24),
+    (lambda: star(15), 24),
+]
+
+
+@pytest.mark.parametrize(("graph", "pitch"), LONG)
+def test_a_long_graph_is_laid_out_to_fit_a_sheet_without_crossings(graph, pitch):
+    drawn = layout(graph())
     assert list(flaws(drawn)) == []
     lines = list(drawn.bonds.values())
     assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
     left, bottom, right, top = drawn.bounds
     assert right - left < 1190  # A3 in points: texts keep their size
     assert top - bottom < 842
-    assert right - left < 24 * len(lines)  # in one row it takes more
+    assert right - left < pitch * len(lines)  # in one row it takes more
 
 
 def ring(junctions):
