@@ -80,7 +80,8 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     panel.set_aspect("equal")
     panel.set_xlim(*box[0])
     panel.set_ylim(*box[1])
-    _scale_to_metres(panel, view, poses)
+    metres = np.array([[0.0, 2.0], [0.0, 2.0]])  # a box from which no mm are taken
+    draw_bodies(panel, view, poses, metres)
     dimensions = list(_dimensions(view, poses))
     left = dimensions[_MOST_DIMENSIONS:]
     names: list[tuple[str, str, tuple[float, float]]] = []
@@ -102,12 +103,6 @@ def _box(view: View, poses: Poses) -> Array:
     """The box (m) of the mechanism at this position, with room for dimension lines."""
     outline, spare = _outline(view, poses), 9.0 * view.sketch.unit
     return np.stack((np.nanmin(outline, axis=1) - spare, np.nanmax(outline, axis=1) + spare), axis=1)
-
-
-def _scale_to_metres(panel: Axes, view: View, poses: Poses) -> None:
-    """Draws the bodies in metres."""
-    metres = np.array([[0.0, 2.0], [0.0, 2.0]])  # a box from which no mm are taken
-    draw_bodies(panel, view, poses, metres)
 
 
 def _outline(view: View, poses: Poses) -> Array:

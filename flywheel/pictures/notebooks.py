@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import PowerFlow, Sizing, Sizings
     from flywheel.study.tradeoff import Tradeoff
-    from flywheel.tables.summary import Block
 
 Array = NDArray[np.float64]
 
@@ -133,7 +132,13 @@ def _sizing(sizing: Sizing) -> Iterator[str]:
     from flywheel.tables.summary import summary
 
     for block in summary(sizing):
-        yield from _block(block)
+        if block.title:
+            yield f"<p><strong>{escape(block.title)}</strong></p>"
+        if block.table:
+            yield table(block.table, block.header)
+        yield table((row.label, " ".join(filter(None, (row.value, row.unit))), row.note) for row in block.rows)
+        for sentence in block.sentences:
+            yield f"<p>{escape(sentence)}</p>"
     machine, cycle = sizing.machine, sizing.constant or sizing.cycle
     if machine is None or cycle is None or cycle.mesh.phi.shape[0] > _POINTS:
         return
@@ -142,16 +147,6 @@ def _sizing(sizing: Sizing) -> Iterator[str]:
     phi = samples.phi * DEGREES
     yield curves(phi, [Curve("turning moment M*", samples.moment)], "crank angle, deg", "N m")
     yield curves(phi, [Curve("its work W", samples.work, "#d55e00")], "crank angle, deg", "J")
-
-
-def _block(block: Block) -> Iterator[str]:
-    if block.title:
-        yield f"<p><strong>{escape(block.title)}</strong></p>"
-    if block.table:
-        yield table(block.table, block.header)
-    yield table((row.label, " ".join(filter(None, (row.value, row.unit))), row.note) for row in block.rows)
-    for sentence in block.sentences:
-        yield f"<p>{escape(sentence)}</p>"
 
 
 def _sizings(sizings: Sizings) -> Iterator[str]:

@@ -467,7 +467,9 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
     enters, leaves = Quantity("P_e", flow.input, "W"), Quantity("P_a", flow.output, "W")
     rows: list[tuple[Cell, ...]] = [(_("comes in"), Formula("P_e"), enters, share(flow.input))]
     symbols: list[Quantity] = []
-    of_mesh = _symbols(flow)
+    of_mesh: dict[tuple[str, str], str] = {}
+    for k, shaft in enumerate(_lossy(flow), 1):
+        of_mesh |= {("slip", f"shafts.{shaft}"): f"P_s{k}", ("mesh", f"shafts.{shaft}"): f"P_v{k}"}
     for entry in entries(flow):
         if entry.stream.lost and entry.stream.mean:
             symbol = of_mesh.get((entry.stream.kind, entry.stream.name), f"P_l{len(symbols) + 1}")
@@ -485,14 +487,6 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
         yield Step(told, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
     if (summary := sentence(flow)) is not None:
         yield Note(f"{summary}.")
-
-
-def _symbols(flow: PowerFlow) -> dict[tuple[str, str], str]:
-    """The symbols of the losses of meshes, by kind and name of the stream, as in the steps."""
-    found: dict[tuple[str, str], str] = {}
-    for k, shaft in enumerate(_lossy(flow), 1):
-        found |= {("slip", f"shafts.{shaft}"): f"P_s{k}", ("mesh", f"shafts.{shaft}"): f"P_v{k}"}
-    return found
 
 
 _SYMBOLS = {

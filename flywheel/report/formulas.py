@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import ast
 import math
+import operator
 from collections.abc import Callable, Mapping
 from functools import cache
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flywheel import language
 from flywheel.language import text as _
@@ -50,6 +51,14 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "min": min,
     "max": max,
     "sign": lambda x: float((x > 0) - (x < 0)),
+}
+_SIGNS: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
 }
 _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
@@ -210,36 +219,28 @@ def value(formula: str, numbers: Mapping[str, float]) -> float:
     2.0
 
     """
-    return _value(sides(formula)[-1], numbers)
+    return float(value_of(sides(formula)[-1], {"pi": math.pi, **numbers}, _FUNCTIONS, float))
 
 
-def _value(node: ast.expr, numbers: Mapping[str, float]) -> float:
+def value_of(
+    node: ast.expr,
+    names: Mapping[str, Any],
+    functions: Mapping[str, Callable[..., Any]],
+    number: Callable[[float], Any],
+) -> Any:
+    """The value of a tree over any kind of number: that of its names, of which `number` makes one from a constant."""
     match node:
-        case ast.Constant(value=int() | float() as number):
-            return float(number)
-        case ast.Name(id=name) if name in numbers:
-            return numbers[name]
-        case ast.Name(id="pi"):
-            return math.pi
-        case ast.UnaryOp(op=ast.USub(), operand=inner):
-            return -_value(inner, numbers)
-        case ast.UnaryOp(op=ast.UAdd(), operand=inner):
-            return _value(inner, numbers)
-        case ast.BinOp(left=left, op=op, right=right):
-            a, b = _value(left, numbers), _value(right, numbers)
-            match op:
-                case ast.Add():
-                    return a + b
-                case ast.Sub():
-                    return a - b
-                case ast.Mult():
-                    return a * b
-                case ast.Div():
-                    return a / b
-                case ast.Pow():
-                    return float(a**b)
-        case ast.Call(func=ast.Name(id=name), args=arguments) if name in _FUNCTIONS:
-            return _FUNCTIONS[name](*(_value(argument, numbers) for argument in arguments))
+        case ast.Constant(value=int() | float() as constant):
+            return number(constant)
+        case ast.Name(id=name) if name in names:
+            return names[name]
+        case ast.UnaryOp(op=op, operand=inner) if type(op) in _SIGNS:
+            return _SIGNS[type(op)](value_of(inner, names, functions, number))
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
+            a, b = (value_of(side, names, functions, number) for side in (left, right))
+            return _OPERATIONS[type(op)](a, b)
+        case ast.Call(func=ast.Name(id=name), args=arguments) if name in functions:
+            return functions[name](*(value_of(argument, names, functions, number) for argument in arguments))
     raise FormulaError(f"{ast.unparse(node)!r} is not worked out")
 
 

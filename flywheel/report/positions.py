@@ -595,34 +595,13 @@ def _derivatives(made: Sheet, law: Expression) -> list[str]:
     plain = {symbol: value.value for symbol, value in made.values.items()} | {"phi": local}
     functions = {name: getattr(sympy, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")}
 
-    def read(node: ast.expr) -> Any:
-        match node:
-            case ast.Constant(value=int() | float() as number):
-                return sympy.nsimplify(number) if float(number).is_integer() else sympy.Float(number)
-            case ast.Name(id=name):
-                return sympy.pi if name == "pi" else sympy.Symbol(name)
-            case ast.UnaryOp(op=ast.USub(), operand=inner):
-                return -read(inner)
-            case ast.BinOp(left=left, op=op, right=right):
-                a, b = read(left), read(right)
-                match op:
-                    case ast.Add():
-                        return a + b
-                    case ast.Sub():
-                        return a - b
-                    case ast.Mult():
-                        return a * b
-                    case ast.Div():
-                        return a / b
-                    case ast.Pow():
-                        return a**b
-            case ast.Call(func=ast.Name(id=name), args=[inner]) if name in functions:
-                return functions[name](read(inner))
-        raise ValueError(ast.unparse(node))
+    def constant(number: float) -> Any:
+        return sympy.nsimplify(number) if float(number).is_integer() else sympy.Float(number)
 
     try:
         tree = branch_of(ast.parse(law.text.replace("\\\n", " ").strip(), mode="eval").body, plain)
-        place = read(tree)
+        names = {node.id: sympy.Symbol(node.id) for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        place = formulas.value_of(tree, names | {"pi": sympy.pi}, functions, constant)
     except (SyntaxError, ValueError, ArithmeticError):
         return ["", "", ""]
     phi, own = sympy.Symbol("phi"), made.driver

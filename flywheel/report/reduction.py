@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.elements import Here
+from bondgraph.numerics import root
 from flywheel.components.load_models import model_of
 from flywheel.language import message
 from flywheel.language import number as localized
@@ -274,21 +275,16 @@ def _slope(at: Steps, elements: Sequence[Element]) -> float:
     return 2.0 * sum(float(e.law) * float(gains[e.junction][0]) * float(slopes[e.junction][0]) for e in elements)
 
 
-def _symbol_of_mass(at: Steps, element: Element) -> Quantity:
-    """The mass or inertia of an element, with the symbol that it has among the data."""
-    line = at.translates(element.junction)
-    owner, _dot, body = element.part.partition(".")
-    name = index(body) if body and owner in at.sheets else index(element.name)
-    return Quantity(f"{'m' if line else 'J'}_{name}", float(element.law), "kg" if line else "kg m²")
-
-
 def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope: Quantity) -> Iterator[Part]:
     """One body: m g_x² + m g_y² + J g_theta², and the slope of that."""
     terms, bent = [], []
     numbers: dict[str, Quantity] = {}
     more: dict[str, Quantity] = {}
     for element in mine:
-        mass = _symbol_of_mass(at, element)
+        line = at.translates(element.junction)
+        owner, _dot, body = element.part.partition(".")
+        name = index(body) if body and owner in at.sheets else index(element.name)
+        mass = Quantity(f"{'m' if line else 'J'}_{name}", float(element.law), "kg" if line else "kg m²")
         gain, of_gain = at.gain(element.junction)
         second, of_slope = at.slope(element.junction)
         numbers |= {mass.symbol: mass} | {n.symbol: n for n in of_gain}
@@ -398,16 +394,11 @@ def _turning_point(at: Steps, fine: Array, k: int) -> float:
     """Angle at which I* is least or greatest, near one of close positions: the root of its slope, if it is smooth there."""
     low, high = float(fine[max(k - 1, 0)]), float(fine[min(k + 1, fine.size - 1)])
 
-    def rising(q: float) -> bool:
-        return bool(reduce(at.machine, [q], balance=at.balance, speed=at.speed).slope[0] > 0.0)
+    def slope(q: float) -> float:
+        return float(reduce(at.machine, [q], balance=at.balance, speed=at.speed).slope[0])
 
-    first = rising(low)
-    if k in (0, fine.size - 1) or first == rising(high):
-        return float(fine[k])
-    for _k in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if rising(middle) == first else (low, middle)
-    return 0.5 * (low + high)
+    smooth = k not in (0, fine.size - 1) and slope(low) * slope(high) < 0.0
+    return root(slope, low, high) if smooth else float(fine[k])
 
 
 def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bondgraph.numerics import roots_between
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics import cells
@@ -28,7 +29,7 @@ _LEAST_DAMPING = 1e-12  # of 1 less the multiplier: below it the speed is fixed 
 _UNHELD = 0.01  # relative error of a speed that the torques hardly fix
 _LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
-_WIDENINGS = 60  # of a bracket, and steps within it
+_WIDENINGS = 60  # of a bracket
 _STEEP = 1e4  # decay times of a change of speed within a cycle: steeper torques need too many cells
 _NO_INERTIA = 1e-4  # of the greatest inertia: a smaller one is negligible
 _MANY = 200  # cells that the laws need
@@ -171,7 +172,7 @@ def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float
 
 
 def _equilibrium(moments: Moments, speed: float, unknown: float) -> Array | None:
-    """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket."""
+    """The speeds (rad/s) at the nodes where the moment is zero and falls, by roots in a bracket."""
     low = high = np.full(moments.mesh.phi.shape, speed)
     for _ in range(_WIDENINGS):
         driven, braked = (moments.rate(high, unknown, 0.0).moment > 0.0, moments.rate(low, unknown, 0.0).moment < 0.0)
@@ -180,16 +181,7 @@ def _equilibrium(moments: Moments, speed: float, unknown: float) -> Array | None
             break
     else:
         return None
-    omega = 0.5 * (low + high)
-    for _ in range(_WIDENINGS):
-        rate = moments.rate(omega, unknown, 0.0)
-        low, high = np.where(rate.moment >= 0.0, omega, low), np.where(rate.moment <= 0.0, omega, high)
-        closer = omega - rate.moment / np.minimum(rate.by_speed, -1e-300)
-        closer = np.where((closer > low) & (closer < high), closer, 0.5 * (low + high))
-        omega, moved = closer, np.abs(closer - omega)
-        if (moved <= 4 * ROUNDING * omega).all():
-            break
-    return np.asarray(omega)
+    return roots_between(lambda omega: moments.rate(omega, unknown, 0.0).moment, low, high)
 
 
 def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
