@@ -286,16 +286,54 @@ def test_a_synchronous_motor_is_its_circuit_at_that_voltage_and_frequency(freque
         assert float(motor.synchronizing_torque(d)) == pytest.approx(torque / (field * share), rel=1e-12)
     assert float(motor.damper_torque(3.0)) == pytest.approx((volts / share) ** 2 * 12.0)
     assert motor.no_load_speed == pytest.approx(field * share)
-    with pytest.raises(SceneError, match=r"inverter\.ramp"):
-        mains.fed(Inverter(frequency, weakening, ramp=2.0))
+    with pytest.raises(SceneError, match=r"inverter\.torque_limit.*servo"):
+        mains.fed(Inverter(frequency, weakening, torque_limit=1.5))
 
 
-def test_a_synchronous_motor_keeps_step_with_its_inverter():
+@pytest.mark.parametrize(("hertz", "end"), [(30.0, 0.44), (80.0, 0.38)])
+def test_a_synchronous_motor_starts_with_the_frequency_of_its_inverter(hertz, end):
+    """By voltage, electromotive force and reactances of the moment; the field turns by the integral of the frequency."""
+    own = {"type": "synchronous", "power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2, "saliency": 0.3}
+    own |= {"damping": 40.0, "inverter": {"frequency": f"{hertz} Hz", "ramp": "0.4 s", "braking": "regenerative"}}
+    load = [{"on": "crank", "torque": "-20 - 0.0004*omega*abs(omega)"}]
+    run = flywheel.transient(
+        flywheel.load({"load": load, "drive": {"motor": own}, "flywheel": {"inertia": 0.1}}), end=f"{end} s"
+    )
+    mains = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=40.0, saliency=0.3)
+    field = 50 * math.pi
+    xd = 1.0 / (mains.field_torque * field)  # as above, at 50 Hz
+    both = 2.0 * mains.reluctance_torque * field
+
+    def figures(t: float, omega: float, d: float) -> tuple[float, float, float]:
+        """Torque and power of the field, and its speed over that at 50 Hz."""
+        x = t / 0.4 if t < 0.3996 else 1.0 - 1e-3 * math.exp(-(t - 0.3996) / 4e-4)
+        share = max(x * hertz / 50.0, 1e-12)
+        volts = min(share, 1.0)
+        gap = volts * share * math.sin(d) / (xd * share) + volts**2 * both / share * math.sin(2 * d) / 2.0
+        torque = gap / (field * share) + 40.0 * (volts / share) ** 2 * (field * share - omega)
+        return torque, torque * field * share, share
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        torque, power, share = figures(t, y[0], y[1])
+        driven = (torque - 20.0 - 0.0004 * y[0] * abs(y[0])) / 0.1
+        return [driven, 2.0 * (field * share - y[0]), torque * y[0], power]
+
+    found = solve_ivp(rates, (0.0, end), [0.0] * 4, method="DOP853", rtol=1e-11, atol=1e-11)
+    omega, angle, work, taken = found.y[:, -1]
+    assert run.omega == pytest.approx(omega, rel=1e-7)
+    assert run.motion.states["load_angle"][-1] == pytest.approx(angle, abs=1e-6)
+    assert run.energy.drive == pytest.approx(work, rel=1e-7)
+    assert taken > work
+    assert omega == pytest.approx(field * figures(end, omega, angle)[2], rel=0.02)  # in step
+
+
+@pytest.mark.parametrize("ramp", [{}, {"ramp": "2 s"}])
+def test_a_synchronous_motor_keeps_step_with_its_inverter(ramp):
     scene = {
         "load": [{"on": "crank", "torque": "-30 - 20*sin(phi)"}],
         "drive": {
             "motor": {"type": "synchronous", "power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2}
-            | {"asynchronous_slip": 0.04, "inverter": {"frequency": "30 Hz"}},
+            | {"asynchronous_slip": 0.04, "inverter": {"frequency": "30 Hz"} | ramp},
         },
         "flywheel": {"inertia": 0.5},
     }

@@ -310,6 +310,11 @@ class Inverter(NamedTuple):
     overcurrent: float = OVERCURRENT
 
     @property
+    def rising(self) -> FrequencyRamp:
+        """Its ramp as a state of the motor."""
+        return FrequencyRamp(self.ramp, min(self.weakening / self.frequency, 1.0))
+
+    @property
     def limits(self) -> tuple[tuple[str, float], tuple[str, float]]:
         """Limits beyond which it trips: of the current over the rated one, of the power returned (W)."""
         kind = "chopper_power" if self.braking == "resistor" else "overvoltage"
@@ -330,6 +335,58 @@ class Inverter(NamedTuple):
             )
             found.append(Fault("chopper_power", told, 'a power with braking = "resistor", none otherwise'))
         return found
+
+
+class FrequencyRamp(NamedTuple):
+    """The frequency of an inverter that rises, x of the set one, as a state: evenly but for its last thousandth.
+
+    dx/dt = min(1/t_r, (1 - x)/(t_r/1000)), so that x comes to 1 without a kink; voltage V min(x, x_w)/x_w.
+
+    Args:
+        time: t_r in which the frequency rises from 0, s.
+        weakening: x_w, frequency from which the voltage stays constant, over the set one, at most 1.
+
+    >>> ramp = FrequencyRamp(4.0, 1.0)
+    >>> [ramp.rate(x) for x in (0.0, 0.5, 1.0)], [round(float(value), 9) for value in ramp.after(0.0, np.array(2.0))]
+    ([0.25, 0.25, 0.0], [0.5, 0.5])
+
+    """
+
+    time: float
+    weakening: float
+
+    @property
+    def lag(self) -> float:
+        """Time constant of the last thousandth, s."""
+        return 1e-3 * self.time
+
+    def rate(self, share: Any) -> Any:
+        """dx/dt, 1/s."""
+        least = min if isinstance(share, float) else np.minimum
+        return least(1.0 / self.time, (1.0 - share) / self.lag)
+
+    def slope(self, share: Any) -> Any:
+        """Derivative of dx/dt by x, 1/s."""
+        return np.where(1.0 - share < 1e-3, -1.0 / self.lag, 0.0)
+
+    def voltage(self, share: Any) -> Any:
+        """The voltage over that at the set frequency."""
+        least = min if isinstance(share, float) else np.minimum
+        return least(share, self.weakening) / self.weakening
+
+    def flux(self, share: Any) -> Any:
+        """The flux over that at the set frequency: of the voltage over the frequency."""
+        most = max if isinstance(share, float) else np.maximum
+        return 1.0 / most(share, self.weakening)
+
+    def after(self, share: float, time: Array) -> tuple[Array, Array]:
+        """The share x after times (s), from one at their beginning, and its integral over them, s."""
+        even = max(1.0 - 1e-3 - share, 0.0) * self.time
+        before, beyond = np.minimum(time, even), np.maximum(time - even, 0.0)
+        left = min(1.0 - share, 1e-3)
+        fades = left * np.exp(-beyond / self.lag)
+        found = np.where(time < even, share + before / self.time, 1.0 - fades)
+        return found, before * (share + 0.5 * before / self.time) + beyond - self.lag * (left - fades)
 
 
 # -- the motor -----------------------------------------------------------------------------------------------------------

@@ -273,15 +273,11 @@ class Synchronous(Motor):
             return self.damping * slip_speed
         return self.damping * slip_speed / (1.0 + (slip_speed / self.damper_reach) ** 2)
 
-    def damper_heat(self, omega: ArrayLike) -> Array:
-        """Heat in the damper winding, W, at speeds omega (rad/s), of their shape: its torque times slip speed."""
-        slip_speed = self.synchronous_speed - np.asarray(omega, dtype=float)
-        return np.asarray(self.damper_torque(slip_speed) * slip_speed)
-
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """Heat of the damper winding ("rotor"), and the rest of T (omega_s - omega), which the field stores ("field"), W."""
-        heat = self.damper_heat(omega)
-        return {"rotor": heat, "field": torque * (self.synchronous_speed - omega) - heat}
+        field, damper = self.circuit.turning(omega, states)
+        heat = damper * (field - omega)
+        return {"rotor": heat, "field": torque * (field - omega) - heat}
 
     def fed(self, inverter: Inverter) -> Synchronous:
         """The motor on an inverter at a set frequency, constant voltage over frequency, its field current unchanged.
@@ -290,7 +286,7 @@ class Synchronous(Motor):
         V²/(X omega) ~ phi², and the damper winding at the same slip speed with phi². The rated torque goes with phi.
 
         Raises:
-            SceneError: for a ramp, a torque limit, or a field that is switched, which its load angle does not describe.
+            SceneError: for a torque limit, or a field that is switched, which its load angle does not describe.
 
         >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
         >>> fast = motor.fed(Inverter(100.0, 50.0))
@@ -299,12 +295,12 @@ class Synchronous(Motor):
 
         """
         faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
-        given = {"ramp": inverter.ramp, "torque_limit": inverter.torque_limit}
-        faults += [
-            Fault(f"inverter.{name}", f"{value:g} of a {self.title}", "none", "it keeps step at the set frequency alone")
-            for name, value in given.items()
-            if value
-        ]
+        if inverter.torque_limit is not None:
+            found = f"{inverter.torque_limit:g} of a {self.title} that keeps step with a set frequency"
+            advice = (
+                'the load sets its load angle; a drive that limits torque turns the field with the rotor: type = "servo"'
+            )
+            faults.append(Fault("inverter.torque_limit", found, "none", advice))
         if self.field_at is not None:
             faults.append(Fault("field_at", "a field that is switched, on an inverter", "a field always on"))
         refuse(faults)
@@ -325,7 +321,7 @@ class Synchronous(Motor):
 
     def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
         """Power of the field T omega_s, W: that of the shaft and the damper winding."""
-        return np.asarray(torque * self.synchronous_speed + 0.0 * omega)
+        return np.asarray(torque * self.circuit.turning(omega, states)[0] + 0.0 * omega)
 
     def facts(self) -> Iterator[Fact]:
         """The torque by its load angle."""
@@ -347,8 +343,8 @@ class Synchronous(Motor):
 
     @cached_property
     def circuit(self) -> LoadAngle:
-        """The load angle, and the field where it is switched."""
-        return LoadAngle(self)
+        """The load angle, and the field where it is switched, or the frequency of an inverter where it rises."""
+        return RampedLoadAngle(self) if self.inverter is not None and self.inverter.ramp else LoadAngle(self)
 
     def graph(self) -> Part:
         """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft.
@@ -357,7 +353,7 @@ class Synchronous(Motor):
         the rotor a spring C, with the law of the load angle, and the damper winding R give the torque.
 
         Raises:
-            SceneError: with a field that is switched.
+            SceneError: with a field that is switched, or a frequency that rises.
 
         >>> print(*Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0).graph().elements)
         rotor field mains slip slip.rate load_angle damper
@@ -365,6 +361,8 @@ class Synchronous(Motor):
         """
         if self.field_at is not None:
             raise SceneError([Fault("field_at", "a field that is switched", "a field always on, as in a bond graph")])
+        if isinstance(self.circuit, RampedLoadAngle):
+            raise SceneError([Fault("inverter.ramp", "a frequency that rises", "a set one, as in a bond graph")])
         p, d = self.pole_pairs, self.field_torque
 
         def torque(q: Any, ns: Any = np) -> Any:
@@ -406,6 +404,10 @@ class LoadAngle(Circuit):
         self.in_graph = (GraphState("q", "load_angle", motor.pole_pairs),)
         if motor.field_at is not None:
             self.names, self.scales, self.in_graph = (*self.names, StateName("field", "1")), (1.0, 1.0), ()
+
+    def turning(self, omega: Any, states: States) -> tuple[Any, Any]:
+        """The speed of the field, rad/s, and the torque of the damper winding, N m."""
+        return self.motor.synchronous_speed, self.motor.damper_torque(self.motor.synchronous_speed - omega)
 
     def torque(self, omega: Any, states: States) -> Any:
         """Torque on the shaft, N m."""
@@ -475,3 +477,69 @@ class LoadAngle(Circuit):
         if motor.field_at is None:
             return (angle,)
         return angle, states[1] * np.exp(-np.asarray(time) / motor.field_time)
+
+
+class RampedLoadAngle(LoadAngle):
+    """The load angle while the frequency of an inverter rises, and its share x of the set one (`FrequencyRamp`).
+
+    With the flux f over that at the set frequency T = f T_p sin(d) + f² (T_r sin(2 d) + T_a(u)), u = x omega_s - omega,
+    dd/dt = p u. Source: as `Synchronous.fed`, at the frequency of the moment.
+
+    >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
+    >>> circuit = motor.fed(Inverter(100.0, 50.0, ramp=2.0)).circuit
+    >>> [round(circuit.torque(0.0, (math.pi / 2, x)) - circuit.turning(0.0, (0.0, x))[1], 6) for x in (0.25, 0.5, 1.0)]
+    [190.985932, 190.985932, 95.492966]
+
+    """
+
+    def __init__(self, motor: Synchronous) -> None:
+        super().__init__(motor)
+        assert motor.inverter is not None
+        self.ramp, self.in_graph = motor.inverter.rising, ()
+        self.names, self.scales = (*self.names, StateName("frequency_share", "1")), (1.0, 1.0)
+
+    def turning(self, omega: Any, states: States) -> tuple[Any, Any]:
+        """The speed of the field, rad/s, and the torque of the damper winding, N m."""
+        share = states[1] if len(states) else 1.0
+        field = self.motor.synchronous_speed * share
+        return field, self.ramp.flux(share) ** 2 * self.motor.damper_torque(field - omega)
+
+    def torque(self, omega: Any, states: States) -> Any:
+        """Torque on the shaft, N m."""
+        motor, d, flux = self.motor, states[0], self.ramp.flux(states[1])
+        if isinstance(d, float) and not math.isfinite(d):  # a step tried too far
+            return math.nan
+        found = flux * motor.field_torque * np.sin(d) + self.turning(omega, states)[1]
+        return found + flux**2 * motor.reluctance_torque * np.sin(2.0 * d)
+
+    def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
+        """Rate of the load angle, rad/s, and of the frequency's share, 1/s."""
+        turning = self.motor.pole_pairs * (self.motor.synchronous_speed * states[1] - omega)
+        return turning, self.ramp.rate(states[1])
+
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives of torque and rates."""
+        motor, (d, share) = self.motor, states
+        flux, field = self.ramp.flux(share), motor.synchronous_speed
+        fading = np.where(share > self.ramp.weakening, -(flux**2), 0.0)
+        square = ((field * share - omega) / motor.damper_reach) ** 2  # 0 if the reach is infinite
+        by_slip = flux**2 * motor.damping * (1.0 - square) / (1.0 + square) ** 2
+        by_angle = flux * motor.field_torque * np.cos(d) + 2.0 * flux**2 * motor.reluctance_torque * np.cos(2.0 * d)
+        squared = motor.reluctance_torque * np.sin(2.0 * d) + motor.damper_torque(field * share - omega)
+        by_share = fading * (motor.field_torque * np.sin(d) + 2.0 * flux * squared) + by_slip * field
+        pairs = motor.pole_pairs
+        return Slopes(-by_slip, (by_angle, by_share), (-pairs, 0.0), ((0.0, pairs * field), (0.0, self.ramp.slope(share))))
+
+    def steady(self, omega: Any) -> tuple[Any, ...]:
+        """Load angle 0 at the full frequency: out of step the torque of the angle is 0 on average."""
+        return 0.0 * omega, 1.0 + 0.0 * omega
+
+    def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
+        """The states in step, at the full frequency."""
+        found = super().carrying(lambda states: net((*states, 1.0)))
+        return None if found is None else (*found, 1.0)
+
+    def standing(self, states: States, time: Any) -> tuple[Any, ...]:
+        """The load angle of a rotor at rest, past which the poles run ever faster, and the frequency's share."""
+        share, turned = self.ramp.after(float(states[1]), np.asarray(time, dtype=float))
+        return states[0] + self.motor.pole_pairs * self.motor.synchronous_speed * turned, share

@@ -489,46 +489,27 @@ class Fluxes(Circuit):
 
 
 class RampedFluxes(Fluxes):
-    """The fluxes while the frequency rises evenly to that of the steady regime, x of it: it is a state of its own.
-
-    dx/dt = min(1/t_r, (1 - x)/(t_r/1000)) with the ramp t_r: even but for the last thousandth, which it comes to without a
-    kink. Angular frequency x omega_e, voltage V min(x, x_w)/min(1, x_w), x_w the weakening frequency over the set one.
-
-    >>> plate = {"power": 2238.0, "speed": 1710 * math.pi / 30, "poles": 4, "frequency": 60.0, "breakdown_ratio": 4.5}
-    >>> motor = TwoAxisInduction(**plate, voltage=220.0, impedances=Impedances(0.435, 0.754, 26.13, 0.816, 0.754))
-    >>> circuit = motor.fed(Inverter(60.0, 60.0, ramp=4.0)).circuit
-    >>> [circuit.rates(0.0, (0.0, 0.0, 0.0, 0.0, x))[4] for x in (0.0, 0.5, 1.0)]
-    [0.25, 0.25, 0.0]
-
-    """
+    """The fluxes while the frequency rises to that of the steady regime: its share x is a state too (`FrequencyRamp`)."""
 
     names = (*Fluxes.names, StateName("frequency_share", "1"))
 
     def __init__(self, motor: TwoAxisInduction) -> None:
         super().__init__(motor)
         assert motor.inverter is not None
-        self.pace, self.lag = 1.0 / motor.inverter.ramp, 1e-3 * motor.inverter.ramp
-        self.weakening = min(motor.inverter.weakening / motor.inverter.frequency, 1.0)
-        self.scales = (*self.scales, 1.0)
-
-    def _voltage(self, share: Any) -> Any:
-        least = min if isinstance(share, float) else np.minimum
-        return self.voltage * least(share, self.weakening) / self.weakening
+        self.ramp, self.scales = motor.inverter.rising, (*self.scales, 1.0)
 
     def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
         """Rates of the fluxes, V, and of the share of the frequency, 1/s."""
-        share = states[4]
-        least = min if isinstance(share, float) else np.minimum
-        rising = least(self.pace, (1.0 - share) / self.lag)
-        return *self.rates_at(omega, states, share * self.mains, self._voltage(share)), rising
+        share, voltage = states[4], self.voltage * self.ramp.voltage(states[4])
+        return *self.rates_at(omega, states, share * self.mains, voltage), self.ramp.rate(share)
 
     def slopes(self, omega: Any, states: States) -> Slopes:
         """Derivatives of torque and rates."""
         sq, sd, rq, rd, share = states
         base, mains = super().slopes(omega, states), share * self.mains
         slip, zero = mains - self.pairs * omega, 0.0 * share
-        rising = np.where(share < self.weakening, self.voltage / self.weakening, 0.0)
-        settling = np.where(1.0 - share < self.pace * self.lag, -1.0 / self.lag, 0.0)
+        rising = np.where(share < self.ramp.weakening, self.voltage / self.ramp.weakening, 0.0)
+        settling = self.ramp.slope(share)
         rows = base.rates_by_states
         return Slopes(
             0.0,
@@ -563,7 +544,7 @@ class RampedFluxes(Fluxes):
 
     def power(self, states: States) -> Any:
         """Power from the inverter 3/2 V i_q, W."""
-        return super().power(states) * self._voltage(states[4]) / self.voltage
+        return super().power(states) * self.ramp.voltage(states[4])
 
 
 def impedances_of(motor: Induction) -> Impedances:
