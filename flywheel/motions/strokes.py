@@ -31,7 +31,8 @@ _SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between the
 _BELOW_IDLE = 1.0 - 1e-9  # of the idling speed, at which no torque tells which way a mesh passes power
 _HALVINGS = 6  # of a step of Newton's method whose stroke fails
 _LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
-_BACKWARDS = 1e-6  # of the typical speed: a crank that reverses by this falls back
+_AT_REST = 1e-6  # of the typical speed: a crank slower than that does not move
+_FARTHEST_BACK = math.pi  # a crank that falls back by this before the clutch takes it along is lost
 _MOST_STEPS = 25  # of Newton's method
 _MOST_LEGS, _MOST_MACHINES, _MOST_PARTS = 200, 20, 40  # of a stroke; that are kept
 _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that slips again are apart the other way
@@ -402,7 +403,7 @@ class Strokes:
         longest = min(acting.last, begin + _LONGEST * TURN / self.typical)
         until = min(longest, begin + acting.clutch.lasting + TURN / self.typical)
         margin = _AFTER_LOCK * self.rtol * abs(side.omega) if fresh else 0.0
-        back = straight("back", 1, _BACKWARDS * self.typical, 1.0)
+        back = straight("back", 0, _FARTHEST_BACK - crank.phi, 1.0)
         while True:  # what is followed of the driving side is no more than a few times what the slip takes
             driving = self._run(dynamics[0], side, [straight("stop", 1, 0.0, 1.0)], until)
             there = float(driving.t[-1])
@@ -437,7 +438,7 @@ class Strokes:
     def _check_slip(self, leg: Leg, before: list[Leg], rest: float, touch: float | None) -> None:
         """Refuses a slip that ends neither by locking nor by release."""
         goal, (side, (phi, omega)), torque = leg.driven.goal, self._ends(leg), f"{self.clutch.torque:.5g} N m"
-        moves = omega > _BACKWARDS * self.typical
+        moves = omega > _AT_REST * self.typical
         over = leg.torque.falls or touch is not None
         if moves and (goal in ("lock", "brake") or (goal == "release" and before) or (goal is None and over)):
             return
@@ -451,7 +452,9 @@ class Strokes:
             found += f"which slips again from {_at(leg.driven.start.phi)} on"
             raise SceneError([self._fault(found, "a larger torque, less work, or more inertia on the driven side")])
         if goal == "back":
-            found = f"a crank that falls back from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
+            found = (
+                f"a crank that falls back by half a turn from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
+            )
             advice = "a clutch torque that is there sooner, a brake that is released later, or a counterbalance"
         elif goal == "release":
             found = (

@@ -15,6 +15,7 @@ from flywheel import SceneError
 from flywheel.cli import main
 from flywheel.motions.single_stroke import course
 from flywheel.motions.strokes import Strokes, periodic, slip_heat
+from flywheel.numerics.units import parse_quantity
 from flywheel.page import data
 from flywheel.reference import text
 from flywheel.report import contents, document
@@ -100,6 +101,37 @@ def test_torque_that_vanishes_gives_its_impulse_to_both_sides():
     assert found.speed == pytest.approx(speed - CLUTCH * 0.02 / J_WHEEL, rel=1e-8)
     stop = (speed / RATIO * J_CRANK + CLUTCH * RATIO * 0.02) / 1000.0
     assert found.stop_time - found.brake_time == pytest.approx(stop, rel=1e-8)
+
+
+def test_a_crank_falls_back_until_the_clutch_takes_it_along():
+    """Its moment turns it back from rest; the clutch's torque, which builds up, stops it and takes it forwards."""
+    strokes = wound_up(
+        flywheel.load(ROTOR).with_(IDLE | {"load": [{"on": "crank", "torque": -50.0}], "shafts.wheel.clutch.rise": 0.1})
+    )
+    first = strokes.stroke(38.0, 0.0).legs[0]
+    turns = 2 * 50.0 * 0.1 / (CLUTCH * RATIO)  # the impulses of both are equal then
+    lowest = (CLUTCH * RATIO * turns**3 / 0.6 - 50.0 * turns**2 / 2) / J_CRANK
+    phi, omega = first.driven.states(np.array([turns]))[:2, 0]
+    assert phi == pytest.approx(lowest, rel=1e-7)
+    assert omega == pytest.approx(0.0, abs=1e-9)
+    # both have one speed when the impulse of the clutch, T (t - rise/2), has brought them there
+    each = CLUTCH / J_WHEEL + RATIO**2 * CLUTCH / J_CRANK
+    assert first.end == pytest.approx((38.0 + each * 0.05) / (each - RATIO * 50.0 / J_CRANK), rel=1e-9)
+    speed = 38.0 - CLUTCH / J_WHEEL * (first.end - 0.05)
+    lost = J_WHEEL * (38.0**2 - speed**2) / 2 - J_CRANK * (speed / RATIO) ** 2 / 2
+    assert slip_heat(first, RATIO) == pytest.approx(
+        lost - 50.0 * float(first.driven.states(first.driven.t[-1:])[0, 0]), rel=1e-8
+    )
+
+
+def test_a_brake_has_the_heat_of_the_handbook():
+    """Shigley's Mechanical Engineering Design, 8th ed., example 16-5: 289 lbf in s² from 250 rpm to rest are 10.6 Btu."""
+    inertia, speed = parse_quantity("289 lbf in s^2", "inertia"), parse_quantity("250 rpm", "speed")
+    braked = {"inertia.0.value": inertia, "brake.0.torque": 20e3, "load": None, "drive.torque": "1e-13*(40 - omega)"}
+    found = wound_up(flywheel.load(ROTOR).with_(braked)).braked_from(5.5, speed)
+    heat = 20e3 * (found.states(found.t[-1:])[0, 0] - 5.5)
+    assert heat / 1055.06 == pytest.approx(10.6, abs=0.05)
+    assert heat == pytest.approx(inertia * speed**2 / 2, rel=1e-9)
 
 
 @pytest.mark.parametrize("rise", [0.0, 0.03])

@@ -487,7 +487,8 @@ class RampedLoadAngle(LoadAngle):
 
     >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
     >>> circuit = motor.fed(Inverter(100.0, 50.0, ramp=2.0)).circuit
-    >>> [round(circuit.torque(0.0, (math.pi / 2, x)) - circuit.turning(0.0, (0.0, x))[1], 6) for x in (0.25, 0.5, 1.0)]
+    >>> beside = [circuit.torque(0.0, (math.pi / 2, x)) - circuit.turning(0.0, (0.0, x))[1] for x in (0.25, 0.5, 1.0)]
+    >>> [round(float(torque), 6) for torque in beside]
     [190.985932, 190.985932, 95.492966]
 
     """
