@@ -52,9 +52,9 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.power import entries, given
-from flywheel.tables.rows import SYSTEMS, TradeUnits, few_digits, place
+from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, few_digits, place
 from flywheel.tables.sizing import candidates, limit_names, remarks
-from flywheel.tables.summary import Block, Row, summary
+from flywheel.tables.summary import Block, summary
 
 STYLE = """
 .sheet { margin: 0 0 2em; font-size: .86em; line-height: 1.3; }

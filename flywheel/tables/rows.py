@@ -186,11 +186,12 @@ DEGREES = 57.29577951308232
 
 
 class Row(NamedTuple):
-    """A line of a block: its label, the figure, its unit and a note."""
+    """A line of a block: its label, the figure (several if they belong together), its unit, and a note."""
 
-    name: str
+    label: str
     value: str
     unit: str = ""
+    note: str = ""
 
 
 def block(title: str, rows: Iterable[Row]) -> list[str]:

@@ -302,7 +302,7 @@ def wheel_rows(wheel: Wheel) -> list[Row]:
     >>> from flywheel.wheel import WheelAsked, choose
     >>> from flywheel.components.wheel_stresses import material
     >>> wheel = choose(10.0, 100.0, WheelAsked("disc", material("carbon steel"), outer_radius=0.3))
-    >>> [tuple(row) for row in wheel_rows(wheel)[:3]]
+    >>> [row[:3] for row in wheel_rows(wheel)[:3]]
     [('shape', 'disc', ''), ('material', 'carbon steel', ''), ('outer radius', '300', 'mm')]
     """
     body, allowable = wheel.body, wheel.material.allowable

@@ -11,10 +11,10 @@ from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import KINDS, Finding
-from flywheel.tables.rows import SYSTEMS, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
+from flywheel.tables.rows import SYSTEMS, Row, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
 from flywheel.tables.sizing import limit_names
-from flywheel.tables.summary import Block, Row, lines_of, machine_block
+from flywheel.tables.summary import Block, lines_of, machine_block
 
 _OF_STROKE = (
     "period",

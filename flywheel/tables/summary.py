@@ -32,6 +32,7 @@ from flywheel.tables.rows import (
     SI,
     SYSTEMS,
     US,
+    Row,
     Shown,
     TradeUnits,
     few_digits,
@@ -53,15 +54,6 @@ _SAME_FLYWHEEL = 5e-6  # share below which two flywheels are the same to five di
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
 _MILLION = 1e-6
 _PROVEN_FIRST = ("flywheel.exact", "simulation.irregularity", "energy_fluctuation")  # the figure whose proven width is told
-
-
-class Row(NamedTuple):
-    """A line: its label, the figure (several if they belong together), its unit, and a note."""
-
-    label: str
-    value: str
-    unit: str = ""
-    note: str = ""
 
 
 class Block(NamedTuple):

@@ -484,7 +484,7 @@ ARMED = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=100.0)
 
 def test_rows_of_a_wheel_with_arms():
     wheel = choose(200.0, 20.0, ARMED)
-    found = {name: (value, unit) for name, value, unit in wheel_rows(wheel)}
+    found = {name: (value, unit) for name, value, unit, _ in wheel_rows(wheel)}
     assert found["shape"] == ("arms", "")
     assert found["outer radius"] == ("1000", "mm")
     assert found["inertia"] == ("200", "kg m²")
@@ -499,25 +499,26 @@ def test_rows_of_a_wheel_with_arms():
 
 def test_rows_of_other_wheels():
     own = material(density=7000.0, allowable=5e6)
-    thin = {name: value for name, value, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("rim", own, "thin", width=0.1)))}
+    thin = {name: value for name, value, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("rim", own, "thin", width=0.1)))}
     assert thin["shape"] == "rim, taken as thin"
     assert thin["safety factor, by allowable stress"] == "1"
     assert "bore" not in thin
     bored = [
-        name for name, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("disc", material(density=7e3), width=0.1, bore=0.1)))
+        name
+        for name, _, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("disc", material(density=7e3), width=0.1, bore=0.1)))
     ]
     assert "bore" in bored
     assert not any("safety" in name or "allowable" in name or name == "thickness" for name in bored)
-    lightest = [name for name, _, _ in wheel_rows(choose(9.0, 20.0, WheelAsked("lightest", own, max_radius=0.4)))]
+    lightest = [row.label for row in wheel_rows(choose(9.0, 20.0, WheelAsked("lightest", own, max_radius=0.4)))]
     assert "the lightest disc instead" in lightest
 
 
 def test_what_is_stressed_too_much_is_marked():
     bent = choose(200.0, 20.0, ARMED._replace(torque=20000.0))
-    marked = {name for name, _, unit in wheel_rows(bent) if unit == "MPa, above the allowable"}
+    marked = {name for name, _, unit, _ in wheel_rows(bent) if unit == "MPa, above the allowable"}
     assert marked == {f"stress, {place}" for place, value in bent.stresses.items() if value > 11.5e6}
     assert "stress, arms at the hub" in marked
-    assert not any("above" in unit for _, _, unit in wheel_rows(choose(200.0, 5.0, ARMED)))
+    assert not any("above" in unit for _, _, unit, _ in wheel_rows(choose(200.0, 5.0, ARMED)))
 
 
 @pytest.mark.parametrize("asked", [ARMED, WheelAsked("disc", IRON, width=0.1), WheelAsked("lightest", IRON, max_radius=0.5)])
