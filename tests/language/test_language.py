@@ -11,6 +11,7 @@ from flywheel import Fault, report, starters
 from flywheel.cli import main
 from flywheel.language import message, use
 from tests.language import texts
+from tests.limits import sample
 from tests.page.browsers import EXAMPLES
 
 # No text that is marked lacks its translation; and the gatherer sees what is marked, wherever it stands.
@@ -32,7 +33,9 @@ FIRST_WORDS = re.compile(
 def test_a_function_says_what_it_does_or_returns():
     found = []
     for path in (*texts.PACKAGE.rglob("*.py"), *(texts.ROOT / "bondgraph").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        source = path.read_text("utf-8")
+        suspect = re.search(r'"""\s*' + FIRST_WORDS.pattern, source)  # only then is it worth the time of a parse
+        for node in ast.walk(ast.parse(source)) if suspect else ():
             text = (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
             if FIRST_WORDS.match(text):
                 found.append(f"{path.relative_to(texts.ROOT)}:{node.lineno}: {text.splitlines()[0]}")
@@ -160,12 +163,15 @@ def test_no_text_of_a_report_is_left_in_english(name):
 
 @pytest.mark.parametrize(
     ("command", "spanish", "english"),
-    [
-        (["motion"], "movimiento por unidad del elemento motriz", "per unit"),
-        (["reactions", "--speed", "60 rpm", "--over", "time"], "fuerzas en los pares, a 60 rpm", "forces in the joints"),
-        (["simulate", "--until", "0.3 s"], "Terminado con la manivela a ", "ended at"),
-        (["reduce"], "reducido a la manivela", "reduced to"),
-    ],
+    sample(
+        [
+            (["simulate", "--until", "0.3 s"], "Terminado con la manivela a ", "ended at"),
+            (["motion"], "movimiento por unidad del elemento motriz", "per unit"),
+            (["reactions", "--speed", "60 rpm", "--over", "time"], "fuerzas en los pares, a 60 rpm", "forces in the joints"),
+            (["reduce"], "reducido a la manivela", "reduced to"),
+        ],
+        4,
+    ),
 )
 def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
     picture = tmp_path / "picture.svg"

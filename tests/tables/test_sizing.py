@@ -560,6 +560,7 @@ def stalled():
     return motions.transient_text(run_up(flywheel.load(STALL), "20 s", rtol=1e-5))
 
 
+@pytest.mark.slow
 def test_a_stall_is_the_first_thing_that_is_said(stalled):
     text = stalled
     assert "stalled at crank angle" in text.splitlines()[1]
@@ -633,10 +634,11 @@ def test_a_run_down_is_told_without_what_it_cannot_have():
     assert "after 0 s" not in text
 
 
+@pytest.mark.slow
 def test_moments_before_and_after_losses_are_told_apart(found, stalled):
     geared = STALL | {"shafts": {"motor": {"ratio": 2, "efficiency": 0.8}}, "drive": {"on": "motor", "torque": 10}}
     text = " ".join(
-        motions.transient_text(run_up(flywheel.load(geared | {"regime": {"speed": 5}}), "20 s", rtol=1e-5)).split()
+        motions.transient_text(run_up(flywheel.load(geared | {"regime": {"speed": 5}}), "8 s", rtol=1e-5)).split()
     )
     assert "the loss in its meshes holds M* = " in text
     assert ",M* after losses [N m]," in motions.transient_csv(found, 2)
