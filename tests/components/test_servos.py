@@ -8,9 +8,10 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel import SceneError
+from flywheel import SceneError, language
 from flywheel.components.motors import Servo
 from flywheel.page import data as page_data
+from flywheel.pictures import sizing as pictures
 
 RPM = math.pi / 30
 MOTOR = """type = "servo"
@@ -185,9 +186,10 @@ def test_the_diagram_has_the_area_the_loop_and_both_points():
     assert (peak["at"], peak["value"]) == (found.servo.peak_speed, found.servo.peak_torque)
 
 
+@pytest.mark.usefixtures("blank")
 def test_the_report_has_its_points_and_its_picture():
     found = flywheel.size(scene(), simulate=False)
-    for name, words in (("en", "Inertia ratio"), ("es", "Relación de inercias")):
-        text = flywheel.report.html(found, language=name)
-        assert words in text
-        assert ("peak curve" if name == "en" else "curva de pico") in text[text.index("<svg") :]
+    for name, words, curve in (("en", "Inertia ratio", "peak curve"), ("es", "Relación de inercias", "curva de pico")):
+        assert words in flywheel.report.html(found, language=name)
+        with language.use(name):
+            assert curve in pictures.panel(found, "servo")

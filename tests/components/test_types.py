@@ -70,6 +70,7 @@ def every_place(scene: str, tmp_path: Path) -> tuple[str, str]:
     return english, spanish
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.parametrize("kind", MOTORS)
 def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     section, text = MOTORS[kind], motor_text(kind)
@@ -96,6 +97,7 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
     assert all(fact.words.split(".")[0] in english for fact in facts)
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.parametrize("kind", LOAD_MODELS)
 def test_a_load_model_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     text, model = load_text(kind), MODELS[kind]

@@ -122,6 +122,7 @@ def test_a_steady_cycle_rises_by_its_heat_over_the_rated_one():
     assert found.as_dict()["temperature"]["within"] == (found.temperature.greatest <= 105.0)
 
 
+@pytest.mark.slow
 def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
     found = flywheel.size(flywheel.load(MACHINE + PHASES))
     motor = found.scene.motor
@@ -131,7 +132,7 @@ def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
         return [y[1], (torque - loads * (40 + 20 * math.sin(y[0]))) / 60.0, torque * (50 * math.pi - y[1])]
 
     y, heats = np.array([0.0, 155.0, 0.0]), {}
-    for _ in range(3):
+    for _ in range(2):
         for name, duration, loads in (("heavy", 40.0, 1.0), ("light", 50.0, 0.2)):
             run = solve_ivp(rates, (0.0, duration), [y[0], y[1], 0.0], args=(loads,), method="LSODA", rtol=1e-8, atol=1e-8)
             y, heats[name] = run.y[:, -1], float(run.y[2, -1]) / duration
@@ -152,6 +153,7 @@ def test_a_start_has_the_rise_of_its_losses():
     assert 0.95 * short < run.start_heat.rise < short
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.parametrize("phases", ["", PHASES], ids=["cycle", "duty"])
 def test_the_report_has_the_rise_beside_the_heat(phases):
     sizing = flywheel.size(flywheel.load(MACHINE + phases), simulate=False)

@@ -209,6 +209,7 @@ def test_a_start_takes_its_time_and_its_heat():
     assert slow.refused[0].reason.startswith("too slow a start: ")
 
 
+@pytest.mark.slow
 def test_a_heavy_wheel_is_no_way_out_for_a_small_motor():
     """The first motor of the example's table needs so much flywheel that its locked-rotor time is over long before."""
     table = read_catalogue(TABLE)
@@ -430,6 +431,7 @@ def test_the_table_of_the_examples_is_good():
 # -- the command -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_json_and_csv(tmp_path):
     scene, table = tmp_path / "punch.toml", tmp_path / "m.csv"
     scene.write_text(

@@ -9,6 +9,7 @@ import pytest
 
 import flywheel
 from flywheel.numerics.optima import STATIONARY, descent, gradient, minimum, slopes
+from tests.limits import sample
 from tests.scenes import yoke
 
 # The best design: beside closed forms and sweeps, in corners, at bounds and under limits; and where there is none.
@@ -146,12 +147,14 @@ def test_the_allowable_stress_of_a_wheel_is_kept_without_being_asked_for():
     assert set(warned) <= set(found.messages)
 
 
+@pytest.mark.slow
 def test_no_wheel_is_recommended_that_bursts():
     scene = flywheel.load({**ROTOR, "regime": {"speed": 150}, "flywheel": WHEEL})
     with pytest.raises(flywheel.SceneError, match=r"^subject_to wheel.stress: .* at the best, .* expected wheel.stress <="):
         flywheel.optimize(scene, "flywheel.mass", over={"flywheel.outer_radius": (0.5, 0.9)}, samples=2, starts=1)
 
 
+@pytest.mark.slow
 def test_figures_of_the_wheel_in_sweeps_tolerances_sensitivities_and_limits():
     scene, path = flywheel.load({**ROTOR, "flywheel": WHEEL}), "flywheel.outer_radius"
     swept = flywheel.sweep(scene, {path: [0.2, 0.4]})
@@ -207,12 +210,15 @@ def test_the_ridge_of_a_product_is_followed_to_its_end():
 
 @pytest.mark.parametrize(
     ("ridge", "end", "low", "high"),
-    [
-        (lambda x: np.abs(x[0] * x[1] - 0.3) - 0.01 * x[0], (1.0, 0.3), (0.1, 0.1), (1.0, 1.0)),
-        (lambda x: np.abs(x[0] * x[1] - 0.3) + 0.1 * (x[0] - 0.6) ** 2, (0.6, 0.5), (0.1, 0.1), (1.0, 1.0)),
-        (lambda x: 5 * np.abs(x[0] ** 2 + x[1] ** 2 - 1) - x[0] - x[1], (0.5**0.5, 0.5**0.5), (-2.0, -2.0), (2.0, 2.0)),
-        (lambda x: 100 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2 + 1, (1.0, 1.0), (-2.0, -2.0), (2.0, 2.0)),
-    ],
+    sample(
+        [
+            (lambda x: np.abs(x[0] * x[1] - 0.3) - 0.01 * x[0], (1.0, 0.3), (0.1, 0.1), (1.0, 1.0)),
+            (lambda x: np.abs(x[0] * x[1] - 0.3) + 0.1 * (x[0] - 0.6) ** 2, (0.6, 0.5), (0.1, 0.1), (1.0, 1.0)),
+            (lambda x: 5 * np.abs(x[0] ** 2 + x[1] ** 2 - 1) - x[0] - x[1], (0.5**0.5, 0.5**0.5), (-2.0, -2.0), (2.0, 2.0)),
+            (lambda x: 100 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2 + 1, (1.0, 1.0), (-2.0, -2.0), (2.0, 2.0)),
+        ],
+        2,
+    ),
 )
 def test_curved_ridges_and_where_they_end(ridge, end, low, high):
     low, high = np.array(low), np.array(high)
@@ -235,6 +241,7 @@ def test_a_bound_is_named_by_its_own_side():
     assert any(message.startswith("at its lower bound: flywheel.irregularity = 0.25") for message in found.messages)
 
 
+@pytest.mark.slow
 def test_refused_designs_are_counted_with_their_reason():
     scene = flywheel.load(ROTOR)
     found = flywheel.optimize(scene, "exact", over={"flywheel.irregularity": (0.5, 3)}, samples=8, starts=1)

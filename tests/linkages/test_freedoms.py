@@ -540,6 +540,7 @@ def test_drivers_drawn_at_random_lock_where_the_rods_come_into_line(seed):
     assert [float(one) for one in named.groups()] == pytest.approx(list(at), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_motion_into_a_lock_is_given_until_there():
     """The rods come into line: the motion until then is that of a run that ends before, and says that it is partial."""
     state = short_five_bar(), (2.35, 0.75), [1.0, -1.0]

@@ -576,7 +576,7 @@ def test_bars_that_do_not_reach() -> None:
         assembled(Equations(loops(four_bar(r=0.3, length=0.2))))
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", sample(range(12), 4))
 def test_bars_drawn_at_random_that_never_reach_stay_open_by_what_the_longest_is_too_long(seed: int) -> None:
     """At their nearest all bars lie in line, whichever is the longest; at any crank angle the third side is open."""
     rng = np.random.default_rng(seed)

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 import flywheel
+from bondgraph.recording import Recorder
 from flywheel import Scene, SceneError, reference
 from flywheel.mechanisms import KINDS, register
 from flywheel.mechanisms.families import Family, build, ends_of
@@ -575,6 +576,23 @@ def test_a_ratio_that_needs_two_turns() -> None:
     assert abs(values[1] - values[0]) > 1e-3
     with pytest.raises(SceneError, match=r"does not return after 1 turn .* it returns after 2: set regime\.cycle"):
         build(made(half))
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_a_linkage_stands_turns_later_as_before_and_what_goes_round_has_gained_its_turns(recorded: bool) -> None:
+    family = build(made(geared_five_bar()))
+
+    def places(psi: float) -> list[float]:
+        if not recorded:
+            return [float(port.position(family.position(np.array(psi), np))) for port in family.ports.values()]
+        recorder = Recorder()
+        position = family.position(recorder.input("psi"), np, psi)
+        return list(recorder.program([port.position(position) for port in family.ports.values()]).function("numpy")(psi))
+
+    here = places(0.7)
+    for turns in (-2, 3):
+        gains = (np.array(places(0.7 + turns * tau)) - here) / (turns * tau)
+        assert gains == pytest.approx([0.0 if port.returns else -2.0 for port in family.ports.values()], abs=1e-12)
 
 
 def test_a_body_called_crank_must_turn_with_the_driver() -> None:

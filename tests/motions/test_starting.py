@@ -42,6 +42,7 @@ def kloss_time(slips, torque, breakdown_slip):
     return INERTIA * SYNCHRONOUS / (2 * torque) * ratio
 
 
+@pytest.mark.slow
 def test_star_delta_of_an_inertia_alone_by_closed_forms():
     """Time of the switch and of the end, and the rotor's heat: kinetic energy, whatever the voltage."""
     found = transient(scene(PLATE | {"start": {"type": "star-delta", "until": "1400 rpm"}}), end="1480 rpm")
@@ -521,6 +522,7 @@ def test_a_step_in_time_releases_at_that_time():
     assert found.phi[-1] == pytest.approx(60.0, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_push_that_comes_and_goes_is_not_passed_over():
     """10 sin(200 t) against friction that falls below 10 at 5 s: some 160 humps are too low, the next is not."""
     scene = rotor(1.0, {"torque": "-(12 - 0.4*t)*sign(v)"}, drive="10*sin(200*t)")
@@ -586,6 +588,7 @@ def test_states_at_the_ends_of_steps_are_those_of_the_motion():
     assert found.omega == pytest.approx(omega, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_compressor_that_a_speed_loads_starts_where_the_loaded_one_does_not():
     """Unloaded up to a speed, by an expression of omega: against scipy's stepping with the switch as an event."""
     run = transient(scene(PLATE, "-3 - (40 + 20*sin(phi) if omega > 100 else 0)"), end="8 s")

@@ -545,6 +545,7 @@ def test_the_driving_torque_stands_beside_and_bodies_are_named() -> None:
     np.testing.assert_array_equal(curve(axes[-1])[1], found_reactions().action)
 
 
+@pytest.mark.slow
 def test_the_picture_draws_the_rows_of_the_page() -> None:
     sizing = flywheel.size(flywheel.load(press()))
     part = forms.part_of(sizing.scene, sizing.machine, sizing, 181)
@@ -641,6 +642,7 @@ def test_no_legend_covers_a_curve() -> None:
             assert legend.get_window_extent().x1 <= made.bbox.x1
 
 
+@pytest.mark.slow
 def test_names_of_a_hodograph_stand_off_its_enlarged_corner() -> None:
     """The word at a jump, and the coordinates: but for its stroke a press has small forces."""
     machine = Machine(flywheel.load(Path(__file__).parents[2] / "examples/machines/press.toml"))

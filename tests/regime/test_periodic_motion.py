@@ -483,6 +483,7 @@ def test_the_steady_point_of_a_two_axis_motor_under_an_even_load_is_algebra(aske
     assert found.cyclic.multiplier == pytest.approx(math.exp(slowest * TURN / state[4]), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_yoke_that_weighs_nothing_at_its_dead_centres_needs_no_flywheel():
     """The limit of light wheels, by own integration with 1e-3 and 5e-4 kg m²; none is asked of the machine itself."""
     scene = {

@@ -672,6 +672,7 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
     assert found.motion.trail.ends()[:2, -1] == pytest.approx(true, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_lightly_loaded_motor_of_a_press() -> None:
     table = EXTREMES["a motor five times as large"]
     run = flywheel.size(flywheel.load(table), simulate=False).run

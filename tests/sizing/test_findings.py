@@ -11,8 +11,6 @@ from flywheel import language
 from flywheel.designs.figures import FIGURES, figures_of
 from flywheel.page import data
 from flywheel.reference import text as reference_text
-from flywheel.report import contents
-from flywheel.report.document import Figure
 from flywheel.sizing import findings
 from flywheel.sizing.findings import FINDINGS, OUTPUTS, Finding, reference
 from flywheel.tables import sizing as full
@@ -69,13 +67,6 @@ BLOCKS = {
 @pytest.fixture(scope="module")
 def sizing():
     return flywheel.size(flywheel.load(yoke()), simulate=False)
-
-
-@pytest.fixture
-def blank(monkeypatch):
-    """Reports with empty diagrams, which take seconds to draw."""
-    empty = '<svg viewBox="0 0 2 1"></svg>'
-    monkeypatch.setattr(contents, "panel", lambda _sizing, kind: Figure(empty, kind, kind))
 
 
 def test_json_has_every_figure_and_no_other(sizing):

@@ -291,6 +291,7 @@ def motions():
     return by_hand().motions(4 * SCAN)
 
 
+@pytest.mark.slow
 def test_an_irregularity_that_rises_with_inertia_and_falls_again(motions):
     true = irregularity(motions[0])
     assert true[0] < 0.026 < true.max()
@@ -326,6 +327,7 @@ def test_limits_of_a_motor_with_a_current_of_its_own(name, motions):
         assert (kept(sizing, SCAN) == (true <= asked))[np.abs(true / asked - 1.0) > 1e-4].all(), asked
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_kept_without_a_flywheel_is_not_lost_where_the_motion_is_stiff():
     def yoke(**limits):
         motor = {"type": "hydraulic", "displacement": "60 cm^3", "flow": "24 l/min", "pressure": "100 bar"}
