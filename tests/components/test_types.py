@@ -18,6 +18,7 @@ from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
+from tests.limits import sample
 from tests.scenes import DRIVEN, LOADED
 
 REFERENCE = Path(flywheel.__file__).parent / "reference"
@@ -71,7 +72,7 @@ def every_place(scene: str, tmp_path: Path) -> tuple[str, str]:
 
 
 @pytest.mark.usefixtures("blank")
-@pytest.mark.parametrize("kind", MOTORS)
+@pytest.mark.parametrize("kind", sample(MOTORS, 4))
 def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     section, text = MOTORS[kind], motor_text(kind)
     motor = flywheel.load(text).motor
@@ -98,7 +99,7 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
 
 
 @pytest.mark.usefixtures("blank")
-@pytest.mark.parametrize("kind", LOAD_MODELS)
+@pytest.mark.parametrize("kind", sample(LOAD_MODELS, 4))
 def test_a_load_model_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     text, model = load_text(kind), MODELS[kind]
     load = flywheel.load(text).loads[0]
