@@ -46,7 +46,7 @@ def test_the_course_is_the_convolution_of_the_losses(data):
     assert found.greatest == pytest.approx(convolved(found.time), rel=1e-5)
 
 
-@pytest.mark.parametrize("data", sample([TWO, ONE], 2), ids=["two", "one"])
+@pytest.mark.parametrize("data", sample([(TWO,), (ONE,)], 2), ids=["two", "one"])
 def test_standstill_cools_the_motor_by_its_share_alone(data):
     sequence = [Losses(300.0, 1.5), Losses(500.0, 0.0, 0.3)]
     found = course(data, sequence)
