@@ -36,6 +36,29 @@ def press(**changes: Any) -> dict[str, Any]:
     return scene | changes
 
 
+SWEPT_PRESS: dict[str, Any] = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.15, "mass": 30, "inertia": 0.4, "com": 0.02, "com_angle": "180 deg"},
+        "rod": {"length": 0.6, "mass": 18, "inertia": 0.7, "com": 0.2},
+        "slider": {"mass": 60},
+    },
+    "gravity": {},
+    "load": [{"on": "slider", "force": "-80 kN", "from": "300 deg", "to": "355 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": "120 rpm"},
+    "flywheel": {"irregularity": 0.05},
+}
+PUNCH = {
+    "type": "punch",
+    "diameter": 0.06,
+    "thickness": 0.008,
+    "shear_strength": 3.6e8,
+    "shape": "triangular",
+    "overtravel": 0.004,
+}
+
+
 def shaper(**changes: Any) -> dict[str, Any]:
     """Crank-shaper that cuts while its ram moves one way, on a geared shaft."""
     scene = {

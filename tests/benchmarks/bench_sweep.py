@@ -21,25 +21,17 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
 import flywheel
 from flywheel.designs import figures as designs
+from tests.scenes import PUNCH
+from tests.scenes import SWEPT_PRESS as PRESS
 
-PRESS = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.15, "mass": 30, "inertia": 0.4, "com": 0.02, "com_angle": "180 deg"},
-        "rod": {"length": 0.6, "mass": 18, "inertia": 0.7, "com": 0.2},
-        "slider": {"mass": 60},
-    },
-    "gravity": {},
-    "load": [{"on": "slider", "force": "-80 kN", "from": "300 deg", "to": "355 deg"}],
-    "drive": {"torque": "balance"},
-    "regime": {"speed": "120 rpm"},
-    "flywheel": {"irregularity": 0.05},
-}
 RANGES = {
     "mechanism.crank.length": (0.1, 0.2),
     "mechanism.rod.length": (0.45, 0.9),
@@ -66,17 +58,7 @@ MOTOR_DRIVEN = {  # a press on a motor: its shafts
     },
 }
 MODELLED = {  # loads whose geometry varies with the mechanism's: their model, and its numbers that vary
-    "punch": (
-        {
-            "type": "punch",
-            "diameter": 0.06,
-            "thickness": 0.008,
-            "shear_strength": 3.6e8,
-            "shape": "triangular",
-            "overtravel": 0.004,
-        },
-        ("diameter", "thickness"),
-    ),
+    "punch": (PUNCH, ("diameter", "thickness")),
     "press": ({"type": "press", "energy": 2000, "thickness": 0.005}, ("energy", "thickness")),
     "compressor": (
         {"type": "compressor", "bore": 0.2, "clearance": 0.08, "suction": 1e5, "discharge": 4e5, "exponent": 1.3},

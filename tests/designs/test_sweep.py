@@ -29,7 +29,8 @@ from flywheel.designs.sweep_results import FigureArrays, csv_lines, front
 from flywheel.reading.paths import numbers
 from tests.extras import extra
 from tests.limits import sample
-from tests.scenes import press, rotor, yoke
+from tests.scenes import PUNCH, press, rotor, yoke
+from tests.scenes import SWEPT_PRESS as PRESS
 
 # Sweeps: every design is what `size` makes of it, whoever sizes it; nothing finished is lost, nobody's file is replaced.
 
@@ -695,19 +696,6 @@ def test_a_cycle_that_varies_is_sized_one_by_one():
 # Figures of many designs at once are those of `size` one by one, within the errors of both, by every engine.
 
 
-PRESS = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.15, "mass": 30, "inertia": 0.4, "com": 0.02, "com_angle": "180 deg"},
-        "rod": {"length": 0.6, "mass": 18, "inertia": 0.7, "com": 0.2},
-        "slider": {"mass": 60},
-    },
-    "gravity": {},
-    "load": [{"on": "slider", "force": "-80 kN", "from": "300 deg", "to": "355 deg"}],
-    "drive": {"torque": "balance"},
-    "regime": {"speed": "120 rpm"},
-    "flywheel": {"irregularity": 0.05},
-}
 RANGES: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
     "press": (
         PRESS,
@@ -801,19 +789,7 @@ SLIDER = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.
 SCENES: dict[str, dict[str, Any]] = {
     "a punch": {
         "mechanism": SLIDER,
-        "load": [
-            {
-                "on": "slider",
-                "model": {
-                    "type": "punch",
-                    "diameter": 0.06,
-                    "thickness": 0.008,
-                    "shear_strength": 3.6e8,
-                    "shape": "triangular",
-                    "overtravel": 0.004,
-                },
-            }
-        ],
+        "load": [{"on": "slider", "model": PUNCH}],
     },
     "a press over an angle": {
         "mechanism": SHAPER,

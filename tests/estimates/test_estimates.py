@@ -70,7 +70,7 @@ def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) ->
     assert float(whole.split("median")[1].split(",")[0]) < 300
 
 
-@pytest.mark.parametrize("seed", sample(PROVEN, 4))
+@pytest.mark.parametrize("seed", sample(PROVEN, 9))
 def test_true_values_lie_in_their_proven_intervals(seed: int) -> None:
     extra("flint")
     found = outcome(seed, "proof")

@@ -522,7 +522,7 @@ def test_a_lock_is_named_with_where_all_drivers_stand():
     assert f"and D at {np.degrees(1.1) - turned:.9g} deg" in text
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", sample(range(10), 4))
 def test_drivers_drawn_at_random_lock_where_the_rods_come_into_line(seed):
     rng = np.random.default_rng(seed)
     rod, speeds = float(rng.uniform(0.36, 0.4)), rng.uniform(0.6, 1.0, 2) * (1, -1)

@@ -982,7 +982,7 @@ def test_a_slide_that_drives_through_its_dead_centre_locks() -> None:
     assert solve(pushed, 0.3, 0.3999).poses([0.3999]).angle("crank").value[0] < pi / 4
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", sample(range(12), 4))
 def test_slides_drawn_at_random_lock_where_crank_and_rod_are_in_line(seed: int) -> None:
     """The dead centre of a slide that drives: x = sqrt((l + r)² - e²) outwards, where the crank turns no further."""
     rng = np.random.default_rng(100 + seed)

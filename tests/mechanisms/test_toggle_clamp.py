@@ -15,6 +15,7 @@ from mpmath import mp
 
 from flywheel import Fault, SceneError
 from flywheel.mechanisms.families import build, graded, within_turn
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.scene.scene import Body, Mechanism
 from tests.mechanisms.chains import CLAMP, clamp, exactly, walked
@@ -34,6 +35,12 @@ CLAMPS = {
     "one way below": clamp(0.1, 0.3, 0.15, 0.22, 0.26, 0.5, (-0.4, -0.13)),
 }
 clamps = pytest.mark.parametrize("mechanism", CLAMPS.values(), ids=CLAMPS.keys())
+
+
+@clamps
+def test_its_linkage_begins_with_the_stroke(mechanism: Mechanism) -> None:
+    assert mechanism.stroke is not None
+    assert linkage_of(mechanism).start == mechanism.stroke[0]
 
 
 @pytest.fixture(autouse=True)

@@ -168,6 +168,7 @@ def test_energy_goes_in_and_comes_out_by_name():
     assert found.mean_power * found.period == pytest.approx(energy["motor"], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_mesh_with_losses_heats_by_its_share():
     found = flywheel.single_stroke(rotor(shafts__wheel__efficiency=0.9), rates=False)
     assert found.energy["mesh_heat"] > 0.05 * found.energy["loads"]
@@ -302,6 +303,7 @@ def test_the_safety_distance_is_that_of_the_longest_stop():
     assert plain().safety_distance is None
 
 
+@pytest.mark.slow
 def test_without_other_limits_the_greatest_rate_leaves_no_standstill():
     found = plain()
     assert found.decides == "time of the stroke"
@@ -400,6 +402,7 @@ def test_a_press_begins_where_no_torque_tells_which_way_its_belt_passes_power():
     assert abs(flywheel.single_stroke(scene, rates=False).energy_residual) < 1e-8
 
 
+@pytest.mark.slow
 def test_strokes_in_a_row_turn_the_crank_as_often():
     one, three = plain(), flywheel.single_stroke(rotor(single_stroke__continuous=3), rates=False)
     assert three.period == pytest.approx(3 * one.period)
@@ -539,6 +542,7 @@ def test_the_clutch_passes_what_the_driven_side_takes(efficiency):
         )
 
 
+@pytest.mark.slow
 def test_formulas_are_those_of_the_motion_where_nothing_else_acts():
     found = flywheel.single_stroke(
         rotor(drive__torque="0.01*(40 - omega)", load=None, single_stroke__rate="1 1/min"), 1e-4, rates=False
