@@ -11,7 +11,6 @@ from scipy.integrate import quad, solve_ivp
 import flywheel
 from flywheel import SceneError
 from flywheel.components.motors.thermal import CLASSES, Losses, course, rise_after, starts_an_hour, thermal
-from tests.limits import sample
 
 ONE = thermal(1200.0, 80.0, "F")
 TWO = thermal(1500.0, 95.0, "F", 90.0, 0.4)
@@ -46,7 +45,7 @@ def test_the_course_is_the_convolution_of_the_losses(data):
     assert found.greatest == pytest.approx(convolved(found.time), rel=1e-5)
 
 
-@pytest.mark.parametrize("data", sample([(TWO,), (ONE,)], 2), ids=["two", "one"])
+@pytest.mark.parametrize("data", [TWO, pytest.param(ONE, marks=pytest.mark.slow)], ids=["two", "one"])
 def test_standstill_cools_the_motor_by_its_share_alone(data):
     sequence = [Losses(300.0, 1.5), Losses(500.0, 0.0, 0.3)]
     found = course(data, sequence)
