@@ -29,6 +29,7 @@ from flywheel.tables.strokes import blocks
 from flywheel.tables.summary import summary
 
 Array = NDArray[np.float64]
+Subject = Scene | Machine | Sizing | SingleStroke
 
 PANELS_OF_STROKE = "mechanism", "single_stroke"
 PANELS = ("mechanism", *(key for key in DIAGRAMS if key not in PANELS_OF_STROKE))
@@ -37,12 +38,12 @@ _QUICK = 1e-4  # relative accuracy of a stroke while a hand moves
 
 
 def answer(
-    subject: Scene | Machine | Sizing, view: Mapping[str, Any] | None = None, *, rest: bool = True, units: str = "si"
+    subject: Subject, view: Mapping[str, Any] | None = None, *, rest: bool = True, units: str = "si"
 ) -> dict[str, Any]:
     """The data of all drawings of a scene, or of the panels that the view names.
 
     Args:
-        subject: a scene, its machine, or its sizing if there is one already.
+        subject: a scene, its machine, or its sizing or its stroke if there is one already.
         view: `panels`, the ids of the panels to draw (default: all of `PANELS`); of the motion `kind`, one of `QUANTITIES`,
             and `of`, a body or joint; `mechanism`, whose reactions are drawn; for an unknown name the first one is taken.
         rest: False while a hand moves, without time stepping in time.
@@ -64,7 +65,7 @@ def answer(
         sizing, machine, faults = _sized(subject, rest)
     else:
         try:
-            stroke = _stroke(scene, rest)
+            stroke = subject if isinstance(subject, SingleStroke) else _stroke(scene, rest)
         except SceneError as error:
             faults = list(error.faults)
     wanted = [panel for panel in panels_there if panel in view.get("panels", panels_there)]
@@ -118,7 +119,7 @@ def _stroke(scene: Scene, rest: bool) -> SingleStroke:
     return found
 
 
-def _sized(subject: Scene | Machine | Sizing, rest: bool) -> tuple[Sizing | None, Machine | None, list[Fault]]:
+def _sized(subject: Subject, rest: bool) -> tuple[Sizing | None, Machine | None, list[Fault]]:
     """The sizing and the machine of a scene; the faults of one that cannot be sized, but has a mechanism that moves."""
     if isinstance(subject, Sizing):
         return subject, subject.machine, []
@@ -135,7 +136,7 @@ def _sized(subject: Scene | Machine | Sizing, rest: bool) -> tuple[Sizing | None
     return sizing, sizing.machine or machine, []
 
 
-def _scene_of(subject: Scene | Machine | Sizing) -> Scene:
+def _scene_of(subject: Subject) -> Scene:
     return subject if isinstance(subject, Scene) else subject.scene
 
 

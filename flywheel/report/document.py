@@ -242,6 +242,7 @@ math {
 .formula:has(math + math) { padding-left: 2em; text-indent: -2em; }
 .formula math { text-indent: 0; }
 .formula.substitution { font-size: .95em; }
+mfrac mtd { text-align: left; padding: .1em 0; }
 .result math { font-weight: 600; }
 .customary { color: var(--quiet); }
 .scroll { overflow-x: auto; }

@@ -25,6 +25,7 @@ DIGITS = 6
 """Significant digits of a number that is shown."""
 MOST_DIGITS = 15
 _UNBROKEN = 40  # characters of a formula that stands in one line
+_ROW = 60  # characters of a numerator or denominator in one row
 
 _LETTERS = "alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi psi omega lamda chi pi"
 _GREEK = dict(zip(_LETTERS.split(" "), "αβγδεζηθκμνξρστφψωλχπ", strict=True)) | {
@@ -404,7 +405,8 @@ def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mappi
             return _Shown(f"{a.math}{mark}{b.math}", f"{a.text}{word}{b.text}", _PRODUCT)
         case ast.Div():
             up, down = _bracketed(a, _PRODUCT), _bracketed(b, _POWER)
-            return _Shown(f"<mfrac><mrow>{a.math}</mrow><mrow>{b.math}</mrow></mfrac>", f"{up.text}/{down.text}", _PRODUCT)
+            fraction = f"<mfrac>{_rows(left, numbers)}{_rows(right, numbers)}</mfrac>"
+            return _Shown(fraction, f"{up.text}/{down.text}", _PRODUCT)
         case ast.Pow():
             a, up = _bracketed(a, _ATOM), _bracketed(b, _ATOM)
             return _Shown(f"<msup><mrow>{a.math}</mrow><mrow>{b.math}</mrow></msup>", f"{a.text}^{up.text}", _POWER)
@@ -412,6 +414,14 @@ def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mappi
             a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
             return _Shown(f"{a.math}<mo>mod</mo>{b.math}", f"{a.text} mod {b.text}", _PRODUCT)
     raise FormulaError(f"{type(op).__name__} is no operation of a formula")
+
+
+def _rows(node: ast.expr, numbers: Mapping[str, Quantity]) -> str:
+    """A numerator or denominator, in which no line breaks: a long sum has a row for each term."""
+    terms = _terms(node, numbers)
+    if sum(len(term.text) for term in terms) <= _ROW:
+        return f"<mrow>{''.join(term.math for term in terms)}</mrow>"
+    return f"<mtable>{''.join(f'<mtr><mtd>{term.math}</mtd></mtr>' for term in terms)}</mtable>"
 
 
 def _piecewise(body: _Shown, test: _Shown, other: _Shown) -> _Shown:

@@ -7,6 +7,7 @@ numbers are those of the library, the formulas those of the books: each step sho
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -194,7 +195,7 @@ def _pictures(at: Steps) -> Iterator[Part]:
 def _graph(at: Steps) -> Section:
     from flywheel.pictures import dimensions
 
-    svg = dimensions.bond_graph(at.machine, tuple(at.sheets))
+    svg = partial(dimensions.bond_graph, at.machine, tuple(at.sheets))
     how = _(
         "Each half arrow is a bond that carries power, with the stroke at the end that receives the effort. A 1 stands for "
         "one velocity, a TF or MTF for a ratio of velocities, constant or dependent on position. Every velocity follows "

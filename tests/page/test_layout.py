@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,25 +14,60 @@ import pytest
 import flywheel
 import flywheel.report
 from flywheel import language
-from flywheel.numerics.faults import SceneError
-from flywheel.tables.summary import summary
-from tests.page.browsers import EXAMPLES, Served, answered, drawn, expected, picture, shown, until, violations
+from flywheel.motions.single_stroke import single_stroke
+from flywheel.page import data
+from flywheel.page.data import Subject
+from flywheel.page.edits import Draft
+from flywheel.page.form import as_groups
+from flywheel.report import document as documents
+from flywheel.report.document import Figure, Part, Section
+from tests.page.browsers import EXAMPLES, Served, answered, drawn, expected, in_sight, picture, shown, until, violations
 
 if TYPE_CHECKING:
     from playwright.sync_api import BrowserContext, Page
 
-WIDTHS = (390, 768, 1024, 1152, 1280, 1366, 1440, 1536, 1680, 1920, 2560)
+WIDTHS = (390, 768, 1024, 1280, 1440, 1536, 1920, 2560)
+SCENES = {
+    folder: sorted(EXAMPLES.glob(f"{folder}/*.toml"))
+    for folder in ("bond_graphs", "designs", "drive_lines", "exams", "linkages", "machines", "regimes")
+}
 
-_CUT_OFF = """async (answers) => {
-  const { showNumbers } = await import(new URL("static/numbers.js", location));
-  const numbers = document.getElementById("numbers");
+_SHOW = """async ({ groups, answer, texts, tongue, units }) => {
+  const load = (name) => import(new URL(`static/${name}.js`, location));
+  const [{ speak }, { renewForm }, { showNumbers }, { showPanels }] = await Promise.all(
+    ["language", "form", "numbers", "panels"].map(load),
+  );
+  speak(tongue, texts);
+  renewForm(groups, "another");
+  showNumbers(document.getElementById("numbers"), answer.numbers);
+  showPanels(answer, units, true);
+  document.querySelectorAll("#numbers details").forEach((part) => (part.open = true));
+}"""
+
+_CUT_OFF = """async () => {
   const wide = (part) => part.scrollWidth > part.clientWidth + 1;
-  return Object.entries(answers).flatMap(([name, blocks]) => {
-    showNumbers(numbers, blocks);
-    numbers.querySelectorAll("details").forEach((part) => (part.open = true));
-    const parts = [document.documentElement, ...document.querySelectorAll("#results, #numbers, #numbers .wide-table")];
-    return parts.filter(wide).map((part) => `${name}: ${part.scrollWidth} px in ${part.clientWidth}: ${part.textContent}`);
+  const parts = [document.documentElement, ...document.querySelectorAll(
+    "#form, #form fieldset, #form select, #results, #numbers, #numbers .wide-table, .panel, .panel .host, .panel h3")];
+  const cut = parts.filter(wide).map((part) =>
+    `${part.id || part.className}: ${part.scrollWidth} px in ${part.clientWidth}: ${part.textContent.slice(0, 80)}`);
+  const clashes = [...document.querySelectorAll("#panels svg")].flatMap((svg) => {
+    const [box, bad] = [svg.getBoundingClientRect(), []];
+    const title = svg.closest("[data-panel]").dataset.panel;
+    const names = [...svg.querySelectorAll("text")]
+      .filter((each) => each.textContent.trim() && each.getAttribute("visibility") !== "hidden")
+      .map((each) => [each.textContent, each.getBoundingClientRect()]);
+    names.forEach(([words, a], k) => {
+      const outside = a.left < box.left - 1 || a.right > box.right + 1 || a.bottom > box.bottom + 1;
+      if (outside) bad.push(`${title}: ${words} outside`);
+      for (const [others, b] of names.slice(k + 1)) {
+        const x = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const y = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        if (x > 2 && y > 4) bad.push(`${title}: ${words} | ${others}`);
+      }
+    });
+    return bad;
   });
+  return [...cut, ...clashes];
 }"""
 
 
@@ -88,56 +126,80 @@ _NAMES = """() => {
 }"""
 
 
-def answers() -> dict[str, list[Any]]:
-    """The answers of all examples that can be sized, in both languages, and in English in US units."""
-    found = {}
-    for example in sorted(EXAMPLES.glob("*/*.toml")):
-        try:
-            sizing = flywheel.size(flywheel.load(example))
-        except SceneError:
-            continue
-        for tongue, units in (("en", "si"), ("en", "us"), ("es", "si")):
-            with language.use(tongue):
-                blocks = [block.as_dict() for block in summary(sizing, units)]
-            found[f"{example.stem}, {tongue}, {units}"] = blocks
-    return found
+def test_every_example_is_shown() -> None:
+    assert {path for paths in SCENES.values() for path in paths} == set(EXAMPLES.glob("*/*.toml"))
+
+
+@cache
+def subject(example: Path) -> Subject:
+    """The sizing or the stroke of an example; its scene if it has neither."""
+    scene = flywheel.load(example)
+    if scene.single_stroke is not None:
+        return single_stroke(scene)
+    return flywheel.size(scene) if scene.stroke is None and scene.has_flywheel and scene.has_speed else scene
 
 
 @pytest.mark.slow
-def test_no_answer_of_an_example_is_cut_off(page: Page) -> None:
+@pytest.mark.parametrize("folder", SCENES)
+def test_nothing_of_a_page_is_cut_off_or_covered(page: Page, folder: str) -> None:
+    """Form, numbers, verdicts, notes and the texts of figures, at every width, in English, US units and Spanish."""
     answered(page)
-    given = answers()
-    assert len(given) > 60
-    for width in WIDTHS:
-        page.set_viewport_size({"width": width, "height": 800})
-        assert page.evaluate(_CUT_OFF, given) == [], f"at {width} px"
-
-
-TOO_WIDE = pytest.mark.xfail(reason="the slopes of a toggle clamp's angles stand in lines wider than A4")
-REPORTS = [
-    pytest.param(name, marks=TOO_WIDE if name == "regimes/hydraulic_clamp.toml" else ())
-    for name in (str(path.relative_to(EXAMPLES)) for path in sorted(EXAMPLES.glob("*/*.toml")))
-]
+    bad = []
+    for example, (tongue, units) in product(SCENES[folder], (("en", "us"), ("en", "si"), ("es", "si"))):
+        with language.use(tongue):
+            draft = Draft(example.read_text("utf-8"))
+            groups = as_groups(draft.form, draft.outline, ())
+            answer = data.answer(subject(example), units=units)
+        texts = dict(language.catalogue(tongue)) if tongue != "en" else {}
+        del answer["faults"]
+        page.evaluate(_SHOW, {"groups": groups, "answer": answer, "texts": texts, "tongue": tongue, "units": units})
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 800})
+            in_sight(page)
+            bad += [f"{example.stem}, {tongue}, {units}, {width} px: {each}" for each in page.evaluate(_CUT_OFF)]
+    assert not bad, "\n".join(bad)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tongue", ["en", "es"])
-@pytest.mark.parametrize("example", REPORTS)
-def test_nothing_of_a_report_is_wider_than_its_sheet(window: Any, tmp_path: Path, example: str, tongue: str) -> None:
-    """On A4 within its margins, and on a desktop's screen; a telephone scrolls within formulas and tables alone."""
-    report = tmp_path / "report.html"
-    flywheel.report.write(flywheel.load(EXAMPLES / example), report, language=tongue)
+@pytest.mark.parametrize("folder", SCENES)
+def test_nothing_of_a_report_is_wider_than_its_sheet(window: Any, tmp_path: Path, folder: str) -> None:
+    """On A4 within its margins, and on every screen; a telephone scrolls within formulas and tables alone.
+
+    Figures are as wide as their column whatever they show: blank ones stand for them.
+    """
     page = window(viewport={"width": 673, "height": 1032}).new_page()
-    page.emulate_media(media="print")
-    page.goto(report.as_uri())
-    until(page, "() => [...document.fonts].every((font) => font.status === 'loaded')")
-    assert page.locator("h2").count() >= 2
-    assert page.evaluate(_WIDER) == []
-    page.emulate_media(media="screen")
-    page.set_viewport_size({"width": 1024, "height": 768})
-    assert page.evaluate(_WIDER) == []
-    page.set_viewport_size({"width": 390, "height": 844})
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    report = tmp_path / "report.html"
+    bad = []
+    for example, tongue in product(SCENES[folder], ("en", "es")):
+        with language.use(tongue):
+            document = flywheel.report.worked(subject(example))
+            report.write_text(documents.html(replace(document, parts=blank(document.parts))), "utf-8")
+        page.emulate_media(media="print")
+        page.set_viewport_size({"width": 673, "height": 1032})
+        page.goto(report.as_uri())
+        until(page, "() => [...document.fonts].every((font) => font.status === 'loaded')")
+        assert page.locator("h2").count() >= 2
+        bad += [f"{example.stem}, {tongue}, on paper: {each}" for each in page.evaluate(_WIDER)]
+        page.emulate_media(media="screen")
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 800})
+            inner = page.evaluate("document.documentElement.scrollWidth")
+            wide = page.evaluate(_WIDER) if width > 390 else []
+            bad += [f"{example.stem}, {tongue}, {width} px: {each}" for each in (*wide, *([inner] if inner > width else []))]
+    assert not bad, "\n".join(bad)
+
+
+def blank(parts: Iterable[Part]) -> tuple[Part, ...]:
+    """Parts of a report with blank figures."""
+    empty = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 3"></svg>'
+    return tuple(
+        replace(part, parts=blank(part.parts))
+        if isinstance(part, Section)
+        else replace(part, svg=empty)
+        if isinstance(part, Figure)
+        else part
+        for part in parts
+    )
 
 
 @pytest.mark.slow
