@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from flywheel.language import LANGUAGES, use
+from flywheel.language import text as _
 
 if TYPE_CHECKING:
     from flywheel.motions.motion import Transient
@@ -28,7 +29,7 @@ MOST_POINTS = 1_000_000
 INTERRUPTED = 130
 """Exit code of a command that the user has ended by Ctrl-C."""
 STANDARD_OUTPUT = "standard output"
-_LANGUAGE = "flywheel.language"  # of a context: the language of its pictures
+_LANGUAGE = "flywheel.language"  # of a context: the language of its pictures, faults and remarks
 _UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be written
 
 
@@ -125,15 +126,20 @@ def plot_option(help: str) -> Callable[[Any], Any]:
     return lambda command: plot(style_option(command))
 
 
-def language_option(command: Any) -> Any:
-    """The option --language: the language in which `written` draws a command's pictures."""
-    return click.option(
-        "--language",
-        type=click.Choice([*LANGUAGES]),
-        expose_value=False,
-        callback=lambda context, parameter, language: context.meta.update({_LANGUAGE: language or "en"}),
-        help="Of the picture (default en).",
-    )(command)
+def language_option(help: str = "Of the picture (default en).", **settings: Any) -> Callable[[Any], Any]:
+    """The option --language: the language of a command's pictures, faults and remarks, and of what its help says."""
+    return click.option("--language", type=click.Choice([*LANGUAGES]), callback=_spoken, help=help, **settings)
+
+
+def _spoken(context: click.Context, parameter: click.Parameter, language: str | None) -> str | None:
+    context.meta[_LANGUAGE] = language or "en"
+    return language
+
+
+def requested_language() -> str:
+    """The language of --language; English for a command without it."""
+    context = click.get_current_context(silent=True)
+    return "en" if context is None else str(context.meta.get(_LANGUAGE, "en"))
 
 
 def style_option(command: Any) -> Any:
@@ -199,8 +205,9 @@ def reported(scene: Path) -> Iterator[None]:
     except SceneError as error:
         from flywheel.reading.scenes import placed
 
-        for fault in placed(error.faults, scene):
-            click.echo(_fault_line(scene, fault), err=True)
+        with use(requested_language()):
+            for fault in placed(error.faults, scene):
+                click.echo(_fault_line(scene, fault), err=True)
         sys.exit(1)
 
 
@@ -211,8 +218,9 @@ def _fault_line(scene: Path, fault: Fault) -> str:
 
 def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
     """Remarks on a scene as lines on standard error."""
-    for remark in remarks:
-        click.echo(f"{scene}: remark: {remark}", err=True)
+    with use(requested_language()):
+        for remark in remarks:
+            click.echo(f"{scene}: {_('remark')}: {remark}", err=True)
 
 
 # -- output ----------------------------------------------------------------------------------------------------------
@@ -224,10 +232,9 @@ def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
 
     The command continues to its other outputs and ends with exit code 1; at once if there is no other output.
     """
-    context = click.get_current_context(silent=True)
-    asked = context.meta.get(_LANGUAGE) if context is not None and Path(path).suffix.lower() in PLOT_FORMATS else None
+    drawn = Path(path).suffix.lower() in PLOT_FORMATS
     try:
-        with use(asked) if asked else nullcontext():
+        with use(requested_language()) if drawn else nullcontext():
             yield
     except BrokenPipeError:
         raise

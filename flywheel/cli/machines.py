@@ -42,7 +42,7 @@ from flywheel.cli.common import (
     written,
 )
 from flywheel.cli.common import speed as speed_of
-from flywheel.language import LANGUAGES, message
+from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.scene.scene import LEVELS, NORMAL, RTOL
 
@@ -73,7 +73,7 @@ from contextlib import suppress
     type=click.Choice(["si", "us"]),
     help="Units of the summary: si (default), or us for WR² in lb ft², hp, psi, lbf ft, in.",
 )
-@click.option("--language", type=click.Choice([*LANGUAGES]), help="Language of the summary (default en).")
+@language_option("Language of the summary (default en).")
 @click.option(
     "--explain", is_flag=True, help="Explain the method of solution and its choice, what was left out, and the cost."
 )
@@ -189,7 +189,7 @@ def _angle(context: click.Context, parameter: click.Parameter, text: str | None)
 @plot_option(
     "Draw I*, M* with the share of every load, and influence coefficients over the whole cycle or stroke into a file."
 )
-@language_option
+@language_option(expose_value=False)
 @click.option(
     "--of",
     multiple=True,
@@ -250,7 +250,7 @@ def reduce(
 @click.option(
     "--map", "mapped", is_flag=True, help="Print the element that each part became; the picture has parts in colours."
 )
-@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of the map (default en).")
+@language_option("Of the map (default en).")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool, language: str | None) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     if mapped and form == "latex":
@@ -285,7 +285,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool
 @json_flag()
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")
 @plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
-@click.option("--language", type=click.Choice([*LANGUAGES]), help="Of table and picture (default en).")
+@language_option("Of table and picture (default en).")
 def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
     """Print the power flow of SCENE from its input through every mesh to the loads, with all losses.
 
@@ -375,7 +375,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     "Draw the reactions: as curves with --over or along a motion in time; else polar for pins, over the motion for slides, "
     "with one file for each of several mechanisms: FILE-NAME.png."
 )
-@language_option
+@language_option(expose_value=False)
 @OUTPUT
 def reactions(
     scene: Path,
@@ -639,7 +639,7 @@ class _Progress:
 @click.argument("scene", type=click.Path(path_type=Path, readable=False), required=False)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of this machine, else any free one.")
 @click.option("--no-browser", is_flag=True, help="Print the page's address without opening a browser.")
-@click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
+@language_option("English (default) or Spanish.", default="en")
 def open_page(scene: Path | None, port: int, no_browser: bool, language: str) -> None:
     """Open SCENE, a TOML file, as a live page in the browser: a form of its values, and figures that follow them.
 
@@ -685,7 +685,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     metavar="FILE.(html|pdf)",
     help="The report's file; a PDF is printed by a browser that is installed.",
 )
-@click.option("--language", type=click.Choice([*LANGUAGES]), default="en", help="English (default) or Spanish.")
+@language_option("English (default) or Spanish.", default="en")
 @click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units as well as in SI.")
 @click.option("--cover-sheet", is_flag=True, help="The cover sheet alone, to sign.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")

@@ -53,7 +53,7 @@ def _place(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
 @json_flag("Print JSON, SI throughout, with the motion.")
 @plot_option("Draw speed, torques and energy over time into a file.")
-@language_option
+@language_option(expose_value=False)
 @click.option(
     "--points",
     type=click.IntRange(2, MOST_POINTS),
@@ -142,7 +142,7 @@ def simulate(
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
 @json_flag("Print JSON, SI throughout, with every figure's error.")
 @plot_option("Draw position, velocity and acceleration into a file; with --instant-centres these, at up to four positions.")
-@language_option
+@language_option(expose_value=False)
 @click.option(
     "--instant-centres",
     "with_centres",

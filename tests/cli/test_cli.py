@@ -89,6 +89,18 @@ def test_json_of_every_scene_is_strict(path: Path) -> None:
     json.loads(result.stdout, parse_constant=refuse)
 
 
+@pytest.mark.parametrize("command", ["size", "power", "simulate", "motion", "reactions", "report -o r.html"])
+def test_faults_and_remarks_are_in_the_language_asked_for(tmp_path: Path, command: str) -> None:
+    name, *options = command.split()
+    scene = tmp_path / "press.toml"
+    scene.write_text(YOKE.replace('"0.5 m"', '"-0.5 m"').replace("irregularity", "iregularity"), "utf-8")
+    lines = run(name, scene, *options, "--language", "es").stderr.splitlines()
+    assert len(lines) == 2
+    assert lines[0] == f'{scene}: mechanism.crank.length (línea 3): hay "-0.5 m", se esperaba un valor mayor que 0 m'
+    assert lines[1].endswith('hay clave "iregularity", se esperaba una clave conocida; ¿quería decir "irregularity"?')
+    assert "expected" in run(name, scene, *options).stderr
+
+
 def test_faults_are_lines_with_file_and_path(tmp_path: Path) -> None:
     path = tmp_path / "press.toml"
     path.write_text(YOKE.replace('"0.5 m"', '"0.5 kg"').replace("0.04", "-1"))
