@@ -581,7 +581,8 @@ def draw_tradeoff(result: Tradeoff) -> Figure:
     if any(_hollow(row, rows) for row in rows):
         panel.plot([], [], ls=":", marker="o", color=GREY, mfc="white", ms=7, label="hollow: without restart")
     made.legend(loc="outside lower center", ncols=4, fontsize=8.5, frameon=False)
-    made.lay_out()
+    made.get_layout_engine().execute(made)  # type: ignore[union-attr]
+    made.set_layout_engine("none")  # the panel has its place now
     texts = [made.text(0.0, 0.0, row.label, fontsize=_FONT, va="bottom", parse_math=False) for row in rows]
     if texts:
         _arrange(made, panel, points, marks, texts, lines)

@@ -62,27 +62,19 @@ DPI = 125
 
 
 class Picture(Figure):
-    """A figure whose panels get their places once; then names inside them theirs, by functions that know how (`later`)."""
+    """A figure whose names inside panels get their places when it is drawn first, by functions that know how (`later`)."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.later: list[Callable[[], None]] = []
 
-    def lay_out(self) -> None:
-        """Gives panels their places, which they keep, and then names inside them theirs."""
-        engine = self.get_layout_engine()
-        if engine is not None:
-            engine.execute(self)
-            self.set_layout_engine("none")
-            for panel in self.axes:
-                panel.apply_aspect()
-        later, self.later = self.later, []
-        for rest in later:
-            rest()
-
     def draw(self, renderer: Any) -> None:
-        """Draws it, laid out."""
-        self.lay_out()
+        """Draws it; for the first time to give it its layout."""
+        later, self.later = self.later, []
+        if later:
+            super().draw(renderer)
+            for rest in later:
+                rest()
         super().draw(renderer)
 
 
@@ -127,8 +119,8 @@ def finish(made: Figure) -> None:
         for axis in made.findobj(Axis):
             if type(axis.get_major_formatter()) is ScalarFormatter:
                 axis.set_major_formatter(Numbers())
-    if isinstance(made, Picture):
-        made.lay_out()
+    if isinstance(made, Picture) and made.later:
+        made.draw_without_rendering()
     if current_form() == "print":
         in_greys(made)
 

@@ -115,6 +115,8 @@ export function driverTicks(driver, width) {
 
 // -- legend -----------------------------------------------------------------------------------------------------------
 
+const LONGEST = "−0.0000000"; // of four significant digits
+
 /** A legend whose entries tell the values at the cursor: {name, colour, dash, fill, unit, width}. Returns its nodes and `tell`. */
 export function legendOf(entries, width, top, { number }) {
   const nodes = [];
@@ -122,7 +124,7 @@ export function legendOf(entries, width, top, { number }) {
   let x = 4;
   let y = top + FONT;
   for (const entry of entries) {
-    const value = entry.unit === undefined ? 0 : wide(`−00.00 → −00.00 ${entry.unit}`.slice(entry.jumps ? 0 : 9), SMALL);
+    const value = entry.unit === undefined ? 0 : wide(`${entry.jumps ? `${LONGEST} → ` : ""}${LONGEST} ${entry.unit}`, SMALL, true);
     const room = entry.swatchless ? 0 : 24;
     const needed = room + wide(entry.name) + 6 + value + 14;
     if (x > 4 && x + needed - 10 > width) {

@@ -74,12 +74,12 @@ const reactions = {
 
 /** The head of a cell: whose force it is, its largest value, and the value at the cursor. */
 function head({ title, about }, { left, top, size }) {
-  const cut = (line, width) => {
-    while (line.length > 4 && wide(line) > width) line = `${line.slice(0, -2).trimEnd()}…`;
+  const cut = (line, width, bold = false) => {
+    while (line.length > 4 && wide(line, undefined, bold) > width) line = `${line.slice(0, -2).trimEnd()}…`;
     return line;
   };
   const value = label(left + 2, top + 42, "", {});
-  return { nodes: [label(left + 2, top + 12, cut(title, size - 6), { bold: true }), label(left + 2, top + 27, cut(about, size - 6), { colour: "muted" })], value };
+  return { nodes: [label(left + 2, top + 12, cut(title, size - 6, true), { bold: true }), label(left + 2, top + 27, cut(about, size - 6), { colour: "muted" })], value };
 }
 
 function empty({ nodes }, { left, top, size, height }) {

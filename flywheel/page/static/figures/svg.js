@@ -43,13 +43,14 @@ const measure = document.createElement("canvas").getContext("2d");
 const widths = new Map();
 
 /** About how wide a text is, px. */
-export function wide(content, size = SMALL) {
-  let found = widths.get(content);
+export function wide(content, size = SMALL, bold = false) {
+  const key = `${bold} ${content}`;
+  let found = widths.get(key);
   if (found === undefined) {
     if (widths.size > 4000) widths.clear();
-    measure.font = '100px system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif';
+    measure.font = `${bold ? "bold " : ""}100px system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif`;
     found = measure.measureText(content).width / 100;
-    widths.set(content, found);
+    widths.set(key, found);
   }
   return found * size * 1.03;
 }
