@@ -14,9 +14,10 @@ from tests.estimates.bars import short
 from tests.generated.judging import Verdict
 from tests.generated.scenes import Scene, chance, spread
 from tests.oracle.motors import kloss
-from tests.oracle.strokes import TURN, Plan, stroke
+from tests.oracle.strokes import TURN, Plan, Rated, returning, shares, stroke
 
 _NAMES = ("abs", "min", "max", "sqrt")
+_RATE, _RATED_ONE = 1e-7, 5  # beside the estimate of the greatest rate; every how manieth scene has it
 _FLOOR = 1e-8  # relative, beside the estimate: what the oracle itself is good to
 
 
@@ -79,6 +80,7 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     brake_rise = short(rng.uniform(0.01, 0.04), 2) if chance(rng, 0.5) else 0.0
     brake_fall = short(rng.uniform(0.001, 0.004), 2) if chance(rng, 0.4) else 0.0
     speed = short(belt * wheel_speed)
+    heat, bodies, field = None, (), 0.0
     if chance(rng, 0.5):
         slope = short(3.0 * work / period / speed / (0.1 * speed))
         drive: Scene = {"on": "motor", "torque": f"{slope!r}*({speed!r} - omega)"}
@@ -89,6 +91,17 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
         motor = {"type": "induction", "power": power, "speed": short(full), "poles": 2, "breakdown_ratio": 2.4}
         motor["frequency"] = f"{short(speed / TURN)!r} Hz"
         drive, text = {"on": "motor", "motor": motor}, kloss(motor)
+        field = TURN * float(motor["frequency"].split()[0])
+        heat = field - motor["speed"], power / motor["speed"]  # of the rotor: slip speed and torque at the rated point
+        if chance(rng, 0.6):
+            constant, warmth, share = short(period * 10 ** rng.uniform(-0.5, 3.0)), short(rng.uniform(30.0, 100.0)), 0.0
+            motor["thermal"] = {"time_constant": constant, "class": "F", "rise": f"{warmth!r} K"}
+            if chance(rng, 0.5):
+                share, quick = short(rng.uniform(0.1, 0.6), 2), short(constant * rng.uniform(0.02, 0.5))
+                motor["thermal"] |= {"winding_time_constant": quick, "winding_share": share}
+                bodies = ((1.0 - share) * warmth, constant), (share * warmth, quick)
+            else:
+                bodies = ((warmth, constant),)
     scene: Scene = {
         "title": f"strokes {seed}",
         "shafts": shafts,
@@ -110,11 +123,19 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
             scene["gravity"] = {"direction": "180 deg"}
     law = compile(text, "motor", "eval")
     names = {name: getattr(np, name) for name in _NAMES} | {"min": min, "max": max}
+
+    def losses(omega: Any) -> Any:
+        """Of the rotor, slip speed times torque, over the rated ones."""
+        return (field - omega) * eval(law, names, {"omega": omega}) / (heat[0] * heat[1])
+
+    rated = None if heat is None else Rated(heat[1], losses, bodies, 105.0 if bodies else math.inf)
+    per_hour = short(1800.0 * behind * wheel_speed**2 / period * rng.uniform(1.05, 2.0))
+    shafts["wheel"]["clutch"]["heat_per_hour"] = per_hour
     plan = Plan(
         wheel, rotor, crank, ratio, belt, gear, belts, lambda omega: eval(law, names, {"omega": omega}), clutch, rise, fall,
         math.radians(release), brake, brake_rise, brake_fall, math.radians(engage), continuous * 60.0 / rate,
         ((math.radians(low), math.radians(high), force),), friction, -9.80665 if weighs else 0.0, slider,
-        static, hold,
+        static, hold, rated, per_hour,
     )  # fmt: skip
     return scene, plan
 
@@ -122,9 +143,9 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
 def tried_strokes(seed: int) -> list[Verdict]:
     """The verdict on the stroke that returns: it does, by the oracle, and each figure is right within its error."""
     scene, plan = drawn_strokes(seed)
-    begun = time.monotonic()
+    begun, rates = time.monotonic(), seed % _RATED_ONE == 0
     try:
-        found = flywheel.single_stroke(flywheel.load(scene), rates=False)
+        found = flywheel.single_stroke(flywheel.load(scene), rates=rates)
     except SceneError as error:
         return [Verdict("strokes", "refused", str(error), time.monotonic() - begun, 0.0)]
     took, begun = time.monotonic() - begun, time.monotonic()
@@ -138,10 +159,19 @@ def tried_strokes(seed: int) -> list[Verdict]:
 
     compare("speed after", speed, true.pop("speed"), 0.0, speed)
     compare("angle after", rest + TURN, true.pop("rest"), 0.0, TURN)
+    if plan.rated is not None:
+        true["motor_heat"] *= found.scene.motor.rated_total_heat
     scales: dict[str, float] = {"lock_angle": 1.0, "wheel_energy": plan.wheel * speed**2, "brake_angle": 1.0}
     for name, right in true.items():
         value: Any = found.figures[name]
         compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))
     compare("energy that is missing", found.energy_residual, 0.0, found.error["energy_residual"], 1.0)
+    if rates and found.decides in shares(plan, true):
+        for way in (-1.0, 1.0):  # a little slower all is within its limits, a little faster not
+            rate = found.greatest_rate + way * (found.error["greatest_rate"] + _RATE * found.greatest_rate)
+            there = plan._replace(period=1.0 / rate)
+            most = max(shares(there, returning(there, speed, rest)).values())
+            if (most > 1.0) != (way > 0.0):
+                lines.append(f"greatest rate {found.greatest_rate!r}, {most!r} of the limit at {rate!r}")
     outcome = "wrong" if lines else "right"
     return [Verdict("strokes", outcome, "; ".join(lines), took, time.monotonic() - begun)]

@@ -26,6 +26,7 @@ from scipy.optimize import brentq, minimize_scalar
 TURN = 2 * math.pi
 _RTOL = 1e-12
 _TINY = 1e-40
+_POINTS = 6  # of Gauss' rule in a part of a step
 
 
 class Plan(NamedTuple):
@@ -58,10 +59,24 @@ class Plan(NamedTuple):
     slider: tuple[float, float, float, float, float, float] | None = None
     static: float = math.inf
     hold: float = 0.0
+    rated: Rated | None = None
+    per_hour: float = math.inf
 
 
-def gains(plan: Plan, phi: Any) -> tuple[Any, Any, Any]:
-    """I*, dx/dphi of the slider (1 of a rotor), and the moment of weights and friction, forwards."""
+class Rated(NamedTuple):
+    """Of a motor: rated torque (N m), losses at a speed over the rated ones, its bodies, and the rise (K) that it bears.
+
+    Each body has its rise (K) at the rated point and its time constant (s); none if the windings are not judged.
+    """
+
+    torque: float
+    losses: Callable[[Any], Any]
+    bodies: tuple[tuple[float, float], ...] = ()
+    limit: float = math.inf
+
+
+def gains(plan: Plan, phi: Any, way_of: int = 1) -> tuple[Any, Any, Any]:
+    """I*, dx/dphi of the slider (1 of a rotor), and the moment of weights and of friction against a way of turning."""
     if plan.slider is None:
         return plan.crank + 0 * phi, 1.0 + 0 * phi, 0.0 * phi
     r, length, mass, centre, inertia, slider = plan.slider
@@ -71,12 +86,12 @@ def gains(plan: Plan, phi: Any) -> tuple[Any, Any, Any]:
     share = centre / length
     along, across = (1 - share) * -r * np.sin(phi) + share * way, (1 - share) * r * np.cos(phi)
     reduced = plan.crank + mass * (along**2 + across**2) + inertia * swing**2 + slider * way**2
-    return reduced, way, plan.weight * (mass * along + slider * way) - plan.friction * way * np.sign(np.real(way))
+    return reduced, way, plan.weight * (mass * along + slider * way) - way_of * plan.friction * way * np.sign(np.real(way))
 
 
-def driven(plan: Plan, phi: float, middle: float) -> tuple[float, float, float]:
+def driven(plan: Plan, phi: float, middle: float, way_of: int = 1) -> tuple[float, float, float]:
     """I*, dI*/dphi and the moment of all but clutch and brake; windows as they are in the middle of a piece."""
-    bent = gains(plan, phi + 1j * _TINY)
+    bent = gains(plan, phi + 1j * _TINY, way_of)
     reduced, way, moment = (float(np.real(part)) for part in bent)
     turned = middle % TURN
     moment += sum(force * way for low, high, force in plan.windows if low <= turned < high)
@@ -124,6 +139,7 @@ class Run:
         self.plan = plan
         self.lowest, self.highest, self.clutch_torque = math.inf, -math.inf, 0.0
         self.motor_work = self.motor_square = 0.0
+        self.pieces: list[tuple[Any, Callable[[Any], Any]]] = []
 
     def step(
         self, rate: Callable[[float, Any], list[float]], start: list[float], t: float, *goals: Any, last: float = 60.0
@@ -141,7 +157,8 @@ class Run:
         return found
 
     def speeds(self, found: Any, of: Callable[[Any], Any]) -> None:
-        """Extremes of the wheel's speed along a piece."""
+        """Extremes of the wheel's speed along a piece, which is kept."""
+        self.pieces.append((found, of))
         top = self.most(found, of)
         bottom = -self.most(found, lambda y: -of(y))
         self.highest, self.lowest = max(self.highest, top), min(self.lowest, bottom)
@@ -155,11 +172,71 @@ class Run:
         finer = minimize_scalar(lambda t: -of(found.sol(t)), bounds=(low, high), method="bounded", options={"xatol": 1e-12})
         return max(float(values[k]), -float(finer.fun))
 
+    def losses(self, rated: Rated) -> tuple[Any, Any, Any]:
+        """Times (s), weights (s) and losses over the rated ones at Gauss' nodes of parts of all steps."""
+        nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+        times, lasting, losses = [], [], []
+        for found, of in self.pieces:
+            edges = np.concatenate([np.linspace(*each, 13)[:-1] for each in zip(found.t[:-1], found.t[1:], strict=True)])
+            half = 0.5 * np.diff(edges, append=found.t[-1])[:, None]
+            times.append((edges[:, None] + half * (1.0 + nodes)).ravel())
+            lasting.append((half * weights).ravel())
+            losses.append(rated.losses(self.plan.belt * of(found.sol(times[-1]))))
+        return np.concatenate(times), np.concatenate(lasting), np.concatenate(losses)
+
+
+def warmest(rated: Rated, period: float, times: Any, lasting: Any, losses: Any) -> float:
+    """The greatest rise (K) of losses that repeat for ever: the convolution of all that was, at the ends of all parts."""
+
+    def rise(end: float) -> float:
+        since = np.mod(end - times, period)  # of the losses that were last; those of all periods before are a series
+        return float(
+            sum(r / tau * (lasting * losses) @ np.exp(-since / tau) / -math.expm1(-period / tau) for r, tau in rated.bodies)
+        )
+
+    edges = np.concatenate(([0.0], np.cumsum(lasting.reshape(-1, _POINTS).sum(axis=1))))[:-1]
+    return max(map(rise, edges.tolist()))
+
+
+def returning(plan: Plan, w: float, phi: float) -> dict[str, float]:
+    """The stroke that returns, by Newton's method on differences, from one nearby."""
+    state = np.array([w, phi])
+
+    def off(at: Any) -> tuple[Any, dict[str, float]]:
+        figures = stroke(plan, *at.tolist())
+        return np.array([figures["speed"], figures["rest"] - TURN]) - at, figures
+
+    for _ in range(12):
+        left, figures = off(state)
+        if abs(left[0]) <= 1e-9 * state[0] and abs(left[1]) <= 1e-9:
+            return figures
+        moves = np.diag([1e-4 * state[0], 1e-3])
+        slopes = np.array([(off(state + move)[0] - left) / move.sum() for move in moves]).T
+        state = state - np.linalg.solve(slopes, left)
+    raise AssertionError("no stroke returns")
+
+
+def shares(plan: Plan, figures: dict[str, float]) -> dict[str, float]:
+    """The loads over their limits of a stroke that returns."""
+    found = {"time of the stroke": figures["stroke_time"] / plan.period}
+    found["clutch heat an hour"] = 3600.0 * figures["clutch_heat"] / plan.period / plan.per_hour
+    if plan.rated is not None:
+        found["motor torque"] = figures["motor_torque_rms"] / plan.rated.torque
+        found["motor heat"] = figures["motor_heat"]
+    if "temperature" in figures and plan.rated is not None:
+        found["motor temperature"] = figures["temperature"] / plan.rated.limit
+    return found
+
 
 def marks(plan: Plan) -> list[float]:
     """Crank angles within a turn at which the driven side's laws change."""
     dead = [0.0, math.pi] if plan.slider is not None else []
     return sorted({*dead, *(angle for window in plan.windows for angle in window[:2])})
+
+
+def _mirrored(plan: Plan) -> Plan:
+    """The machine whose marks lie at the negative angles."""
+    return plan._replace(windows=tuple((-high % TURN, -low % TURN, force) for low, high, force in plan.windows))
 
 
 def ahead(plan: Plan, phi: float) -> float:
@@ -180,7 +257,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
     # states: wheel, angle, crank's speed, heat of the clutch, of the brake, work and square of the motor's torque
     t, y = 0.0, [w, phi, 0.0, 0.0, 0.0, 0.0, 0.0]
-    hold = _held_until(plan, phi)
+    hold, turns = _released(plan, phi, 0.0)  # the way in which the crank turns, which may fall back before the clutch bites
     sense, let_go, brake_on, lock, slip = 1, math.inf, math.inf, math.nan, math.nan
     again, where = 0.0, math.nan  # the time of slips under the work, and the angle of the first
 
@@ -199,7 +276,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
     while True:
         angles = [ahead(plan, y[1])] + [each for each in (plan.release, plan.engage) if each > y[1] + 1e-11]
-        end = min(angles)
+        end = min(angles) if turns > 0 else -ahead(_mirrored(plan), -y[1])
         times = (
             [plan.rise, plan.brake_fall, hold]
             if math.isinf(let_go)
@@ -211,18 +288,33 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
         before = t
         if sense:
 
-            def slips(t: float, y: Any, middle: float = middle, time: float = time, sense: int = sense) -> list[float]:
-                torque, brake = sense * plan.clutch * share(t, time), brakes(t, time)
-                reduced, slope, moment = driven(plan, y[1], middle)
-                gear = plan.gear_efficiency if torque > 0.0 else 1.0 / plan.gear_efficiency
+            def slips(
+                t: float,
+                y: Any,
+                middle: float = middle,
+                time: float = time,
+                sense: int = sense,
+                turns: int = turns,
+                hold: float = hold,
+            ) -> list[float]:
+                torque, brake = sense * plan.clutch * share(t, time), turns * brakes(t, time)
+                reduced, slope, moment = driven(plan, y[1], middle, turns)
+                gear = plan.gear_efficiency if torque * turns > 0.0 else 1.0 / plan.gear_efficiency
                 alpha = (gear * r * torque + moment - brake - slope * y[2] ** 2 / 2) / reduced if time > hold else 0.0
                 heat = torque * (y[0] - r * y[2])
                 return [driving(plan, y[0], torque), y[2], alpha, heat, brake * y[2], *motor(y[0])]
 
             apart = lambda t, y, sense=sense: sense * (y[0] - r * y[2])  # noqa: E731
-            stall = [] if math.isnan(lock) else [(lambda t, y: y[2], -1)]
-            found = run.step(slips, y, t, (apart, -1), (angle, 1), *stall, last=last)
-            assert not (stall and found.t_events[2].size), "the crank stalls"
+            # from the other side of 0, so that a step which passes over the whole way back is not taken for a start
+            rests = [(lambda t, y, turns=turns: y[2] + 1e-13 * turns, -turns)] if time > hold else []
+            found = run.step(slips, y, t, (apart, -1), (angle, turns), *rests, last=last)
+            if rests and found.t_events[2].size:
+                assert math.isnan(lock), "the crank stalls"
+                run.speeds(found, lambda y: y[0])
+                t, y = float(found.t[-1]), found.y[:, -1].tolist()
+                y[2] = 0.0
+                hold, turns = _released(plan, y[1], t)
+                continue
             run.speeds(found, lambda y: y[0])
         else:
             y[0] = r * y[2]
@@ -282,7 +374,14 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
     found = run.step(recovers, [wheel, y[5], y[6]], release, last=plan.period)
     run.speeds(found, lambda y: y[0])
+    warm: dict[str, float] = {}
+    if plan.rated is not None:
+        times, lasting, losses = run.losses(plan.rated)
+        warm["motor_heat"] = float(lasting @ losses) / plan.period
+        if plan.rated.bodies:
+            warm["temperature"] = warmest(plan.rated, plan.period, times, lasting, losses)
     return {
+        **warm,
         "speed": float(found.y[0, -1]),
         "rest": rest,
         "slip_time": slip,
@@ -303,17 +402,29 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
     }
 
 
-def _held_until(plan: Plan, phi: float) -> float:
-    """Time (s) until which friction, and the brake that lets go, hold the crank against the clutch."""
-    moment = driven(plan, phi, phi + 1e-9)[2]
+def _released(plan: Plan, phi: float, t: float) -> tuple[float, int]:
+    """When (s), from a time on, friction and the brake that lets go no longer hold the crank, and which way it goes."""
+    _, way, _ = gains(plan, phi)
+    free = driven(plan._replace(friction=0.0), phi, phi + 1e-9)[2]
 
-    def push(t: float) -> float:
-        torque = plan.clutch * (min(1.0, t / plan.rise) if plan.rise else 1.0)
-        brake = plan.brake * max(0.0, 1 - t / plan.brake_fall) if plan.brake_fall else 0.0
-        return plan.gear_efficiency * plan.ratio * torque + moment - brake
+    def pushes(t: Any, sense: int) -> Any:
+        """The moment by which the clutch and what acts on the crank exceed friction and brake, forwards or backwards."""
+        torque = plan.clutch * (np.minimum(1.0, t / plan.rise) if plan.rise else 1.0)
+        brake = plan.brake * np.maximum(0.0, 1 - t / plan.brake_fall) if plan.brake_fall else 0.0
+        passed = plan.ratio * torque * plan.gear_efficiency**sense
+        return sense * (passed + free) - plan.friction * abs(way) - brake
 
-    last = max(plan.rise, plan.brake_fall)
-    return 0.0 if last == 0.0 or push(0.0) >= 0.0 else float(brentq(push, 0.0, last, xtol=1e-18, rtol=1e-15))
+    times = np.linspace(t, max(t, plan.rise, plan.brake_fall), 2001)
+    firsts = {}
+    for sense in (1, -1):
+        there = np.flatnonzero(pushes(times, sense) + 0.0 * times > 0.0)
+        if there.size:
+            k = int(there[0])
+            ends = float(times[max(k - 1, 0)]), float(times[k])
+            firsts[sense] = t if k == 0 else float(brentq(pushes, *ends, args=(sense,), xtol=1e-18, rtol=1e-15))
+    assert firsts, "the crank does not move"
+    sense = min(firsts, key=lambda each: firsts[each])
+    return firsts[sense], sense
 
 
 def _alone(plan: Plan, run: Run, t: float, y: list[float], goal: float, begin: float) -> tuple[float, list[float]]:
