@@ -14,6 +14,7 @@ from bondgraph.numerics import root, summit, threshold
 from flywheel.components import press_work
 from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
+from flywheel.components.press_work import Speeds
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
@@ -349,7 +350,7 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
     sides = _driving_sides(strokes, found)
-    speeds = _speeds(sides)
+    speeds, slowest = _speeds(sides)
     slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
     drive = _drive_load(strokes, sides, found.period)
     fed, hours = [max(one.value, 0.0) for one in _inverter_loads(strokes, found)] or [None, None], _HOUR / found.period
@@ -358,8 +359,8 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "period": found.period,
         "rate": plan.continuous / found.period,
         "keeps_up": all(within) if within else None,
-        "speed_greatest": speeds.greatest * wheel,
-        "speed_least": speeds.least * wheel,
+        "speed_greatest": speeds.high * wheel,
+        "speed_least": speeds.low * wheel,
         "irregularity": speeds.irregularity,
         "slip_time": found.lock_time,
         "lock_angle": found.lock_angle,
@@ -375,8 +376,8 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "stopping_time": found.stop_time - found.brake_time,
         "overrun": found.rest - plan.stop_at - plan.continuous * TURN,
         "stroke_time": found.stop_time,
-        "recovery_time": _recovery(sides, speeds, found),
-        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.begin[0] ** 2 - speeds.least**2),
+        "recovery_time": _recovery(sides, speeds.low, slowest, found),
+        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.begin[0] ** 2 - speeds.low**2),
         "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / found.period,
         **drive,
@@ -561,28 +562,14 @@ def _driving_sides(strokes: Strokes, found: Phases) -> list[_Side]:
     return [*legs, (found.recovery, 1.0, found.release_time)]
 
 
-class _Speeds(NamedTuple):
-    """Greatest and least speed (rad/s) of the clutch's shaft in a period, and when (s) it is least."""
-
-    greatest: float
-    least: float
-    when: float
-
-    @property
-    def irregularity(self) -> float:
-        """Difference of the two over their mean."""
-        return 2.0 * (self.greatest - self.least) / (self.greatest + self.least)
-
-
-def _speeds(sides: list[_Side]) -> _Speeds:
-    """The extremes of the driving side's speed."""
+def _speeds(sides: list[_Side]) -> tuple[Speeds, float]:
+    """The extremes of the driving side's speed in a period, on the clutch's shaft, and when (s) it is least."""
     least, when = _greatest(sides, lambda speeds: -speeds)
-    return _Speeds(_greatest(sides, lambda speeds: speeds)[0], -least, when)
+    return Speeds(_greatest(sides, lambda speeds: speeds)[0], -least), when
 
 
-def _recovery(sides: list[_Side], speeds_of: _Speeds, found: Phases) -> float:
+def _recovery(sides: list[_Side], least: float, when: float, found: Phases) -> float:
     """The time (s) from the least speed until most of the drop is recovered."""
-    least, when = speeds_of.least, speeds_of.when
     level = least + _RECOVERED * (found.speed - least)
     for trail, factor, begin in sides:
         times, owners = trail.within(NODES)
@@ -839,7 +826,7 @@ def _sized(
 def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:
     """The figures of limits along a stroke, those of the motor over its rated ones."""
     sides, motor = _driving_sides(strokes, found), strokes.scene.motor
-    shown = {"irregularity": _speeds(sides).irregularity}
+    shown = {"irregularity": _speeds(sides)[0].irregularity}
     if motor is not None and motor.rated is not None:
         load = _drive_load(strokes, sides, found.period)
         shares = _motor_shares(strokes, load)
