@@ -75,11 +75,11 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     if not elements:
         yield "the graph is empty"
     elif not graph.parts:
-        near = neighbours(elements, bonds)
+        adjacent = neighbours(elements, bonds)
         for quantity, name in readings(graph):
-            near[name].append(quantity[2:])
-            near[quantity[2:]].append(name)
-        if len(seen := reached_from(next(iter(elements)), near)) < len(elements):
+            adjacent[name].append(quantity[2:])
+            adjacent[quantity[2:]].append(name)
+        if len(seen := reached_from(next(iter(elements)), adjacent)) < len(elements):
             yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
