@@ -196,7 +196,7 @@ def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together(first
 def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_together(first):
     """Ports of fields in either causality: as many states as finite eigenvalues, the same ones, and none refused."""
     compared = following = 0
-    for seed in range(first, first + (60 if not first else 300)):
+    for seed in range(first, first + (30 if not first else 300)):
         try:
             graph = random_graph(seed, 1 + seed % 2)
         except GraphError:
@@ -210,14 +210,14 @@ def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_to
         assert worst < 1e-8 or not len(values), seed
         compared += 1
         following += any(graph.coupled(name) for name in strokes.derivative)
-    assert compared > 30
-    assert following > 10
+    assert compared > 15
+    assert following > 5
 
 
 def test_structure_alone_tells_what_is_out_of_reach():
     """Of random graphs with numbers in no relation: just where the ranks of [B, AB, ...] and [C; CA; ...] tell it."""
     told = {True: 0, False: 0}
-    for seed in range(60):
+    for seed in range(25):
         try:
             graph = random_graph(seed)
             found = linearize(graph, at={})
