@@ -72,7 +72,7 @@ def every_place(scene: str, tmp_path: Path) -> tuple[str, str]:
 
 
 @pytest.mark.usefixtures("blank")
-@pytest.mark.parametrize("kind", sample(MOTORS, 4))
+@pytest.mark.parametrize("kind", sample(MOTORS, 9))
 def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     section, text = MOTORS[kind], motor_text(kind)
     motor = flywheel.load(text).motor
@@ -99,7 +99,7 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
 
 
 @pytest.mark.usefixtures("blank")
-@pytest.mark.parametrize("kind", sample(LOAD_MODELS, 4))
+@pytest.mark.parametrize("kind", sample(LOAD_MODELS, 9))
 def test_a_load_model_has_what_every_place_needs(kind: str, tmp_path: Path) -> None:
     text, model = load_text(kind), MODELS[kind]
     load = flywheel.load(text).loads[0]
