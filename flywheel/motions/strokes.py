@@ -403,7 +403,12 @@ class Strokes:
         longest = min(acting.last, begin + _LONGEST * TURN / self.typical)
         until = min(longest, begin + acting.clutch.lasting + TURN / self.typical)
         margin = _AFTER_LOCK * self.rtol * abs(side.omega) if fresh else 0.0
-        back = straight("back", 0, _FARTHEST_BACK - crank.phi, 1.0)
+
+        def lost(t: Array, phi: Array, omega: Array) -> Array:
+            """Below 0 for a crank that turns back beyond its rest, or has fallen back too far from it."""
+            turns = np.maximum(omega + _AT_REST * self.typical, crank.phi - phi)
+            return np.asarray(np.minimum(turns, phi - crank.phi + _FARTHEST_BACK))
+
         while True:  # what is followed of the driving side is no more than a few times what the slip takes
             driving = self._run(dynamics[0], side, [straight("stop", 1, 0.0, 1.0)], until)
             there = float(driving.t[-1])
@@ -415,7 +420,7 @@ class Strokes:
                 slower = over.reshape(np.shape(omega)) * side.omega / max(there - begin, 1e-300)
                 return np.asarray(sense * (speeds - slower - ratio * omega) + margin)
 
-            driven = self._run(dynamics[1], crank, [Goal("lock", apart), *goals, back], there)
+            driven = self._run(dynamics[1], crank, [Goal("lock", apart), *goals, Goal("back", lost)], there)
             if driven.goal is not None or driven.stuck is not None or there < until or until >= longest:
                 break
             until = min(longest, begin + 4.0 * (until - begin))
@@ -451,7 +456,10 @@ class Strokes:
             found = f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
             found += f"which slips again from {_at(leg.driven.start.phi)} on"
             raise SceneError([self._fault(found, "a larger torque, less work, or more inertia on the driven side")])
-        if goal == "back":
+        if goal == "back" and phi > rest:
+            found = f"a crank that turns back at {where}, {when:.4g} s after the clutch of {torque} engaged"
+            advice = "a larger torque, or less load on the way"
+        elif goal == "back":
             found = (
                 f"a crank that falls back by half a turn from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
             )

@@ -423,6 +423,7 @@ def test_idle_time_follows_the_standstill():
     [
         ({"shafts.wheel.clutch.torque": 4.0, "load": None}, r"never locks: at its release at crank angle 300 deg"),
         ({"load.0.from": "0 deg", "load.0.to": "90 deg", "load.0.torque": -600.0}, "does not move the crank|falls back"),
+        ({"load.0.torque": -3000.0, "shafts.wheel.clutch.torque": 20.0}, "a crank that turns back at crank angle 123"),
         ({"load.0.torque": -1500.0}, r"a crank that stalls at crank angle 1.* slips again from crank angle 120 deg on"),
         ({"brake.0": {"torque": 4e3, "engage": "300 deg"}, "shafts.wheel.clutch.hold": 0.2}, "that still passes torque"),
         ({"load.0.torque": -3000.0, "shafts.wheel.clutch.static_torque": 9e9}, "stalls at crank angle 1"),
