@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from bondgraph.strokes import Causality
 
 
-_ONE_FRACTION = 7  # resistors of a loop whose flows and efforts are one fraction each
+_ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 
 
 class SymbolicWalk(Walk):
@@ -49,10 +49,10 @@ class SymbolicWalk(Walk):
 
         The flows and efforts between are unknowns too, so that what has few neighbours keeps few.
         """
-        few = not self.sequential and len(ports) <= _ONE_FRACTION
-        if few or any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
+        import sympy  # type: ignore[import-untyped]
+
+        if any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
             return super()._closed(ports)
-        self.nested = True
         form, columns = self.form, {self.form.column[p.output] for p in ports}
         unknown = {v for v, on in form.support.items() if columns.intersection(on)}
         made: list[list[tuple[int, Any]]] = []
@@ -74,33 +74,39 @@ class SymbolicWalk(Walk):
         for terms in made:
             rows.append({v: self.twin.unfold(a) for v, a in terms if v in unknown})
             right.append(self.twin.unfold(-total(a * self.value(v) for v, a in terms if v not in unknown)))
-        order: list[tuple[int, int]] = []
-        left = set(range(len(rows)))
+        few = not self.sequential and len(ports) <= _ONE_FRACTION
+        flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
+        field, entries = sympy.construct_domain(flat if few else [], field=True)
+        if few := few and field.is_Exact and not field.is_EX:
+            given = iter(entries)
+            rows, right = [{v: next(given) for v in row} for row in rows], list(given)
+        self.nested = self.nested or not few
+        zero, named = (field.zero, lambda a: a) if few else (0, self._step)
+        order, left = list[tuple[int, int]](), set(range(len(rows)))
         while left:  # numbers come first, and what nothing drives, then what has the fewest neighbours
             beside = Counter(v for k in left for v in rows[k])
-            pivots = [(k, v) for k in left for v, a in rows[k].items() if a != 0]
+            weights = ((k, v, (len(rows[k]) - 1) * (beside[v] - 1)) for k in left for v, a in rows[k].items() if a != 0)
+            pivots = [(fill, bool(getattr(rows[k][v], "free_symbols", ())), k, v) for k, v, fill in weights]
             if not pivots:
                 return super()._closed(ports)
-            i, pivot = min(
-                pivots,
-                key=lambda at: ((len(rows[at[0]]) - 1) * (beside[at[1]] - 1), bool(rows[at[0]][at[1]].free_symbols), at),
-            )
+            *_, i, pivot = min(pivots)
             left.remove(i)
             order.append((i, pivot))
             for k in (k for k in left if pivot in rows[k]):
-                factor = self._step(rows[k].pop(pivot) / rows[i][pivot])
+                factor = named(rows[k].pop(pivot) / rows[i][pivot])
                 for v in (v for v in rows[i] if v != pivot):
-                    rows[k][v] = self._step(rows[k].get(v, 0) - factor * rows[i][v])
-                right[k] = self._step(right[k] - factor * right[i])
+                    rows[k][v] = named(rows[k].get(v, zero) - factor * rows[i][v])
+                right[k] = named(right[k] - factor * right[i])
         found: dict[int, Any] = {}
         for i, pivot in reversed(order):
-            known = sum(a * found[v] for v, a in rows[i].items() if v != pivot)
-            found[pivot] = self._step((right[i] - known) / rows[i][pivot])
-        return [found[port.output] for port in ports]
+            known = sum((a * found[v] for v, a in rows[i].items() if v != pivot), zero)
+            found[pivot] = named((right[i] - known) / rows[i][pivot])
+        solved = [found[port.output] for port in ports]
+        return [self.twin.hold(sympy.factor_terms(field.to_sympy(z))) for z in solved] if few else solved
 
     def _step(self, value: Any) -> Any:
         """A symbol for an intermediate result, if it is more than one."""
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         value = sympy.sympify(value)
         if not value.args or not self.sequential:

@@ -593,7 +593,7 @@ def test_a_function_known_by_its_values_has_another_as_its_derivative():
     assert sympy.lambdify(x, [called(x), called(x).diff(x)], modules="numpy")(3.0) == [9.0, 6.0]
 
 
-@pytest.mark.parametrize(("rungs", "most"), [(2, 23), (3, 76)])
+@pytest.mark.parametrize(("rungs", "most"), [(2, 23), (3, 76), pytest.param(4, 247, marks=pytest.mark.slow)])
 def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
     """u g1 g2 over the sum of products, less the inner resistance, as nodal analysis leaves it."""
     b = Builder().one("s1").on("s1", Se("u", 1.0), R("r1", 1.0)).zero("n1").bond("s1", "n1").on("n1", R("g1", 2.0))
