@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from bondgraph.elements import JUNCTIONS, Element
 from bondgraph.equations import Reading
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.laws import TIME, GraphError, full_digits, refuse
-from bondgraph.motion.dynamics import Dynamics
+from bondgraph.laws import TIME, Function, GraphError, full_digits, refuse
+from bondgraph.motion.dynamics import Dynamics, Walk
 from bondgraph.motion.formulation import Formulation
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
@@ -471,4 +471,9 @@ def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) 
     scale = np.abs(slopes).max(initial=0.0)
     for k, name in enumerate(names):
         if apart[:, k].max(initial=0.0) > _KINK * max(scale, 1e-300) and apart[:, k].max() > 10 * _STEP:
-            raise GraphError(f"linearize: a law has a kink at {name} = {point[name]:g}, with another slope to either side")
+            beside = [state + side * _STEP * max(1.0, abs(state[k])) * np.eye(len(names))[k] for side in (-1.0, 0.0, 1.0)]
+            walks = [Walk(dynamics.tables, 0.0, there.tolist(), {}) for there in beside]
+            ports = [p for p in (*dynamics.form.stores, *dynamics.form.acting) if isinstance(p.element.law, Function)]
+            bends = [abs(float(np.diff([walk.value(p.output) for walk in walks], 2)[0])) for p in ports]
+            where = dynamics.graph.where(ports[int(np.argmax(bends))].element.name) if any(bends) else "a law"
+            raise GraphError(f"linearize: {where} has a kink at {name} = {point[name]:g}, with another slope to either side")

@@ -45,7 +45,7 @@ class Audit(NamedTuple):
         return (
             f"power: {self.power:.2g} of the greatest is not accounted for, at {self.power_at or 'no bond'}\n"
             f"energy: {self.energy:.2g} of the greatest is missing\n"
-            f"supplied {self.supplied[-1]:.6g} J, stored {gained:.6g} J more, dissipated {self.dissipated[-1]:.6g} J"
+            f"supplied {self.supplied[-1] + 0.0:.6g} J, stored {gained:.6g} J more, dissipated {self.dissipated[-1]:.6g} J"
         )
 
 

@@ -118,7 +118,7 @@ def test_wrong_requests_are_told_what_there_is():
         ({"at": {"p_L": 1.0}}, r"at 'p_L': no such state; they are p_M"),
         ({"inputs": ["F"]}, r"input 'F': MSe:F \(bond 3\) has a law of its own; give it as a number or a signal"),
         ({"outputs": ["f_zz"]}, r"output 'f_zz': expected a state \(p_M\), f_NAME or e_NAME"),
-        ({}, r"linearize: a law has a kink at p_M = 0, with another slope to either side"),
+        ({}, r"linearize: R:d \(bond 2\) has a kink at p_M = 0, with another slope to either side"),
     ):
         with pytest.raises(GraphError, match=match):
             linearize(varying, **({"at": {}} | given))
