@@ -81,7 +81,8 @@ class SymbolicWalk(Walk):
             given = iter(entries)
             rows, right = [{v: next(given) for v in row} for row in rows], list(given)
         self.nested = self.nested or not few
-        zero, named = (field.zero, lambda a: a) if few else (0, self._step)
+        zero: Any = field.zero if few else 0
+        named: Callable[[Any], Any] = (lambda a: a) if few else self._step
         order, left = list[tuple[int, int]](), set(range(len(rows)))
         while left:  # numbers come first, and what nothing drives, then what has the fewest neighbours
             beside = Counter(v for k in left for v in rows[k])
