@@ -288,7 +288,8 @@ def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], orde
         rest = max(factor * mark.error, _RESTS * factor * largest)
         value = written(0.0 if abs(y) <= rest else y, 5, rest)
         vague = _("about") + " " if mark.at_error > _VAGUE * (high - low) else ""
-        place = vague + written(0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x, 4)
+        at = 0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x
+        place = vague + (written(round(at, 1), 5) if _turns(found) else written(at, 4))
         texts.append(
             panel.text(0.0, 0.0, _("{value} at {place}", value=value, place=f"{place}{unit}"), fontsize=8.0, zorder=5)
         )

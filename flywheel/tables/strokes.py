@@ -105,7 +105,12 @@ def _shares(found: SingleStroke) -> Block:
         for name, share in found.shares.items()
     ]
     beyond = ", ".join(share_name(name) for name, share in found.shares.items() if share > 1.0)
-    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else _("No load exceeds its limit.")
+    within = (
+        _("The clutch slips at its torque; no load exceeds its limit.")
+        if found.phases.slips
+        else _("No load exceeds its limit.")
+    )
+    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else within
     return Block("shares", _("Loads over their limits"), tuple(rows), sentences=(verdict,))
 
 

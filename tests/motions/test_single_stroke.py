@@ -19,6 +19,7 @@ from flywheel.numerics.units import parse_quantity
 from flywheel.page import data
 from flywheel.reference import text
 from flywheel.report import contents, document
+from flywheel.tables.strokes import blocks
 from tests.limits import sample
 
 TURN = 2 * math.pi
@@ -76,6 +77,8 @@ def test_a_clutch_that_slips_again_under_the_work(static):
     assert whole.clutch_torque == static * CLUTCH
     assert abs(whole.energy_residual) < 1e-8
     assert re.search("slips again from crank angle 120 deg", whole.verdicts[0])
+    (shares,) = (block for block in blocks(whole) if block.name == "shares")
+    assert shares.sentences == ("The clutch slips at its torque; no load exceeds its limit.",)
 
 
 def test_a_jump_of_the_load_decides_which_way_the_clutch_slips():

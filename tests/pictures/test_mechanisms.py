@@ -268,6 +268,7 @@ def test_three_panels_for_angles_and_three_for_lengths(found):
     assert axes[4].get_xlabel() == axes[5].get_xlabel() == "driver's angle φ, deg"
     assert texts(axes[0]) == ["−36.87 at 90°", "36.87 at 270°"]
     assert texts(axes[1]) == ["200 at 180°", "800 at 0°"]
+    assert all(re.fullmatch(r"(?:about )?[^ ]+ at \d+(?:\.\d)?°", each) for panel in axes for each in texts(panel))
     rod = axes[0].lines[2]  # after its two dead centres
     k = np.searchsorted(rod.get_xdata(), 90.0)
     assert rod.get_ydata()[k] == pytest.approx(-np.degrees(np.arcsin(0.6)), rel=1e-6)
