@@ -353,7 +353,8 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     speeds, slowest = _speeds(sides)
     slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
     drive = _drive_load(strokes, sides, found.period)
-    fed, hours = [max(one.value, 0.0) for one in _inverter_loads(strokes, found)] or [None, None], _HOUR / found.period
+    fed: list[float | None] = [*(max(one.value, 0.0) for one in _inverter_loads(strokes, found))] or [None, None]
+    hours = _HOUR / found.period
     within = [share <= 1.0 for share in _motor_shares(strokes, drive).values()]
     return {
         "period": found.period,

@@ -681,8 +681,8 @@ class _Equations:
         t[inside] = cells.newton(cells.fit(moment - 0.5 * square * slope), t[inside], -ends, ends)
         s, total = self._fluctuation(state, here, cell, t, settled)
         places = self._at(self.mesh.middle[..., 0], cell) + self._at(self.mesh.half[..., 0], cell) * t
-        ends = np.stack((cells.peak(s, places), cells.peak(-s, places)), axis=-1)
-        cell, t, s, total = (self._at(each, ends) for each in (cell, t, s, total))
+        summits = np.stack((cells.peak(s, places), cells.peak(-s, places)), axis=-1)
+        cell, t, s, total = (self._at(each, summits) for each in (cell, t, s, total))
         return SpeedExtremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
 
     def _at(self, values: Any, cell: Index) -> Any:
