@@ -56,7 +56,7 @@ _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-4  # of a speed: to which that is found below which a stroke fails
 _SLOWER = 0.93  # of a speed: the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
-_ADDING = 30.0  # tolerances of a step, which the errors of a stroke add up to
+_ADDING = 100.0  # tolerances of a step, which the errors of a stroke add up to
 _NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 _NO_CYCLE = (
     *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
