@@ -159,17 +159,19 @@ class Run:
     def speeds(self, found: Any, of: Callable[[Any], Any]) -> None:
         """Extremes of the wheel's speed along a piece, which is kept."""
         self.pieces.append((found, of))
-        top = self.most(found, of)
-        bottom = -self.most(found, lambda y: -of(y))
+        top = self.most(found, lambda t, y: of(y))
+        bottom = -self.most(found, lambda t, y: -of(y))
         self.highest, self.lowest = max(self.highest, top), min(self.lowest, bottom)
 
-    def most(self, found: Any, of: Callable[[Any], Any]) -> float:
-        """The greatest value along a piece."""
+    def most(self, found: Any, of: Callable[[float, Any], Any]) -> float:
+        """The greatest value along a piece, of time and state."""
         times = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in zip(found.t[:-1], found.t[1:], strict=True)]))
-        values = np.array([of(found.sol(t)) for t in times])
+        values = np.array([of(t, found.sol(t)) for t in times])
         k = int(values.argmax())
         low, high = times[max(k - 1, 0)], times[min(k + 1, times.size - 1)]
-        finer = minimize_scalar(lambda t: -of(found.sol(t)), bounds=(low, high), method="bounded", options={"xatol": 1e-12})
+        finer = minimize_scalar(
+            lambda t: -of(t, found.sol(t)), bounds=(low, high), method="bounded", options={"xatol": 1e-12}
+        )
         return max(float(values[k]), -float(finer.fun))
 
     def losses(self, rated: Rated) -> tuple[Any, Any, Any]:
@@ -336,7 +338,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
                 found = run.step(joined, y, t, (spare, -1), (angle, 1), (lambda t, y: y[2], -1), last=last)
                 assert not found.t_events[2].size, "the machine stalls"
                 run.speeds(found, lambda y: r * y[2])
-                passed = run.most(found, lambda y, t=t, passes=passes: abs(passes(t, y)))
+                passed = run.most(found, lambda t, y, passes=passes: abs(passes(t, y)))
                 run.clutch_torque = max(run.clutch_torque, passed)
             if tight or (found is not None and found.t_events[0].size):
                 if found is not None:
