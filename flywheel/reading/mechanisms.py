@@ -778,7 +778,10 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         own = {"assembly": fields.get("assembly", "open")}
     if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
         return Found(name, rotating, travel, None, complete)
-    at = {"shaft": fields["shaft"], "phase": fields["phase"], "travel": TURN if travel is None else travel}
+    phase = fields["phase"]
+    if kind.name != "law" and abs(phase) > TURN:  # each angle beside hundreds of turns would be rounded as they are
+        phase = math.atan2(math.sin(phase), math.cos(phase))
+    at = {"shaft": fields["shaft"], "phase": phase, "travel": TURN if travel is None else travel}
     if stroke is not None:  # the driver's coordinate begins where its stroke does
         at = {"shaft": stroke.element, "phase": stroke.start, "travel": stroke.span, "stroke": (stroke.start, stroke.end)}
         own["period"] = stroke.span if stroke.sliding else TURN

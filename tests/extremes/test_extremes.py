@@ -484,10 +484,12 @@ FIGURES = ("exact", "approximate", "approximate_total", "inertia_torque")
 
 def turned(name: str, shift: float, turns: int = 0) -> Scene:
     """A machine whose mechanism stands at a phase, with a load of the shaft that is turned back by as much."""
-    scene = MACHINES[name]()
-    window = {key: (angle - shift) % tau for key, angle in (("from", 0.5), ("to", 1.5))}
+    scene, phase = MACHINES[name](), shift + turns * tau
+    with mp.workdps(30):  # 900 turns as a float are off by 1e-13 rad
+        back = float(phase - 2 * turns * mp.pi)
+    window = {key: (angle - back) % tau for key, angle in (("from", 0.5), ("to", 1.5))}
     load: dict[str, Any] = {"on": "crank", "torque": -40.0, **window}
-    mechanism = {**scene["mechanism"], "phase": f"{shift + turns * tau!r} rad"}
+    mechanism = {**scene["mechanism"], "phase": f"{phase!r} rad"}
     return {**scene, "mechanism": mechanism, "load": [*scene["load"], load]}
 
 

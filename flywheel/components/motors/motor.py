@@ -311,7 +311,7 @@ class Inverter(NamedTuple):
 
     @property
     def rising(self) -> FrequencyRamp:
-        """Its ramp as a state of the motor."""
+        """Ramp as a state of the motor."""
         return FrequencyRamp(self.ramp, min(self.weakening / self.frequency, 1.0))
 
     @property
