@@ -353,7 +353,7 @@ def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: I
 
 
 def places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
-    """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.errors_of_extremes`."""
+    """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
     number, count = cycles.half.shape
     level = cycles.noise[0] + factor * cycles.noise[1] + cycles.work / cycles.edges[-1]
     design, end = np.arange(count), cycles.edges[-1]

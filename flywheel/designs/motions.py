@@ -552,7 +552,7 @@ def _of_motion(
     )
     inertia, balanced = state.inertia, givens.unknown
     by_cell = cycle.by_cell.transpose(0, 2, 1)
-    of_cycle: Any = (cycle.work, cycle.variation, cycle.inertias.max(axis=0), by_cell, cycle.inertias.T, by_cell)
+    of_cycle: Any = (cycle.work, cycle.variation, cycle.inertias.max(axis=0), by_cell, cycle.inertias.T)
     own = motion_errors(solved, demand, CycleErrors(*of_cycle), inertia + cycle.inertia_at_start)
     by_stiffness, bound_by_stiffness = errors_by_stiffness(solved)
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness
@@ -576,7 +576,7 @@ def _of_motion(
         values["irregularity"], errors["irregularity"] = eps, irregularity
     if balanced:
         balance, size = state.unknown, np.abs(state.unknown * moments.total(solved.rate.by_unknown))
-        of_balance = (cycle.work + own.balance) / np.where(size > 0.0, size, np.inf)
+        of_balance = own.balance * cycle.work / np.where(size > 0.0, size, np.inf)
         values["balance"], errors["balance"] = (
             balance,
             np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.work / exchanged),

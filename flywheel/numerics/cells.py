@@ -289,36 +289,16 @@ def tails(series: Array) -> Array:
     coefficients that vary in sign and size. It is no less than the last pair, as the decay may slow down there. A series
     that does not decay gets at least 90 times its last pair.
     """
-    return tail(*_last_pairs(series))
-
-
-def _last_pairs(series: Array) -> tuple[Array, Array, Array]:
-    """The last three pairs of coefficients, the greater size of each."""
     size = np.abs(series[..., -6:])
     pairs = np.maximum(size[..., ::2], size[..., 1::2])
-    return pairs[..., 0], pairs[..., 1], pairs[..., 2]
-
-
-def _decay(first: Array, middle: Array, last: Array) -> Array:
-    """The slower decay from pair to pair, at most 0.9."""
-    return np.minimum(np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300)), 0.9)
+    return tail(pairs[..., 0], pairs[..., 1], pairs[..., 2])
 
 
 def tail(first: Array, middle: Array, last: Array) -> Array:
     """Estimated error by the last three pairs of coefficients, the greater size of each; see `tails`."""
-    decay = _decay(first, middle, last)
+    decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
+    decay = np.minimum(decay, 0.9)
     return np.asarray(np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last))
-
-
-def integral_tails(series: Array) -> Array:
-    """Estimated error of the integral over the whole of each cell, by its half width.
-
-    What is cut off is c_k (T_k - T~_k), k >= 21, with the alias T~_k = -T_(42-k) at the nodes. Its integral over a cell is 0
-    for odd k, 0.009 for k = 22, and grows to 2 for k = 42: with coefficients that decay by d from pair to pair, as `tails`
-    continues them, less than 0.0025 + 0.08 d^6 of those. Over a part of a cell it is up to `TAIL_OF_INTEGRAL` of them.
-    """
-    pairs = _last_pairs(series)
-    return np.asarray(np.minimum(0.0025 + 0.08 * _decay(*pairs) ** 6, TAIL_OF_INTEGRAL) * tail(*pairs))
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:

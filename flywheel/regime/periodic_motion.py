@@ -605,11 +605,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     unknown = state.unknown if moments.machine.scene.unknown is not None else None
     cycle = cycle_of(moments, solved.rate, unknown)
     start, eps = state.inertia + cycle.inertia_at_start, float(solved.irregularity)
-    factors = -0.5 * float(solved.speed) ** 2 * np.array([1 + eps / 2, 1 - eps / 2]) ** 2
-    ends = turning_moment.combined(cycle, np.stack((np.ones(2), factors), axis=-1))[0]
-    between, (_, variation) = turning_moment.error_of_difference(cycle, ends, 0, 1, 0.0), cycle.errors.at_edges
-    of_ends = cycle.errors._replace(work=between, variation=variation, by_cell=cycle.errors.over_cells)
-    errors = motion_errors(solved, demand, of_ends, start)
+    errors = motion_errors(solved, demand, cycle.errors, start)
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
     angles = np.where(np.abs(extremes.t) < 1.0, inside, mesh.edges[extremes.cell + (extremes.t > 0.0)])
     run = Run(
@@ -628,8 +624,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
         states_error=tuple(errors.states),
         level=float(errors.level),
     )
-    pulled = float(errors.balance) / max(cycle.errors.work, 1e-300)
-    cycle = cycle._replace(balance_error=cycle.balance_error * (1.0 + pulled))
+    cycle = cycle._replace(balance_error=cycle.balance_error * float(errors.balance))
     return OwnMotion(solved, cycle, run._replace(cycle=cycle), float(errors.speed), float(errors.flywheel))
 
 
@@ -637,7 +632,7 @@ class MotionErrors(NamedTuple):
     """Errors of a steady motion, numbers, or arrays of many motions.
 
     `irregularity` and `speed`, the mean of extremes, relative; `level` as that of a `Run`; `flywheel` that was sized, kg m²;
-    `balance` the work (J) that speeds add to the balance's own; `states` of a motor.
+    `balance` the factor by which speeds add to the balance's own; `states` of a motor.
     """
 
     irregularity: Any
@@ -657,7 +652,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     Args:
         solved: the motion.
         demand: its requirements.
-        errors: of the cycle, as they hold between the fastest and the slowest point.
+        errors: of the cycle.
         start: J + I* at phi = 0, kg m².
 
     """
@@ -674,25 +669,21 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
         kept, of_states = carried_on[0], carried_on[1:].tolist()
         level = kept / energy
-    fast, slow = 1.0 + 0.5 * eps, 1.0 - 0.5 * eps
-    steepness = 0.5 * (
-        fast * solved.extremes.total[..., 0] + slow * solved.extremes.total[..., 1]
-    )  # as in `turning_moment.run`
-    off = (kept + 0.5 * fast**2 * square * errors.variation) / square / steepness
-    off += eps * (errors.inertias[..., 0] / steepness + 4 * ROUNDING)
+    off = 2 * (2 * kept + square * errors.variation) / square / solved.lightest
+    off += 2 * eps * (errors.inertia / solved.lightest + 4 * ROUNDING)
     relative = off / np.where(eps > 0.0, eps, np.inf)
-    varying, speed, balance = 0.5 * eps * relative, 0.0, 0.0  # what speeds may be off the level
+    varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:
         high, low = np.moveaxis(1.0 + solved.extremes.excess, -1, 0) * (solved.reference / solved.speed)
         of_level = level / np.maximum(high * low, ROUNDING)
         relative, speed = relative + 4.0 * (level if demand.inertia is None else of_level), of_level + varying
     if balanced:
         pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum(axis=-1)
-        balance = varying * pulled
+        balance = 1.0 + varying * pulled / np.maximum(errors.work, 1e-300)
     bound, answer = 0.0, solved.sensitivity
     if answer is not None:
         missed = np.abs(eps - (eps if demand.irregularity is None else demand.irregularity))
-        bound = answer.by_square * (2.0 * varying + missed) + answer.by_work * closing
+        bound = answer.by_square * (varying + missed) + answer.by_work * closing
     return MotionErrors(relative, speed, level, bound, balance, of_states)
 
 

@@ -41,8 +41,8 @@ class CycleErrors(NamedTuple):
     twice the root of the sum of their squares, which is what to expect and no bound. On 1,200 random machines, in extended
     precision, the errors came to less than 0.09 of these in 99 of 100, and to less than 0.4 in all.
 
-    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells), `over_cells` that in
-    what they gain from one end of the cell to the other; `inertias` the error of I* itself in each cell.
+    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
+    I* itself in each cell.
 
     `residual` is the net work (J) that a cycle without a balance leaves over. It may belong anywhere in the cycle, and W is
     off by as much from there on: so is every difference of two of its values. Of many cycles at once all are arrays.
@@ -53,14 +53,7 @@ class CycleErrors(NamedTuple):
     inertia: float
     by_cell: Array
     inertias: Array
-    over_cells: Array
     residual: float = 0.0
-
-    @property
-    def at_edges(self) -> tuple[float, float]:
-        """The errors of W and of the variation of I* that hold for differences of values at edges of cells alone."""
-        work, variation = (self.over_cells - self.by_cell).sum(axis=1).tolist()
-        return self.work + work, self.variation + variation
 
 
 class Cycle(NamedTuple):
@@ -183,9 +176,8 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
     tails = cells.tails(series)
-    by_cell, over_cells = cells.TAIL_OF_INTEGRAL * tails[:2] * half, cells.integral_tails(series[:2]) * half
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
     by_cell[0] *= spread
-    over_cells[0] *= spread
     peaks = np.abs(values[1:]).max(axis=-1)
     inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
     exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
@@ -208,7 +200,7 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         net=float(start[0, -1]),
         exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
-        errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias, over_cells),
+        errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
         balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
 
@@ -319,18 +311,12 @@ def balanced(machine: Machine, rtol: float = 1e-13) -> Cycle:
 
 
 class Extremes(NamedTuple):
-    """Greatest and least value of each function over the cycle, and the angles (rad) where they stand.
-
-    `error_greatest` and `error_least` are what interpolation inside cells adds to their errors: that of the cell where the
-    extreme stands, or of another cell that may exceed it.
-    """
+    """Greatest and least value of each function over the cycle, and the angles (rad) where they stand."""
 
     greatest: Array
     least: Array
     angle_greatest: Array
     angle_least: Array
-    error_greatest: Array
-    error_least: Array
 
 
 class Roots(NamedTuple):
@@ -367,30 +353,16 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     # a row for every function and its negative: values at the edges, then at the roots, filled up with that at phi = 0
     edges, at_edges, first = cycle.mesh.edges, factors @ cycle.start, function.searchsorted(np.arange(count + 1))
     width = edges.size + int((first[1:] - first[:-1]).max())
-    values, places, inside = np.empty((2, count, width)), np.zeros((count, width)), np.zeros((count, width))
+    values, places = np.empty((2, count, width)), np.zeros((count, width))
     values[0] = at_edges[:, :1]
     values[0, :, : edges.size], places[:, : edges.size] = at_edges, edges
-    by_cell = np.abs(factors) @ cycle.errors.by_cell  # no value inside a cell without a root exceeds both ends by more
-    inside[:, : edges.size - 1] = by_cell
-    np.maximum(inside[:, 1 : edges.size], by_cell, out=inside[:, 1 : edges.size])
     column = np.arange(edges.size, edges.size + function.size) - first[function]
     values[0, function, column] = factors[:, 0].take(function) * work + factors[:, 1].take(function) * variation
-    places[function, column], inside[function, column] = roots.angles, by_cell[function, cell]
+    places[function, column] = roots.angles
     values[1] = -values[0]
     every, (top, bottom) = np.arange(count), cells.peak(values, places)
-    highest = values.max(axis=-1)
-    above = (values + inside).max(axis=-1) - highest
-    return Extremes(highest[0], -highest[1], places[every, top], places[every, bottom], *above), roots
-
-
-def error_of_difference(cycle: Cycle, extremes: Extremes, first: int, second: int, factor: float) -> float:
-    """Error (J) of the greatest value of one function a W + b (I* - I*(0)) less the least of another.
-
-    `factor` is the larger of the two |b|; values of I* - I*(0) that differ from their true ones by no more than e from one
-    another, and are 0 at phi = 0, move the difference by no more than that times e.
-    """
-    (work, variation), inside = cycle.errors.at_edges, extremes.error_greatest[first] + extremes.error_least[second]
-    return float(min(work + factor * variation + inside, cycle.errors.work + factor * cycle.errors.variation))
+    greatest, least = values[0].max(axis=-1), values[0].min(axis=-1)
+    return Extremes(greatest, least, places[every, top], places[every, bottom]), roots
 
 
 # -- the speed over the cycle ----------------------------------------------------------------------------------------------
@@ -464,8 +436,8 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         if abs(step) <= 8 * ROUNDING * float(extremes.greatest[0] - extremes.least[1]) / steepness:
             break
         eps += step
-    error = errors.residual + error_of_difference(cycle, extremes, 0, 1, 0.5 * square * (1 + eps / 2) ** 2)
-    error += eps * square * (float(errors.inertias[0]) + 4 * ROUNDING * start)
+    error = errors.work + errors.residual + 0.5 * square * (1 + eps / 2) ** 2 * errors.variation
+    error += eps * square * (errors.inertia + 4 * ROUNDING * start)
     return motion_of(inertia, start, speed, eps, extremes, error / (steepness * eps) + 4 * ROUNDING if eps else 0.0)
 
 
@@ -505,13 +477,6 @@ def resolved_run(machine: Machine, cycle: Cycle, speed: float, inertia: float, r
     return cells.refined(cycle.mesh.edges, evaluated, rtol)
 
 
-def speed_errors(motion: Run, level: float) -> tuple[float, float]:
-    """Relative errors of the greatest and the least speed, w (1 + eps/2) and w (1 - eps/2), by those of w and of eps."""
-    off = level + 0.5 * motion.irregularity * motion.error
-    fast, slow = 1.0 + 0.5 * motion.irregularity, max(1.0 - 0.5 * motion.irregularity, ROUNDING)
-    return off / fast + 4 * ROUNDING, off / slow + 4 * ROUNDING
-
-
 def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Array:
     """Crank speed (rad/s) of a run at angles phi (rad); `speed` is the mean of extremes that it was found for.
 
@@ -539,9 +504,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
 
     An error of energy matters more at low speed: that of the level, with its rounding, counts by (w_a/omega)², that of the
-    mean of extremes by w_a/omega, both in the mean over time. Roundings of the sum are independent: a cell's 42 of half a
-    unit amount to 0.8 units in the mean square, and 3 for speed and widths are common to all; 8 units are exceeded with a
-    probability below 1e-8.
+    mean of extremes by w_a/omega, both in the mean over time.
     """
 
     def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
@@ -557,7 +520,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     slower = (motion.speed or speed) * slowness
     once, twice = (float(cells.integral(slowness * slower**n, half).sum()) / total for n in (1, 2))
     pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
-    return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 8 * ROUNDING
+    return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 24 * ROUNDING
 
 
 # -- errors of angles ------------------------------------------------------------------------------------------------------
@@ -594,12 +557,11 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     return error + float(beyond)
 
 
-def errors_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> Array:
-    """Errors (rad) of the angles of greatest and least speed, roots of M* - ½ omega² dI*/dphi.
+def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
+    """Error (rad) of the angles of extreme speed, roots of M* - ½ omega² dI*/dphi; `sized`: the speeds are those asked for.
 
-    `sized`: the speeds are those asked for. What the cycle leaves over, N, shifts kinetic energies by no more than itself,
-    so that the greatest speed w is reached where (J + I*) (w² - omega²)/2 <= (1 + r) N, r the ratio of the greatest J + I*
-    to the least; and the least likewise.
+    What the cycle leaves over, N, shifts kinetic energies by no more than itself, so that the greatest speed w is reached
+    where (J + I*) (w² - omega²)/2 <= (1 + r) N, r the ratio of the greatest J + I* to the least; and the least likewise.
     """
     along = motion.cycle or cycle
     speeds, places = np.array([[motion.speed_max, motion.speed_min], [motion.angle_speed_max, motion.angle_speed_min]])
@@ -609,26 +571,27 @@ def errors_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> Array:
     loose = None if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
     half = along.mesh.half.take(cell)
     at_end = np.abs(t) >= _CELL_END - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
-    errors = np.zeros(2)
+    errors = [0.0]
     if not at_end.all():
-        errors = _root_errors(along, cell, t, factors, loose)
-        at_end |= errors >= 2 * half  # anywhere in the cell, and so perhaps in the next
+        of_roots = _root_errors(along, cell, t, factors, loose)
+        errors += of_roots.tolist()
+        at_end |= of_roots >= 2 * half  # anywhere in the cell, and so perhaps in the next
     if at_end.any():
-        errors[at_end] = np.maximum(errors[at_end], _end_errors(along, (cell + (t > 0.0))[at_end], factors[at_end]))
-    errors += 4 * ROUNDING * float(cycle.mesh.edges[-1])
+        errors += _end_errors(along, (cell + (t > 0.0))[at_end], factors[at_end])
+    error = 4 * ROUNDING * float(cycle.mesh.edges[-1]) + max(errors)
     if not cycle.errors.residual:
-        return errors
+        return error
     phi, work, variation = _at_nodes(cycle)
     total = motion.inertia + cycle.inertia_at_start + variation
     energy = motion.offset + work + 0.5 * float(speeds.mean()) ** 2 * (total - variation)
     reach = (1.0 + float(total.max() / max(total.min(), 1e-300))) * cycle.errors.residual
-    for k, (speed, angle) in enumerate(zip(speeds, places, strict=True)):
+    beyond = 0.0
+    for speed, angle in zip(speeds, places, strict=True):
         near = np.abs(energy - 0.5 * speed**2 * total) <= reach
-        near[phi.searchsorted(angle) % phi.size] = True
         near |= np.roll(near, 1) | np.roll(near, -1)  # between two angles
         apart = np.abs(phi[near] - angle)
-        errors[k] += float(np.minimum(apart, cycle.mesh.edges[-1] - apart).max(initial=0.0))
-    return errors
+        beyond = max(beyond, float(np.minimum(apart, cycle.mesh.edges[-1] - apart).max(initial=0.0)))
+    return error + beyond
 
 
 def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
@@ -655,7 +618,7 @@ def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Arra
     return np.where(np.abs(t) < _CELL_END, errors, 0.0)
 
 
-def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> Array:
+def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
     """Errors (rad) of extremes of speed at ends of cells.
 
     0 if M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
@@ -668,7 +631,7 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> Array:
     noise = cycle.noise[0, beside] + factors * cycle.noise[1, beside] + least
     values = cells.ends(rows)[[0, 1], :, [1, 0]]
     jumps = (values[0] * values[1] < 0.0) & (np.abs(values) > noise).all(axis=0)
-    errors, widths = np.zeros(edges.size), 2 * cycle.mesh.half[:, 0]
+    errors, widths = [0.0], 2 * cycle.mesh.half[:, 0]
     for k in (~jumps).nonzero()[0].tolist():
         slope = np.abs(cells.slope(rows[:, k], np.array([1.0, -1.0]))) / (0.5 * widths[beside[:, k]])
         near = (np.abs(values[:, k]) + noise[:, k]) / np.maximum(slope, 1e-300)
@@ -676,8 +639,8 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> Array:
         level = cycle.noise[0] + factors[k] * cycle.noise[1] + least
         quiet, turned = (np.roll(each, -edges[k]) for each in (size <= level, widths))
         ahead, back = (count if row.all() else int(np.argmin(row)) for row in (quiet, quiet[::-1]))
-        all_quiet = min(float(turned[:ahead].sum() + turned[count - back :].sum()), float(turned.sum()))
-        errors[k] = max(all_quiet, float(np.minimum(near, widths[beside[:, k]]).min()))
+        errors.append(min(float(turned[:ahead].sum() + turned[count - back :].sum()), float(turned.sum())))
+        errors.append(float(np.minimum(near, widths[beside[:, k]]).min()))
     return errors
 
 

@@ -209,8 +209,8 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    error = turning_moment.error_of_difference(cycle, extremes, _FAST, _SLOW, -fast) / unit
-    error += float(errors.inertias[0]) + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
+    error = (errors.work + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / unit
+    error += errors.inertia + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
@@ -342,10 +342,8 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
     least, _, least_error, _ = figures.extent
     by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
-    areas_error, torque_error = (
-        turning_moment.error_of_difference(figures.cycle, figures.extremes, row, row, factor) / unit + 4 * ROUNDING * figure
-        for row, factor, figure in ((_WORK, 0.0, fluctuation), (_TORQUE, 0.5 * square, torque))
-    )
+    areas_error = errors.work / unit + 4 * ROUNDING * fluctuation
+    torque_error = (errors.work + 0.5 * square * errors.variation) / unit + 4 * ROUNDING * torque
 
     def relative(error: float, figure: float) -> float:
         scale = max(figure, fluctuation)

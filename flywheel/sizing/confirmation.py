@@ -84,10 +84,10 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
         slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
-    error, errors = _disagreement(found, regime, run)
+    error, of_period = _disagreement(found, regime, run)
     if not (error <= _HOPELESS and found.speed_min > 0.0):
         raise UnconfirmedError("not confirmed in time: the result of stepping is lost in its own error")
-    return _with_approximate(regime, found, error, errors, partial(_approximate_in_time, regime), approximate, "time")
+    return _with_approximate(regime, found, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
 
 
 def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
@@ -108,18 +108,18 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NONE_FOUND) from None
-    error, errors = _disagreement(found, regime, run)
+    error, of_period = _disagreement(found, regime, run)
     if not error <= _HOPELESS:
         raise UnconfirmedError(_NONE_FOUND)
     route = partial(_approximate_by_collocation, regime, thirds)
-    return _with_approximate(regime, found, error, errors, route, approximate, "collocation")
+    return _with_approximate(regime, found, error, of_period, route, approximate, "collocation")
 
 
 def _with_approximate(
     regime: Regime,
     found: SteadyCycle,
     error: float,
-    errors: Mapping[str, float],
+    period_error: float,
     again: Callable[[float], tuple[float, float]],
     approximate: float | None,
     route: str,
@@ -149,23 +149,26 @@ def _with_approximate(
         closure=found.closure,
         route=route,
     )
-    return Confirmed(motion, error, errors, messages, {**found.limited, IRREGULARITY: found.irregularity})
+    return Confirmed(motion, error, period_error, messages, {**found.limited, IRREGULARITY: found.irregularity})
 
 
-def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, dict[str, float]]:
-    """Largest relative difference between these figures and those of the regime's run, with the run's error; and each."""
+def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
+    """Largest relative difference between these figures and those of the regime's run, with the run's own error.
+
+    First that of all figures, then that of the period alone.
+    """
     period, period_error = turning_moment.period(regime.cycle, regime.speed, run, regime.rtol)
-    fastest, slowest = turning_moment.speed_errors(run, regime.level_error)
-    pairs = {
-        "irregularity": (found.irregularity, run.irregularity, run.error),
-        "speed_max": (found.speed_max, run.speed_max, fastest),
-        "speed_min": (found.speed_min, run.speed_min, slowest),
-        "period": (found.period, period, period_error),
-    }
-    errors = {name: 8 * ROUNDING + abs(a / b - 1) + error for name, (a, b, error) in pairs.items() if b > 0.0}
+    speed_error = run.error * run.irregularity * regime.speed / run.speed_min
+    pairs = [
+        (found.irregularity, run.irregularity, run.error),
+        (found.speed_max, run.speed_max, speed_error),
+        (found.speed_min, run.speed_min, speed_error),
+        (found.period, period, period_error),
+    ]
+    apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if b > 0.0]
     limited = ((found.limited[name], regime.limits[name]) for name in found.limited)
     beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in limited if b.reached > 0.0]
-    return max([*errors.values(), *beside]), errors
+    return max(apart + beside), apart[-1]
 
 
 def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> SteadyCycle:

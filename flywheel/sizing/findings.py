@@ -424,6 +424,8 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
         "accumulated_min": areas,
         "energy_fluctuation": areas,
         "coefficient_of_energy": None,
+        "angle_speed_max": error.extremes,
+        "angle_speed_min": error.extremes,
         "reduced_inertia": None if constant is None else _inertia_error(constant)[1],
     }
     if cycle is None or constant is None:

@@ -148,15 +148,14 @@ class FrictionIteration(NamedTuple):
 
 
 class Confirmed(NamedTuple):
-    """A motion that was found, the largest relative error of its figures, those of each, and remarks.
+    """A motion that was found, its error relative to the figures it confirms, that of its period, and remarks.
 
-    `errors` are by the names `irregularity`, `speed_max`, `speed_min` and `period`. `limited` are the figures that the scene
-    limits, by their names, as a route of its own finds them.
+    `limited` are the figures that the scene limits, by their names, as a route of its own finds them.
     """
 
     motion: Confirmation | None = None
     error: float | None = None
-    errors: Mapping[str, float] = {}
+    period_error: float | None = None
     messages: tuple[str, ...] = ()
     limited: Mapping[str, float] = {}
 
@@ -195,13 +194,6 @@ class Regime(NamedTuple):
         """The cycle at a constant speed, where that is another than the one along the motion."""
         return None if self.cyclic is None else self.figures.cycle
 
-    @property
-    def level_error(self) -> float:
-        """Relative error of the mean of extremes, set by torques, or else its distance from the required one."""
-        if self.cyclic is not None and self.machine.scene.unknown is None:
-            return self.cyclic.level_error
-        return abs(self.speed / (self.machine.scene.speed or self.speed) - 1.0)
-
 
 class SelectedWheel(NamedTuple):
     """The wheel to be built, and the irregularity that the machine has with it, with its relative error.
@@ -223,8 +215,7 @@ class SelectedWheel(NamedTuple):
 class Errors(NamedTuple):
     """Estimated errors, relative to the figures' scales; None for a missing figure.
 
-    Those of angles are in rad: `angles` of the ends of areas, `extremes` the larger one of the angles of greatest and least
-    speed. `simulation` is the largest of the motion's: of its irregularity, speeds and period, and of what confirms them.
+    Those of angles are in rad: `angles` of the ends of areas, `extremes` of the angles of greatest and least speed.
     """
 
     exact: float | None = None
@@ -236,11 +227,6 @@ class Errors(NamedTuple):
     angles: float | None = None
     period: float | None = None
     extremes: float | None = None
-    irregularity: float | None = None
-    speed_max: float | None = None
-    speed_min: float | None = None
-    angle_speed_max: float | None = None
-    angle_speed_min: float | None = None
 
 
 class EngineCycle(NamedTuple):

@@ -444,9 +444,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
         closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
         route="quadrature",
     )
-    fastest, slowest = turning_moment.speed_errors(run, regime.level_error)
-    errors = {"irregularity": run.error, "speed_max": fastest, "speed_min": slowest, "period": error}
-    return Confirmed(motion, max(errors.values()), errors)
+    return Confirmed(motion, max(run.error, error), error)
 
 
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
@@ -465,10 +463,9 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         torque_flywheel = wheels.inertia_torque_flywheel + loose + share
     elif regime.limits and regime.exact is not None:
         exact = regime.exact[1] + share
-    at_fastest = at_slowest = None
+    extremes = None
     if motion is not None:
-        places = turning_moment.errors_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
-        at_fastest, at_slowest = places.tolist()
+        extremes = turning_moment.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
     return Errors(
         exact=exact,
         simulation=None if confirmed.error is None else confirmed.error + share,
@@ -477,10 +474,8 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         inertia_torque_flywheel=torque_flywheel,
         work=work + friction / max(regime.cycle.exchanged, 1e-300),
         angles=turning_moment.error_of_crossings(figures.cycle, figures.roots),
-        **{name: error + share for name, error in confirmed.errors.items()},
-        extremes=None if at_fastest is None or at_slowest is None else max(at_fastest, at_slowest),
-        angle_speed_max=at_fastest,
-        angle_speed_min=at_slowest,
+        period=confirmed.period_error,
+        extremes=extremes,
     )
 
 
@@ -614,7 +609,6 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         motion = Confirmation(given, None, fastest, slowest, None, None, None, "areas")
     of_wheels, of_motion = (None, error) if figure is None else (error, None)
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
-    errors = errors._replace(irregularity=of_motion, speed_max=of_motion, speed_min=of_motion)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, given) if figure is None else (figure, eps or 0.0)
     built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)

@@ -238,7 +238,6 @@ def _inertialess_regime(
         closure=0.0,
         route="quadrature",
     )
-    errors = dict.fromkeys(("irregularity", "speed_max", "speed_min"), run.error) | {"period": of_period}
     held = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
     return Regime(
         machine=machine,
@@ -249,7 +248,7 @@ def _inertialess_regime(
         cycle=cycle,
         speed=speed,
         exact=(0.0, run.error),
-        confirmed=Confirmed(motion, max(run.error, of_period), errors),
+        confirmed=Confirmed(motion, max(run.error, of_period), of_period),
         messages=(
             *messages,
             f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}",

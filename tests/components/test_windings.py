@@ -132,7 +132,7 @@ def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
         return [y[1], (torque - loads * (40 + 20 * math.sin(y[0]))) / 60.0, torque * (50 * math.pi - y[1])]
 
     y, heats = np.array([0.0, 155.0, 0.0]), {}
-    for _ in range(2):
+    for _ in range(3):
         for name, duration, loads in (("heavy", 40.0, 1.0), ("light", 50.0, 0.2)):
             run = solve_ivp(rates, (0.0, duration), [y[0], y[1], 0.0], args=(loads,), method="LSODA", rtol=1e-8, atol=1e-8)
             y, heats[name] = run.y[:, -1], float(run.y[2, -1]) / duration

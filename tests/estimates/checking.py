@@ -145,7 +145,7 @@ def extremes(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
         if found is not None and places is not None:
             gaps = np.abs(places.angles - found)
             gap = np.minimum(gaps, sizing.scene.cycle - gaps).min()
-            rows.append(Row(key, float(gap), getattr(sizing.error, key) or 0.0, False))
+            rows.append(Row(key, float(gap), sizing.error.extremes or 0.0, False))
     return rows
 
 
@@ -170,8 +170,10 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
     if sizing.simulation is not None and sizing.error.simulation is not None:
         for name, value in true.get("simulation", {}).items():
             found = getattr(sizing.simulation, name)
-            estimate = getattr(sizing.error, "period" if name == "speed_time_mean" else name) or 0.0
-            rows.append(Row(name, error(found, value, found == 0.0), estimate))  # an even motion has 0
+            rows.append(Row(name, error(found, value, found == 0.0), sizing.error.simulation))  # an even motion has 0
+        rows.append(
+            Row("period alone", error(sizing.simulation.period, true["simulation"]["period"]), sizing.error.period or 0.0)
+        )
     return [*rows, *outside(sizing, true)]
 
 

@@ -102,7 +102,7 @@ def test_a_scene_whose_estimates_are_too_small_is_found_out(monkeypatch: pytest.
 
     def boastful(*args: Any, **options: Any) -> Any:
         found = sized(*args, **options)
-        return replace(found, error=found.error._replace(work=0.0, angle_speed_max=0.0, angle_speed_min=0.0))
+        return replace(found, error=found.error._replace(work=0.0, extremes=0.0))
 
     monkeypatch.setattr(flywheel, "size", boastful)
     assert any("estimate 0" in fault for fault in outcome(SPAN + 7).faults)

@@ -513,11 +513,12 @@ COMMANDS = [
 
 @pytest.mark.parametrize("command", sample(sorted(COMMANDS, key=len), 4))
 def test_a_command_of_the_readme_runs_as_typed(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A table of motors with its first few alone, of which each takes seconds."""
+    """A table of motors with its first few and its last few alone, of which each takes seconds."""
     monkeypatch.chdir(tmp_path)
     examples = Path(shutil.copytree(ROOT / "examples", tmp_path / "examples"))
     motors = examples / "drive_lines/motors.csv"
-    motors.write_text("".join(motors.read_text("utf-8").splitlines(keepends=True)[:9]), "utf-8")
+    rows = motors.read_text("utf-8").splitlines(keepends=True)
+    motors.write_text("".join((*rows[:6], *rows[14:18], *rows[-2:])), "utf-8")
     result = CliRunner().invoke(main, shlex.split(command)[1:])
     assert result.exit_code == 0, result.output
 

@@ -85,7 +85,7 @@ BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine
 LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
     *("components/press_work.py", "components/energy.py"),
     *("mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
-    *("mechanisms/linkages/equations.py"),
+    "mechanisms/linkages/equations.py",
     *("mechanisms/linkages/reactions.py", "mechanisms/linkages/positions.py", "mechanisms/linkages/bodies.py"),
     *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py", "sizing/findings.py"),
 }

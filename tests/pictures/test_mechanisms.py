@@ -294,7 +294,7 @@ def test_extremes_are_not_those_of_the_samples(scene):
     speed = 300 * (np.sin(phi) + 0.3 * np.sin(2 * phi) / (2 * np.sqrt(0.25 - 0.09 * np.sin(phi) ** 2)))
     value, place = texts(panel)[0].split(" at ")
     assert float(value.replace("−", "-")) == pytest.approx(-speed.max(), rel=1e-4)
-    assert float(place.rstrip("°")) == pytest.approx(np.degrees(phi[speed.argmax()]), abs=0.01)
+    assert float(place.rstrip("°")) == pytest.approx(np.degrees(phi[speed.argmax()]), abs=0.05)
 
 
 def test_a_jump_is_a_gap_and_a_corner_is_none():

@@ -19,7 +19,7 @@ import flywheel
 from flywheel import Machine, SceneError
 from flywheel.machine.equation import Moments, NoMotionError
 from flywheel.numerics import cells as piecewise
-from flywheel.regime import constant_speed, turning_moment, wittenbauer
+from flywheel.regime import constant_speed, turning_moment
 from tests import regimes, scenes
 from tests.limits import sample
 from tests.regimes import SECTION_C
@@ -195,30 +195,6 @@ def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
         turning_moment.run(cycle, 10 * np.pi, 0.9999 * least)
 
 
-@pytest.mark.parametrize(("sharpness", "number"), [(2.0, 3), (4.0, 2), (4.0, 5), (8.0, 3)])
-def test_extremes_inside_coarse_cells_have_the_error_of_their_cells(sharpness, number):
-    """M* changes its sign inside cells that leave its peaks unresolved; finer ones give the true figures."""
-    scene = {
-        "mechanism": {"type": "slider-crank", "crank": {"length": 0.5}, "rod": {"length": 0.7}, "slider": {"mass": 2}},
-        "load": [{"on": "crank", "torque": f"40/(1 + ({sharpness}*sin(0.5*phi - 0.4))**2) - 40*sin(phi)"}],
-        "drive": {"torque": "balance"},
-        "regime": {"speed": 6},
-        "flywheel": {"irregularity": 0.05},
-    }
-    machine = Machine(flywheel.load(scene))
-    coarse, fine = (
-        wittenbauer.figures_of(turning_moment.resolve(machine, np.linspace(0.0, 2 * pi, count)), 6.0, 0.05)
-        for count in (number + 1, 97)
-    )
-    assert abs(coarse.total - fine.total) <= coarse.error + fine.error
-    for row, factor in ((0, 0.0), (3, 18.0)):
-        swings = [float(each.extremes.greatest[row] - each.extremes.least[row]) for each in (coarse, fine)]
-        assert abs(swings[0] - swings[1]) <= turning_moment.error_of_difference(
-            coarse.cycle, coarse.extremes, row, row, factor
-        )
-    assert coarse.error > 100 * fine.error
-
-
 def near_a_stall(amplitude, **level):
     """A rotor of 1 kg m² under a sine at 10 rad/s: all is known in closed form, omega² = c - 2 A cos(phi)."""
     scene = {
@@ -237,9 +213,7 @@ def test_the_error_of_the_period_grows_towards_a_stall(amplitude):
         true = 4 / fast * mpmath.ellipk(4 * mpmath.mpf(amplitude) / fast**2)
         found = near_a_stall(amplitude, simulate=False)
         assert abs(found.simulation.period / true - 1) <= found.error.period
-        assert abs(found.simulation.speed_min / slow - 1) <= found.error.speed_min
-        assert abs(found.simulation.speed_max / fast - 1) <= found.error.speed_max
-    assert 1e3 * found.error.speed_max < found.error.speed_min < 1e-9 or amplitude == 50.0
+        assert abs(found.simulation.speed_min / slow - 1) <= found.error.simulation
     assert found.error.period < (1e-8 if amplitude < 99.95 else 1e-5)
 
 
