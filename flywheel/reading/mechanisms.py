@@ -779,7 +779,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
         return Found(name, rotating, travel, None, complete)
     phase = fields["phase"]
-    if kind.name != "law" and abs(phase) > TURN:  # each angle beside hundreds of turns would be rounded as they are
+    if kind.name != "law" and travel == TURN and abs(phase) > TURN:  # beside many turns each angle is rounded as they are
         phase = math.atan2(math.sin(phase), math.cos(phase))
     at = {"shaft": fields["shaft"], "phase": phase, "travel": TURN if travel is None else travel}
     if stroke is not None:  # the driver's coordinate begins where its stroke does
