@@ -779,8 +779,9 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
         return Found(name, rotating, travel, None, complete)
     phase = fields["phase"]
-    if kind.name != "law" and travel == TURN and abs(phase) > TURN:  # beside many turns each angle is rounded as they are
-        phase = math.atan2(math.sin(phase), math.cos(phase))
+    if kind.name != "law" and travel is not None and abs(phase) > travel:  # beside it every angle is rounded as it is
+        within = math.atan2(math.sin(phase), math.cos(phase))
+        phase = within + round((phase - within) / TURN) % round(travel / TURN) * TURN
     at = {"shaft": fields["shaft"], "phase": phase, "travel": TURN if travel is None else travel}
     if stroke is not None:  # the driver's coordinate begins where its stroke does
         at = {"shaft": stroke.element, "phase": stroke.start, "travel": stroke.span, "stroke": (stroke.start, stroke.end)}

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 from math import degrees, pi, tau
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -529,6 +530,14 @@ def test_the_figures_do_not_know_the_origin(name: str) -> None:
 def test_nor_do_they_know_hundreds_of_turns(name: str) -> None:
     gap, allowed = apart(name, 0.3, 900)
     assert gap <= allowed
+
+
+def test_a_cylinder_of_four_strokes_counts_its_phase_over_two_turns() -> None:
+    engine = flywheel.load(Path(__file__).parents[2] / "examples" / "machines" / "three_cylinder.toml")
+    wound = engine.with_({f"mechanism.{k}.phase": f"{240 * k - 100 * 720} deg" for k in range(3)})
+    one, other = (flywheel.size(each, accuracy="normal") for each in (engine, wound))
+    assert other.flywheel.exact == pytest.approx(one.flywheel.exact, rel=1e-12)
+    assert other.error.exact < 1e-11
 
 
 @settings(max_examples=6, deadline=None, derandomize=True)
