@@ -24,8 +24,7 @@ from flywheel import SceneError, Sizing, language, transient
 from flywheel.cli import main
 from flywheel.machine.equation import NoMotionError
 from flywheel.page import data as page_data
-from flywheel.pictures import form
-from flywheel.pictures import forms as samples_of
+from flywheel.pictures import form, forms
 from flywheel.pictures import sizing as plots
 from flywheel.pictures.animation import Timing, timing
 from flywheel.pictures.diagrams import DIAGRAMS, Kind
@@ -215,7 +214,7 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     assert sizing.cycle is not None
     assert sizing.run is not None
     samples = along_motion(part_of(sizing.scene, sizing.machine, sizing))
-    loop = samples_of.loop(sizing.cycle, samples, sizing.speed, sizing.run)
+    loop = forms.loop(sizing.cycle, samples, sizing.speed, sizing.run)
     scale = np.ptp(loop.energy) + loop.inertia.max()
     above = loop.intercept_fast + loop.slope_fast * loop.inertia - loop.energy
     below = loop.energy - loop.intercept_slow - loop.slope_slow * loop.inertia
@@ -325,10 +324,10 @@ def test_a_number_of_an_area_stands_where_there_is_room() -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     samples = part_of(sizing.scene, sizing.machine, sizing).samples
-    centre, room = samples_of.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
+    centre, room = forms.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
     assert centre == pytest.approx(np.pi / 2, abs=0.05)
     assert room == pytest.approx(50.0)
-    assert samples_of.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
+    assert forms.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
 
 
 def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:

@@ -23,7 +23,6 @@ import flywheel
 from flywheel import Sizing, language, report
 from flywheel.cli import main
 from flywheel.report import contents, drive, formulas, mechanisms, regime, solutions, wheel
-from flywheel.report import contents as regime_sheet
 from flywheel.report.document import (
     Context,
     Document,
@@ -649,7 +648,7 @@ def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
 @pytest.mark.parametrize("scene", [SERIES, LIMITED])
 def test_the_page_to_be_signed_has_the_figures_of_the_page_of_answers_and_escapes_them(scene):
     sizing = flywheel.size(flywheel.load(scene | {"title": "<b>A press</b>"}), accuracy="normal")
-    told = regime_sheet.sheet(sizing)
+    told = contents.sheet(sizing)
     page = report.html(sizing, cover_sheet=True, language="es")
     assert "Proyectado por" in page
     assert "Portada; manivela a" in page
