@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from flywheel.designs.figures import figures_of
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, quantity
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
@@ -124,7 +124,7 @@ class Optimum:
     def __repr__(self) -> str:
         """Objective, its value, and the numbers."""
         which = "greatest" if self.greatest else "least"
-        return f"Optimum({faults.quoted(self.scene.title)}{which} {self.objective}={self.value!r}, {self.numbers})"
+        return f"Optimum({notebook.quoted(self.scene.title)}{which} {self.objective}={self.value!r}, {self.numbers})"
 
     @property
     def best(self) -> Scene:

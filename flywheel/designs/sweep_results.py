@@ -25,7 +25,7 @@ from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Array, Batch
 from flywheel.designs.variation import BY_NAME
 from flywheel.machine.loads import balance_unit
 from flywheel.machine.machine import Machine
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.reading.paths import dotted, numbers, with_numbers
@@ -163,9 +163,9 @@ class Sweep:
         refused = int((self.ways == REFUSED).sum())
         counts = f"{len(self)} designs" + (f", {refused} refused" if refused else "")
         counts += f", {self.missing} missing" if self.missing else ""
-        return f"Sweep({faults.quoted(self.scene.title)}{counts} of {', '.join(self.columns)})"
+        return f"Sweep({notebook.quoted(self.scene.title)}{counts} of {', '.join(self.columns)})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     @property
     def missing(self) -> int:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, quantity
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import require, shown
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.optima import gradient, minimum, unit_points
@@ -110,7 +110,7 @@ class Tolerance:
     def __repr__(self) -> str:
         """Numbers of figures and of varied numbers."""
         by = f"{len(self.numbers)} {'intervals' if self.intervals else 'deviations'}"
-        return f"Tolerance({faults.quoted(self.scene.title)}{len(self.spreads)} figures by {by})"
+        return f"Tolerance({notebook.quoted(self.scene.title)}{len(self.spreads)} figures by {by})"
 
     def __getitem__(self, figure: str) -> Spread:
         """Spread of a figure; SceneError if there is no such figure."""

@@ -29,7 +29,7 @@ from flywheel.designs.figures import (
     wheel_figures,
 )
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, suggestion
@@ -323,7 +323,7 @@ class Sensitivities:
     def __repr__(self) -> str:
         """Numbers of figures and of varied numbers."""
         many = f"{len(self.values)} figures by {len(self.numbers)} numbers"
-        return f"Sensitivities({faults.quoted(self.scene.title)}{many})"
+        return f"Sensitivities({notebook.quoted(self.scene.title)}{many})"
 
     def derivative(self, figure: str, path: str) -> Derivative:
         """The derivative of a figure by a number; SceneError if there is no such figure or number."""

@@ -25,7 +25,7 @@ from flywheel.language import text as _
 from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, moving_switches, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import middles
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
@@ -146,10 +146,10 @@ class Machine:
     def __repr__(self) -> str:
         """Names the mechanisms, bonds and shafts instead of an address."""
         kinds = dict.fromkeys(m.type for m in self.scene.mechanisms) or ("rotor",)
-        title = faults.quoted(self.scene.title)
+        title = notebook.quoted(self.scene.title)
         return f"Machine({title}{', '.join(kinds)}, {len(self.graph.bonds)} bonds, shafts {', '.join(self.scene.shafts)})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
         """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.

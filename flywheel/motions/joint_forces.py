@@ -23,7 +23,7 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motions.motion import TIME, Transient, regime_motion, sampled, steady_motion, time_along
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
@@ -81,7 +81,7 @@ class JointForces(NamedTuple):
 
     def _repr_html_(self) -> str | None:
         """HTML for a notebook."""
-        return faults.html(self)
+        return notebook.html(self)
 
 
 def joint_forces(

@@ -18,7 +18,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.motions.curves import POINTS, Curve, Moving, amount
 from flywheel.motions.driver import DRIVER, Course, course_of, instants
 from flywheel.motions.motion import Motion, Transient
-from flywheel.numerics import arguments, cells, faults
+from flywheel.numerics import arguments, cells, notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import offered
@@ -85,7 +85,7 @@ class Kinematics:
         """Short description, instead of every curve."""
         return f"Kinematics({len(self.curves)} curves at {self.q.size} positions over {self.over}, {self.condition!r})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     @property
     def axis(self) -> Array:

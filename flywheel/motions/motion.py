@@ -24,7 +24,7 @@ from flywheel.machine.dynamics import NODES, Along, Trail
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion
 from flywheel.motions.starting import StartHeat, start_heat
-from flywheel.numerics import cells, faults
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state, turning_moment
 from flywheel.regime.state import DRIVE
@@ -100,7 +100,7 @@ class Motion(NamedTuple):
 
     def _repr_html_(self) -> str | None:
         """HTML for a notebook."""
-        return faults.html(self)
+        return notebook.html(self)
 
 
 def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
@@ -390,7 +390,7 @@ class Transient:
         figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
         return f"Transient({self.reason}: {self.ended}; {figures})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     @property
     def time(self) -> float:

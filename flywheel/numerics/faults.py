@@ -1,9 +1,6 @@
 """Faults in place of a traceback: one line each, with the place, what was found and expected, and what to do.
 
 How a fault shows what was found, and the valid name that lies nearest to a wrong one.
-
-Display in notebooks: scenes, machines and results know nothing of tables and curves; they find the drawing function by its
-public name when needed.
 """
 
 from __future__ import annotations
@@ -181,21 +178,3 @@ def suggestion(name: str, valid: Iterable[str], short: Mapping[str, str] = Mappi
         near = short.get(near, near)
         return f"did you mean {quote(near)}?"
     return f"valid here: {', '.join(quote(name)[1:-1] for name in names)}" if 0 < len(names) <= 12 else ""
-
-
-def html(thing: object) -> str | None:
-    """The HTML of a scene, machine or result; None, so that its text is shown, if there is none or it cannot be made."""
-    import flywheel
-
-    try:
-        markup: str | None = flywheel.notebooks.html(thing)
-    except Exception:  # a notebook shows the object's text instead: to look at a result must never fail
-        return None
-    return markup
-
-
-def quoted(title: str | None) -> str:
-    """A title as the first part of a `repr`, cut where it runs on; empty without one."""
-    if not title:
-        return ""
-    return f"{title if len(title) <= 48 else title[:47] + '…'!r}, "

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from flywheel.machine.equation import not_finite
 from flywheel.machine.machine import Machine
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, Array, tails, wide
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import constant_speed
@@ -59,7 +59,7 @@ class MachineState(NamedTuple):
 
     def _repr_html_(self) -> str | None:
         """The HTML that a notebook shows."""
-        return faults.html(self)
+        return notebook.html(self)
 
 
 @np.errstate(all="ignore")  # a value that is not finite is shown as such, or refused, and is no warning

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
 from flywheel.numerics.jets import is_recorded
@@ -445,9 +445,9 @@ class Scene(Frozen):
         kinds = [m.type for m in self.mechanisms] or (["areas"] if self.areas is not None else ["rotor"])
         counts = f"{len(self.loads)} load{'' if len(self.loads) == 1 else 's'}"
         given = f", from {self.given_as}" if self.given_as else ""
-        return f"Scene({faults.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
+        return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     def with_document(
         self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]

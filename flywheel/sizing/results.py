@@ -18,7 +18,7 @@ from flywheel.components.energy import Energy, ServoLoad
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.machine.loads import balance_unit
 from flywheel.machine.machine import Machine
-from flywheel.numerics import cells, faults
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.budget import FREE, Cost
 from flywheel.numerics.cells import Array, Cells
 from flywheel.regime.turning_moment import Cycle, Run
@@ -324,7 +324,7 @@ class PowerFlow:
 
     def __repr__(self) -> str:
         """The balance, instead of every stream."""
-        title = faults.quoted(self.scene.title)
+        title = notebook.quoted(self.scene.title)
         return f"PowerFlow({title}{self.input:.6g} W in, {self.output:.6g} W out, {self.losses:.6g} W lost)"
 
     @property
@@ -674,12 +674,12 @@ class Sizing:
 
     def __repr__(self) -> str:
         """The flywheel and its result; `figures` has all of them."""
-        wheel, title = self.flywheel, faults.quoted(self.scene.title)
+        wheel, title = self.flywheel, notebook.quoted(self.scene.title)
         what = f"inertia={wheel.inertia}" if self.scene.inertia is not None else f"exact={wheel.exact}"
         motion = "" if self.simulation is None else f", irregularity={self.simulation.irregularity}"
         return f"Sizing({title}on={wheel.on!r}, {what}, speed={self.speed}{motion})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     @property
     def figures(self) -> dict[str, float | str | bool | None]:
@@ -864,7 +864,7 @@ class Sizings(tuple[Sizing, ...]):
     def __repr__(self) -> str:
         return f"Sizings({len(self)} sizings)"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     @property
     def figures(self) -> list[dict[str, float | str | bool | None]]:

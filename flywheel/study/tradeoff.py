@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import faults
+from flywheel.numerics import notebook
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
@@ -85,9 +85,9 @@ class Tradeoff:
     def __repr__(self) -> str:
         """Scene, number of methods, and the cheapest."""
         best = f"cheapest {self.cheapest!r} at rtol {self.rtol:g}"
-        return f"Tradeoff({faults.quoted(self.title)}{len(self.rows)} methods, {best})"
+        return f"Tradeoff({notebook.quoted(self.title)}{len(self.rows)} methods, {best})"
 
-    _repr_html_ = faults.html
+    _repr_html_ = notebook.html
 
     def row(self, name: str) -> MethodRow:
         """The row of that name."""
