@@ -46,6 +46,7 @@ _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration 
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behind a jump; halvings towards it
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
+_AT_ONCE = 20_000  # values at nodes for several speeds: arrays of them stay in the processor's cache
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
 _FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
@@ -185,10 +186,11 @@ class DesignMoments(Moments):
         found = self.total(self.still) - self.total(self.resistance) * speeds
         for part, late, rows in self._groups:
             half = self.mesh.half[:, part]
-            for k, speed in enumerate(speeds):
-                moving = np.asarray(late(*rows, speed[:, None, None], 0.0)[RATE.index("moving")], dtype=float)
-                whole = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, half.shape))
-                found[k] += (self._over_cell(whole) * half[..., 0]).sum(axis=-1)
+            few = max(_AT_ONCE // half.size, 1)
+            for k in range(0, len(speeds), few):
+                moving = np.asarray(late(*rows, speeds[k : k + few, :, None, None], 0.0)[RATE.index("moving")], dtype=float)
+                wide = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, (1, 1)))
+                found[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
         return np.asarray(found)
 
     def total(self, values: Array) -> Array:
