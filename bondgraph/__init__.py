@@ -20,6 +20,8 @@ if TYPE_CHECKING:
         Displacement,
         Domain,
         Element,
+        Function,
+        GraphError,
         I,
         Law,
         Modulus,
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
         Se,
         Sf,
         Zero,
+        function,
     )
     from bondgraph.equations import (
         MotionEquation,
@@ -40,7 +43,6 @@ if TYPE_CHECKING:
         to_modelica,
     )
     from bondgraph.graph import Bond, BondGraph, Builder, Part
-    from bondgraph.laws import Function, GraphError, function
     from bondgraph.linear import Linear, Mode, Reach, equilibrium, linearize, reach
     from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
@@ -66,8 +68,9 @@ if TYPE_CHECKING:
     from bondgraph.words import WordGraph
 
 _NAMES = {
-    "elements": "DOMAINS Domain C Displacement Element GY I Law Modulus Motion One R RS Se Sf TF Zero",
-    "laws": "GraphError Function function",
+    "elements": (
+        "DOMAINS Domain C Displacement Element Function GY GraphError I Law Modulus Motion One R RS Se Sf TF Zero function"
+    ),
     "graph": "Bond BondGraph Builder Part",
     "reduction": "Reduced Reduction reduce",
     "strokes": "Causality Path Table causality table zero_order_paths",

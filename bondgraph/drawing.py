@@ -19,10 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import DOMAINS, STORES, One
+from bondgraph.elements import DOMAINS, STORES, GraphError, One, refuse
 from bondgraph.files import replacement
 from bondgraph.graph import BondGraph, activated, as_graph
-from bondgraph.laws import GraphError, refuse
 from bondgraph.layout import (
     GREEK,
     JUNCTION_SIZE,

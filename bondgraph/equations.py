@@ -1,6 +1,6 @@
 """The equations of a graph in symbols: explicit first-order equations, and for one degree of freedom the equation of motion.
 
-Both are read from one walk (`bondgraph.motion.dynamics.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
+Both are read from one walk (`bondgraph.motion.walk.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
 M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
 a modulus, so the equations hold at dead centres too. What is handed out is complete or an error, never part of a system.
 `generic` is the graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring:
@@ -17,12 +17,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bondgraph.elements import SOURCES, C, Displacement, Element, I, Law, R, Se
+from bondgraph.elements import (
+    OWN_DISPLACEMENT,
+    OWN_FLOW,
+    SOURCES,
+    TIME,
+    C,
+    Displacement,
+    Element,
+    Function,
+    GraphError,
+    I,
+    Law,
+    R,
+    Se,
+    exact,
+    full_digits,
+    law_of,
+    refuse,
+)
 from bondgraph.graph import BondGraph, Builder, Scale, Sum, as_graph
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, exact, full_digits, law_of, refuse
 from bondgraph.motion.algebra import readable, total
-from bondgraph.motion.dynamics import Dynamics, Tables, Walk
-from bondgraph.motion.formulation import Formulation, Group, Port, targets
+from bondgraph.motion.dynamics import Dynamics, Formulation
+from bondgraph.motion.walk import Group, Port, Tables, Walk, targets
 from bondgraph.twin import Twin, twin
 
 if TYPE_CHECKING:

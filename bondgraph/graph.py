@@ -21,19 +21,24 @@ from bondgraph.elements import (
     SOURCES,
     STORES,
     TF,
+    TIME,
     TWO_PORTS,
     Displacement,
     Domain,
     Element,
     Field,
+    Function,
+    GraphError,
     Law,
     Modulus,
     One,
     Zero,
+    law_of,
+    own_name,
     ports_of,
+    refuse,
     renamed,
 )
-from bondgraph.laws import TIME, Function, GraphError, law_of, own_name, refuse
 from bondgraph.numerics import reached_from, representatives
 
 _DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
@@ -490,8 +495,6 @@ def as_graph(given: Any) -> BondGraph:
     advice = "; call its build() first" if hasattr(given, "build") else ""
     raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")
 
-
-SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"
 
 Ratio = float | Function | Modulus
 Term = tuple[int, Ratio, float]  # variable, ratio, sign

@@ -23,9 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS, Function, GraphError
 from bondgraph.graph import Bond, BondGraph, activated
-from bondgraph.laws import Function, GraphError
 from bondgraph.numerics import reached_from
 
 LABEL_SIZE, JUNCTION_SIZE, NAME_SIZE, NUMBER_SIZE = 11.5, 14.0, 8.5, 8.0  # points

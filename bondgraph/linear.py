@@ -18,12 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import JUNCTIONS, Element
+from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, full_digits, refuse
 from bondgraph.equations import Reading
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.laws import TIME, Function, GraphError, full_digits, refuse
-from bondgraph.motion.dynamics import Dynamics, Walk
-from bondgraph.motion.formulation import Formulation
+from bondgraph.motion.dynamics import Dynamics, Formulation
+from bondgraph.motion.walk import Walk
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from

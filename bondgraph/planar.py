@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Element, I, Se, Sf
+from bondgraph.elements import Element, GraphError, I, Se, Sf, refuse
 from bondgraph.graph import BondGraph, Builder, Part
-from bondgraph.laws import GraphError, refuse
 from bondgraph.reduction import Positions, Reduction
 from bondgraph.rules import (
     absorb_junctions,

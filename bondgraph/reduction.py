@@ -15,9 +15,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
-from bondgraph.graph import (
+from bondgraph.elements import (
+    OWN_DISPLACEMENT,
     SINGULAR,
+    TIME,
+    Displacement,
+    Element,
+    Function,
+    GraphError,
+    Here,
+    Law,
+    Modulus,
+    Motion,
+    refuse,
+)
+from bondgraph.graph import (
     BondGraph,
     Ratio,
     Scale,
@@ -31,7 +43,6 @@ from bondgraph.graph import (
     flow_variables,
     plan,
 )
-from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError, refuse
 from bondgraph.numerics import count as count  # walks of graphs are counted by it
 
 Positions = Mapping[str, Callable[[Any], Any]]

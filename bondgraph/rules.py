@@ -24,9 +24,8 @@ from functools import partial
 from itertools import chain, combinations, count
 from typing import NamedTuple
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, GraphError, Law, Modulus, One, refuse
 from bondgraph.graph import Bond, BondGraph, Builder, as_graph, neighbours
-from bondgraph.laws import GraphError, refuse
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality
 from bondgraph.strokes import causality as strokes_of

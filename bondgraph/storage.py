@@ -31,10 +31,9 @@ from itertools import cycle, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bondgraph.elements import Displacement, Element, Law, Modulus
+from bondgraph.elements import Displacement, Element, Function, GraphError, Law, Modulus, refuse
 from bondgraph.files import replacement
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.laws import Function, GraphError, refuse
 
 FORMAT = "bondgraph"
 VERSION = 1

@@ -26,9 +26,8 @@ from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Law
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TIME, TWO_PORTS, GraphError, Law, refuse
 from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, activated, as_graph, flow_variables
-from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.numerics import components, reached_from
 
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share

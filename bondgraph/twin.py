@@ -1,6 +1,6 @@
 """A graph with a symbol in place of every number, for the equations that are read from it.
 
-The twin has the structure of the graph it comes from, so that `bondgraph.motion.dynamics.Walk` runs on it unchanged. A
+The twin has the structure of the graph it comes from, so that `bondgraph.motion.walk.Walk` runs on it unchanged. A
 number becomes a symbol named after its element, parameters, displacements, signals and the time become symbols of their own
 names. Inside, the symbols are real, so that |x| has a slope; `Twin.finish` hands out plain ones, and whole numbers and
 halves exactly.
@@ -15,10 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.elements import Element, Here, Law, Modulus, Motion
+from bondgraph.elements import TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME, Dual, Function, GraphError, exact
-from bondgraph.motion.formulation import displacements
+from bondgraph.motion.walk import displacements
 
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
 

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bondgraph.elements import Domain
+from bondgraph.elements import Domain, refuse
 from bondgraph.graph import Bond, BondGraph, Builder, Part
-from bondgraph.laws import refuse
 
 
 class Port(NamedTuple):

@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph import SINGULAR
-from bondgraph.laws import GraphError, exact, is_symbolic
-from bondgraph.recording import Recorded
+from bondgraph.elements import SINGULAR, GraphError, exact, is_symbolic
 
 
 def recorded(
@@ -22,7 +20,7 @@ def recorded(
 ) -> list[list[Any]]:
     """A call of a solver for A X = B, recorded as one call on the entries."""
     entries = [entry for row in (*matrix, *right) for entry in row]
-    recorder = next(entry.recorder for entry in entries if isinstance(entry, Recorded))
+    recorder = next(entry.recorder for entry in entries if hasattr(entry, "recorder"))
     size, columns = len(matrix), len(right[0])
 
     def flat(*values: Any) -> tuple[Any, ...]:
@@ -45,7 +43,7 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     [[1.0], [2.0]]
     """
     entries = [entry for row in (*matrix, *right) for entry in row]
-    if any(isinstance(entry, Recorded) for entry in entries):
+    if any(hasattr(entry, "recorder") for entry in entries):
         return recorded(_plain, matrix, right)
     if any(is_symbolic(entry) for entry in entries):
         return _symbolic(matrix, right)

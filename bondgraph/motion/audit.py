@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, Element, Here, Law, Modulus
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Function, Here, Law, Modulus
 from bondgraph.graph import BondGraph, entry
-from bondgraph.laws import TIME, Function
 from bondgraph.motion.stepping import Step
 
 Array = NDArray[np.float64]

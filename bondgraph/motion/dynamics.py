@@ -1,14 +1,19 @@
-"""The equations of motion of a graph in numbers: from a state to its rates, and to every flow and effort.
+"""The equations of motion of a graph in numbers, by its causal strokes.
 
-`Walk` is one evaluation: gains, what sources and resistors give, rates, flows and efforts. It is written once against
-arithmetic and calls of laws, so that it runs on floats, on arrays (many states at once, for the power audit), on SymPy
-expressions, and on a recording of itself as straight-line code, which is what time stepping runs. The equations are those of
-`bondgraph.motion.formulation`; `Tables` holds what a walk looks up, found once for a graph.
+Stores in integral causality give from their state (`p_NAME`, `q_NAME`), sources and resistors by their laws. A resistor that
+needs itself, through others or not, is part of a loop that is solved as one. A store in derivative causality follows the
+integral ones and sources: it is folded in by its gains, M z' = Q with M = W + S^T D S.
+
+No step divides by a modulus that may vanish, unless strokes leave nothing else: what loops leave over is a linear system in
+blocks as small as can be. Where an inertia that alone weighs a motion lies behind a modulated transformer, the flow before
+the transformer is the state, without an inertia of its own, so that dead centres are ordinary positions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
@@ -16,29 +21,348 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import SOURCES, STORES, Here, Law, Modulus, Motion
-from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph
-from bondgraph.laws import OWN_EFFORT, TIME, Function, GraphError, function, is_symbolic, refuse
-from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions, solve, solve_symmetric, total
-from bondgraph.motion.formulation import Formulation, Group, Port, ratios, sources, targets
+from bondgraph.elements import (
+    ONE_PORTS,
+    SOURCES,
+    STORES,
+    Element,
+    Function,
+    GraphError,
+    I,
+    Law,
+    Modulus,
+    function,
+    is_symbolic,
+    refuse,
+)
+from bondgraph.graph import (
+    Bond,
+    BondGraph,
+    Relation,
+    Solve,
+    Step,
+    as_graph,
+    constant,
+    effort_relations,
+    effort_variables,
+    flow_relations,
+    flow_variables,
+    places,
+    plan,
+)
+from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions
 from bondgraph.motion.runge_kutta import MANY
-from bondgraph.numerics import reached_from
-from bondgraph.recording import Recorded, Recorder
+from bondgraph.motion.walk import (
+    Group,
+    Instant,
+    JunctionStructure,
+    Port,
+    Tables,
+    Walk,
+    displacements,
+    loop_name,
+    ratios,
+    sources,
+    targets,
+)
+from bondgraph.numerics import components, reached_from
+from bondgraph.recording import Recorder
+from bondgraph.strokes import Causality, causality
+
+_SINGULAR = 1e-12
 
 
-class Tables(NamedTuple):
-    """What a walk looks up, found once for a graph."""
+class Formulation(JunctionStructure):
+    """The junction structure of a graph by its strokes."""
 
-    form: Formulation
-    signals: Mapping[str, Function]
-    moduli: tuple[tuple[Any, str], ...]  # varying ratios and the two-ports' names
-    owner_of: Mapping[str, int]  # displacement -> flow variable
-    displacement_of: Mapping[str, str]  # 1-junction -> displacement
-    iterated: tuple[Group, ...]  # groups of ports whose laws are no straight lines in what they give
-    bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
-    weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
-    varying: tuple[int, ...]  # places of the steps whose rates the followers need
-    anchored: tuple[str, ...]
+    def __init__(self, graph: BondGraph, strokes: Causality | None = None) -> None:
+        refuse(
+            f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
+        )
+        self.given = graph
+        self.massless: tuple[str, ...] = ()
+        rewritten, found, self.ties = without_shared_followers(graph, strokes or causality(graph))
+        self._written(rewritten, found)
+        for junction in self.divided() if strokes is None else ():
+            self._move_state(junction)
+        self.displacements = tuple(displacements(graph))
+
+    @classmethod
+    def along(cls, graph: BondGraph, junction: str) -> Formulation:
+        """The formulation with the flow of a 1-junction as a state of its own, if it can be one."""
+        form = cls(graph)
+        if all(bond.tail != junction for bond in form.graph.bonds if bond.head in form.massless):
+            form._move_state(junction)
+        return form
+
+    def of(self, graph: BondGraph) -> Formulation:
+        """The same formulation of a graph with the same structure."""
+        form = object.__new__(Formulation)
+        form.given, form.massless, form.displacements, form.ties = graph, self.massless, self.displacements, self.ties
+        own = {name: e for name, e in self.graph.elements.items() if e is not self.given.elements.get(name)}
+        elements = {**graph.elements, **own}
+        form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
+        return form
+
+    def _written(self, graph: BondGraph, strokes: Causality) -> None:
+        """All attributes from the strokes."""
+        refuse(strokes.conflicts)
+        self.graph, self.strokes, self.follows = graph, strokes, strokes.follows
+        self.flow = flow_variables(graph)
+        first = len(set(self.flow.values()))
+        self.effort = {bond: first + v for bond, v in effort_variables(graph).items()}
+        self.ports = tuple(self._port(e) for e in graph.of_kind(*ONE_PORTS))
+        integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
+        derivative = [p for p in self.ports if p.element.name in strokes.derivative]
+        self.stores = tuple(p for p in integral if p.element.law != 0.0 or p.element.name in self.massless)
+        self.followers = tuple(p for p in derivative if p.element.law != 0.0 and not isinstance(p.element.law, Law))
+        settled = {p.element.name for p in (*self.stores, *self.followers)}
+        self.acting = tuple(p for p in self.ports if p.element.name not in settled)
+        outputs = [p.output for p in (*self.stores, *self.acting, *self.followers)]
+        self.column = {variable: k for k, variable in enumerate(outputs)}
+        self._plan()
+        self.groups = tuple(self._ordered())
+
+    def _port(self, element: Element) -> Port:
+        bond = self.graph.bond_of(element.name)
+        flow, effort = self.flow[bond.number], self.effort[bond.number]
+        gives_flow = self.strokes.strokes[bond.number] == element.name
+        pair = (flow, effort) if gives_flow else (effort, flow)
+        return Port(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair)
+
+    def _plan(self) -> None:
+        """Steps from the outputs to all other variables."""
+        graph = self.graph
+        waiting = flow_relations(graph, self.flow) + effort_relations(graph, self.effort)
+        for gyrator in graph.of_kind("GY"):
+            ratio: Any = graph.constant(gyrator.name) if graph.is_linear(gyrator.name) else gyrator.law
+            into, out = (b.number for b in graph.ends(gyrator.name))
+            for answer, cause in ((self.effort[out], self.flow[into]), (self.effort[into], self.flow[out])):
+                waiting.append(Relation(gyrator.name, ((answer, 1.0, 1.0), (cause, ratio, -1.0))))
+        waiting = [r._replace(terms=tuple(term for term in r.terms if term[1] != 0.0)) for r in waiting]
+        known = set(self.column)
+        every = {*self.flow.values(), *self.effort.values()}
+        self.steps: list[Step] = []
+        self.origins: list[tuple[str, ...]] = []
+        self._extend(waiting, known)
+        for block in _blocks(graph, waiting, every - known):
+            if block.unknown[0] in known:
+                continue
+            _check_rank(graph, block)
+            if not sources(block) and any(isinstance(ratio, Function | Modulus) for ratio in ratios(block)):
+                names = ", ".join(dict.fromkeys(self.name_of(v) for v in block.unknown))
+                at = ", ".join(dict.fromkeys(places(graph, block.relations)))
+                raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
+            self.steps.append(block)
+            self.origins.append(tuple(r.name for r in block.relations))
+            known.update(block.unknown)
+            waiting = [r for r in waiting if r not in block.relations]
+            self._extend(waiting, known)
+        self.support: dict[int, tuple[int, ...]] = {variable: (k,) for variable, k in self.column.items()}
+        for step in self.steps:
+            on = {k for v in sources(step) for k in self.support[v]}
+            self.support |= dict.fromkeys(targets(step), tuple(sorted(on)))
+
+    def _extend(self, waiting: list[Relation], known: set[int]) -> None:
+        before = list(waiting)
+        steps = plan(waiting, known)
+        left = [r for r in before if r not in waiting]
+        for step in steps:
+            (target,), from_ = targets(step), set(sources(step))
+            relation = next(r for r in left if {v for v, _, _ in r.terms} == {target, *from_})
+            left.remove(relation)
+            self.steps.append(step)
+            self.origins.append((relation.name,))
+
+    def _ordered(self) -> Iterator[Group]:
+        """Acting ports in an order in which each finds what it needs, loops as one."""
+        first, last = len(self.stores), len(self.stores) + len(self.acting)
+        needs: dict[int, set[int]] = {}
+        for k, port in enumerate(self.acting):
+            on = {c for v in self.reads(port) for c in self.support[v] if c < last}
+            needs[k] = {c - first for c in on if c >= first}
+        for members in components(needs):
+            loop = len(members) > 1 or members[0] in needs[members[0]]
+            yield Group(tuple(members), loop)
+
+    def divided(self) -> list[str]:
+        """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
+        found = []
+        for step in self.steps:
+            if not isinstance(step, Solve) or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
+                continue
+            (target,), relation = step.unknown, step.relations[0]
+            ratio = next(r for v, r, _ in relation.terms if v == target)
+            if constant(ratio) or self.graph.elements[relation.name].kind != "TF" or target not in self.flow.values():
+                continue
+            bond = self.graph.ends(relation.name)[0]
+            junction = bond.tail
+            if self.graph.elements[junction].kind == "1" and self.flow[bond.number] == target:
+                found.append(junction)
+        return list(dict.fromkeys(found))
+
+    def _move_state(self, junction: str) -> None:
+        """Make the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
+        name = f"{junction}*"
+        while name in self.graph.elements:
+            name += "*"
+        number = max(b.number for b in self.graph.bonds) + 1
+        elements = {**self.graph.elements, name: I(name, 0.0)}
+        more = replace(self.graph, elements=elements, bonds=(*self.graph.bonds, Bond(number, junction, name)))
+        wanted = dict.fromkeys((*self.massless, name), "integral")
+        found = causality(more, wanted)
+        moved = set(self.strokes.integral) - set(found.integral)
+        if found.conflicts or name not in found.integral or len(found.integral) != len(self.strokes.integral):
+            return
+        if any(more.elements[n].kind != "I" for n in moved):
+            return
+        self.massless = (*self.massless, name)
+        self._written(more, found)
+
+
+def _check_rank(graph: BondGraph, block: Solve) -> None:
+    """Refuse a system that its numbers make singular; moduli count as numbers in no relation to each other."""
+    numbers: dict[int, float] = {}
+    matrix = np.zeros((len(block.unknown),) * 2)
+    for row, relation in enumerate(block.relations):
+        for variable, ratio, sign in relation.terms:
+            if variable in block.unknown:
+                given = isinstance(ratio, float | int)
+                value = float(ratio) if given else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
+                matrix[row, block.unknown.index(variable)] += sign * value
+    matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    if not sizes[-1] > _SINGULAR * sizes[0]:
+        raise GraphError(_contradiction(graph, block.relations))
+
+
+Ties = Mapping[str, Sequence[tuple[str, str]]]
+
+
+def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[BondGraph, Causality, Ties]:
+    """The graph with every port of a linear field that is in derivative causality as a store of its own, and its strokes.
+
+    With e = K q of the ports and d the port, E = 1/2 q^T K q is 1/2 K_dd (q_d + T q)^2 + 1/2 q^T (K - K_d K_d^T/K_dd) q over
+    the others, T = K_d/K_dd: a store 1/K_dd that transformers join to the others' bonds, which keep states and causality.
+    An inertia's are the same with flow and effort exchanged.
+    """
+    following = [name for name in strokes.derivative if graph.coupled(name)]
+    if strokes.conflicts or not following:
+        return graph, strokes, {}
+    import sympy  # type: ignore[import-untyped]
+
+    near = {e.name: graph.coupled(e.name) for e in graph.of_kind("I", "C")}
+    fields = {name: sorted(reached_from(name, near)) for name in following}
+    slopes = {places: slope for names in fields.values() for places, slope in _slopes(graph, names).items()}
+    elements, bonds = dict(graph.elements), list(graph.bonds)
+
+    def joined(tail: str, head: str) -> None:
+        bonds.append(Bond(1 + max(b.number for b in bonds), tail, head))
+
+    def added(element: Element) -> str:
+        name = element.name
+        while name in elements:
+            name += "*"
+        elements[name] = element._replace(name=name)
+        return name
+
+    def before(port: str, kind: str) -> str:
+        """A junction between a port and its bond."""
+        place = next(k for k, b in enumerate(bonds) if b.head == port)
+        junction = added(Element(kind, f"{port}*"))
+        bonds[place] = bonds[place]._replace(head=junction)
+        joined(junction, port)
+        return junction
+
+    beside: dict[str, str] = {}
+    ties: dict[str, list[tuple[str, str]]] = {}
+    for name in following:
+        pivot, inertia = slopes[name, name], elements[name].kind == "I"
+        others = [n for n in fields[name] if n != name and (n, name) in slopes and slopes[n, name] != 0]
+        store = before(name, "1" if inertia else "0") if others else name
+        for n in others:
+            ratio = slopes[n, name] / pivot
+            if n not in beside:
+                beside[n] = before(n, "0" if inertia else "1")
+            tie = added(Element("TF", f"{n}->{name}", _law_of(-ratio if inertia else ratio)))
+            ties.setdefault(name, []).append((n, tie))
+            for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
+                joined(tail, head)
+            for m in others:
+                slopes[n, m] = slopes[n, m] - ratio * slopes[name, m]
+        elements[name] = elements[name]._replace(law=_law_of(1 / pivot))
+        slopes = {places: slope for places, slope in slopes.items() if name not in places}
+    letter = {name: "p" if elements[name].kind == "I" else "q" for names in fields.values() for name in names}
+    for n in {one for one, _ in slopes}:
+        terms = {m: slope for (one, m), slope in slopes.items() if one == n and slope != 0}
+        if set(terms) == {n}:
+            law = _law_of(1 / terms[n])
+        else:
+            names = {m: letter[m] if m == n else f"{letter[m]}_{m}" for m in terms}
+            law = function(sum(slope * sympy.Symbol(names[m]) for m, slope in terms.items()))
+        elements[n] = elements[n]._replace(law=law)
+    rewritten = replace(graph, elements=elements, bonds=tuple(bonds))
+    wanted = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
+    return rewritten, causality(rewritten, wanted), ties
+
+
+def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any]:
+    """The slopes of the laws of a linear field's ports by one another's states."""
+    import sympy
+
+    kinds = {graph.elements[n].kind for n in names}
+    letter = "p" if kinds == {"I"} else "q"
+    symbols = {n: sympy.Symbol(f"{letter}_{n}", real=True) for n in names}
+    found: dict[tuple[str, str], Any] = {}
+    for n in names:
+        law = graph.elements[n].law
+        assert isinstance(law, Function)
+        value = law.symbolic({graph.own(n) or "": symbols[n], **{f"{letter}_{m}": s for m, s in symbols.items() if m != n}})
+        found |= {(n, m): value.diff(s) for m, s in symbols.items()}
+    curved = [s for slope in found.values() for s in slope.free_symbols if s in symbols.values()]
+    outward = [n for n in names if graph.bond_of(n).head != n]
+    if len(kinds) > 1 or curved or outward or any(found[n, m] != found[m, n] for n, m in found):
+        where = ", ".join(graph.where(n) for n in names)
+        raise GraphError(
+            f"{where} share one energy, and one of them follows other stores or sources, which only a field of a symmetric "
+            "matrix may: put an R, or a store of the other kind, between"
+        )
+    return found
+
+
+def _law_of(expression: Any) -> Any:
+    """A law of parameters, or a number."""
+    return function(expression) if expression.free_symbols else float(expression)
+
+
+def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
+    named = ", ".join(dict.fromkeys(places(graph, relations)))
+    return (
+        f"over-constrained: {named} contradict or repeat the conditions of the others on the same flows and efforts: "
+        "remove one of them, or change a ratio"
+    )
+
+
+def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Solve]:
+    """The equations that local steps leave, as the smallest linear systems, in the order of their solution."""
+    can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
+    owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
+
+    def augment(k: int, seen: set[int]) -> bool:
+        for variable in can[k]:
+            if variable not in seen:
+                seen.add(variable)
+                if variable not in owner or augment(owner[variable], seen):
+                    owner[variable] = k
+                    return True
+        return False
+
+    left = [r for k, r in enumerate(waiting) if not augment(k, set())]
+    if left or len(owner) < len(unknown):
+        raise GraphError(_contradiction(graph, left or waiting))
+    gives = {k: variable for variable, k in owner.items()}
+    needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
+    return [Solve(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)]
 
 
 def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
@@ -127,594 +451,7 @@ def _check_rates(tables: Tables) -> None:
                 )
 
 
-Anchors = Mapping[str, Any]
-
-
-class Instant(NamedTuple):
-    """A graph at one time, or at many.
-
-    flows, efforts: of every bond, by its number; a store's in derivative causality with the others' rates in it. rates: of
-    the state. moduli: of every two-port that varies, by name.
-    """
-
-    flows: dict[int, Any]
-    efforts: dict[int, Any]
-    rates: list[Any]
-    moduli: dict[str, Any]
-
-
-class Walk:
-    """The state, and what follows from it step by step.
-
-    `given` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
-    its residual and slopes as `balance`. Where it is `still`, sources give 0.
-    """
-
-    def __init__(
-        self,
-        tables: Tables,
-        t: Any,
-        state: Sequence[Any],
-        anchors: Anchors,
-        given: Sequence[Sequence[Any]] = (),
-        stop: int | None = None,
-        acts: bool = True,
-        still: bool = False,
-    ) -> None:
-        self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
-        self.t, self.anchors, self.state = t, anchors, list(state)
-        self._given, self._stop, self._still = given, stop, still
-        stores, displaced = len(self.form.stores), self.form.displacements
-        self._places: dict[str, Any] = {TIME: t}
-        for displacement, value in zip(displaced, self.state[stores:], strict=True):
-            self._places[displacement.name] = value
-        self._motions: dict[int, tuple[Any, Any]] = {}
-        self.moduli: dict[int, tuple[Any, tuple[tuple[str, Any], ...]]] = {}
-        for name, signal in tables.signals.items():
-            self._places[name] = self._call(signal, [t] * len(signal.of))
-        self.outputs: list[Any] = [None] * len(self.form.column)
-        for k, port in enumerate(self.form.stores):
-            self.outputs[k] = self.stored(port, self.state[k])
-        self.gain: Any = None
-        self._values: dict[int, Any] = {}
-        self._weighed: list[Any] | None = None
-        self._biased: dict[int, Any] | None = None
-        self._gain()
-        self.balance: Balance | None = None
-        if acts:
-            self._act()
-
-    def rates(self) -> list[Any]:
-        """The rates of the state."""
-        stores = self._store_rates()
-        return stores + [self.whole(self.tables.owner_of[d.name]) for d in self.form.displacements]
-
-    def instant(self) -> Instant:
-        """Flows, efforts, rates of the state."""
-        rates = self.rates()
-        flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.given.bonds}
-        efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.given.bonds}
-        return Instant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
-
-    def value(self, variable: int) -> Any:
-        """A flow or effort without what followers give."""
-        if variable not in self._values:
-            last = len(self.form.stores) + len(self.form.acting)
-            self._values[variable] = total(g * self.outputs[k] for k, g in self.gain[variable].items() if k < last)
-        return self._values[variable]
-
-    def whole(self, variable: int) -> Any:
-        """A flow or effort with what followers give."""
-        last = len(self.form.stores) + len(self.form.acting)
-        more = [k for k in self.gain[variable] if k >= last]
-        if more and self.outputs[last] is None:
-            self._store_rates()
-        return (
-            self.value(variable) + total(self.gain[variable][k] * self.outputs[k] for k in more)
-            if more
-            else self.value(variable)
-        )
-
-    def stored(self, port: Port, x: Any) -> Any:
-        """The output of a store in integral causality: the flow of an inertia, the effort of a compliance."""
-        name, inertia = port.element.name, port.element.kind == "I"
-        if name in self.form.massless:
-            return x
-        if self.graph.is_curve(name):
-            return port.sign * self._law(name, x) if inertia else self._law(name, x)
-        constant = self.graph.constant(name)
-        return port.sign * x / constant if inertia else x / constant
-
-    def _slopes(self, port: Port, x: Any) -> dict[int, Any]:
-        """The slopes of a curved store's law by the states of stores, at their places: its own, and those that it reads."""
-        law, name = port.element.law, port.element.name
-        assert isinstance(law, Function)
-        partials = dict(zip(law.of, self._partials(law, name, x)[1], strict=True))
-        places = {self.form.state_name(p): k for k, p in enumerate(self.form.stores)}
-        signs = [p.sign if p.element.kind == "I" else 1.0 for p in (*self.form.stores, port)]
-        found = {}
-        for n in (n for n in law.of if n not in self.graph.parameters):
-            k = places.get(self.form.state_name(port), -1) if n == self.graph.own(name) else places[n]
-            found[k] = signs[k] * signs[-1] * partials[n]
-        return found
-
-    def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
-        """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
-        node = next((a for a in arguments if isinstance(a, Recorded)), None)
-        if node is not None:
-            return node.recorder.through(called, arguments, results)
-        try:
-            return called(*arguments)
-        except (TypeError, ValueError):  # a law that branches, or uses functions of plain numbers, takes one at a time
-            if not any(isinstance(a, np.ndarray) for a in arguments):
-                raise
-            shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
-            rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
-            found = np.array([called(*row) for row in rows], dtype=float)
-            return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
-
-    def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
-        own_name = self.graph.own(name)
-        values = []
-        for argument in law.of:
-            if argument == own_name:
-                values.append(own)
-            elif argument in self.graph.parameters:
-                values.append(self.graph.parameter(argument, name))
-            elif argument in self._places:
-                values.append(self._places[argument])
-            else:
-                values.append(self._read(argument, name))
-        return values
-
-    def _read(self, argument: str, name: str) -> Any:
-        """A flow, effort, momentum or displacement that the law of an element reads."""
-        found = self.graph.reading(argument)
-        assert found is not None
-        letter, bond = found
-        form, where = self.form, self.graph.where(name)
-        if letter in "pq":
-            place = next((k for k, p in enumerate(form.stores) if p.bond == bond), None)
-            if place is None:
-                raise GraphError(f"{where} reads {argument}, which is no state: {form.strokes.follows[argument[2:]]}")
-            return self.state[place]
-        variable = (form.flow if letter == "f" else form.effort)[bond]
-        if self.gain is not None:
-            return self.value(variable)
-        return self.outputs[form.column[variable]]  # a modulus, which is needed before all that follows by it
-
-    def _law(self, name: str, own: Any = None) -> Any:
-        law = self.graph.elements[name].law
-        if isinstance(law, Function):
-            arguments = self._arguments(law, name, own)
-            if any(map(is_symbolic, arguments)):
-                return self._symbolic(law, arguments)
-            return self._named(name, law, arguments)
-        if isinstance(law, Law):
-            return self._call(law.effort, self._both(law.motion)) if not law.moving else self._moving_effort(name, law)
-        return law
-
-    def _moving_effort(self, name: str, law: Law) -> Any:
-        """The effort of a law that depends on speed or time."""
-        speed = self.value(self.form.variable(law.motion.of)) if "speed" in law.sees else 0.0
-        own = self.value(self.form.variable(name)) if "flow" in law.sees else 0.0
-
-        def effort(here: Here, anchor: Here, speed: Any, own: Any, t: Any) -> Any:
-            return law.effort(*(place._replace(speed=speed, flow=own, time=t) for place in (here, anchor)))
-
-        return self._call(effort, (*self._both(law.motion), speed, own, self.t))
-
-    def _partials(self, law: Function, name: str, own: Any = None) -> tuple[Any, tuple[Any, ...]]:
-        arguments = self._arguments(law, name, own)
-        if any(map(is_symbolic, arguments)):
-            return self._symbolic_partials(law, arguments)
-
-        def flat(*values: Any) -> tuple[Any, ...]:
-            value, partials = law.partials(*values)
-            return (value, *partials)
-
-        value, *partials = self._named(name, flat, arguments, 1 + len(arguments))
-        return value, tuple(partials)
-
-    def _named(self, name: str, called: Callable[..., Any], arguments: list[Any], results: int = 0) -> Any:
-        """Call an element's law; where it is not defined, say whose it is."""
-        try:
-            return self._call(called, arguments, results)
-        except (ValueError, ArithmeticError) as error:
-            of = getattr(self.graph.elements[name].law, "of", ())
-            where = ", ".join(f"{n} = {v}" for n, v in zip(of, arguments, strict=False))
-            raise GraphError(f"the law of {self.graph.title(name)} is not defined at {where}: {error}") from error
-
-    def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
-        return law.symbolic(dict(zip(law.of, arguments, strict=True)))
-
-    def _symbolic_partials(self, law: Function, arguments: list[Any]) -> tuple[Any, tuple[Any, ...]]:
-        """A law's value and partial derivatives at arguments that may be whole expressions, such as a flow."""
-        import sympy  # type: ignore[import-untyped]
-
-        places = [sympy.Dummy(name, real=True) for name in law.of]
-        value = law.symbolic(dict(zip(law.of, places, strict=True)))
-        at = {place: sympy.sympify(argument, strict=True) for place, argument in zip(places, arguments, strict=True)}
-        return value.xreplace(at), tuple(value.diff(place).xreplace(at) for place in places)
-
-    def _both(self, motion: Motion) -> tuple[Any, Any]:
-        found = self._motions.get(id(motion))
-        if found is None:
-            q = self._places[self.tables.displacement_of[motion.of]]
-            anchor = self.anchors.get(motion.of, q)
-            here = self._call(_here, (motion.position, q, anchor))
-            found = self._motions[id(motion)] = here, self._call(_here, (motion.position, anchor, anchor))
-        return found
-
-    def _modulus(self, ratio: Modulus | Function, name: str) -> tuple[Any, tuple[tuple[str, Any], ...]]:
-        """A transformer's ratio, and its partial derivatives by the names that it depends on."""
-        if isinstance(ratio, Function):
-            value, partials = self._partials(ratio, name)
-            return value, tuple((n, p) for n, p in zip(ratio.of, partials, strict=True) if n not in self.graph.parameters)
-        here = self._both(ratio.motion)[0]
-        of = self.tables.displacement_of[ratio.motion.of]
-        value, slope = (self._call(lambda at, pick=pick: pick(at.position), (here,)) for pick in (ratio.value, ratio.slope))
-        return value, ((of, slope),)
-
-    def _ratio(self, ratio: Ratio) -> Any:
-        return self.moduli[id(ratio)][0] if isinstance(ratio, Function | Modulus) else ratio
-
-    def _ratio_rate(self, ratio: Ratio) -> Any:
-        total: Any = 0.0
-        for name, partial in self.moduli[id(ratio)][1] if isinstance(ratio, Function | Modulus) else ():
-            total = total + partial * self._rate(name)
-        return total
-
-    def _rate(self, name: str) -> Any:
-        """The time derivative of something that laws depend on."""
-        if name == TIME:
-            return 1.0
-        if name in self.tables.owner_of:
-            return self.value(self.tables.owner_of[name])
-        if name not in self.tables.signals:
-            raise GraphError(
-                f"the rate of {name} is needed, for a store follows by it: only displacements and signals have one"
-            )
-        signal = self.tables.signals[name]
-        return self._call(lambda t: signal.partials(t)[1][0], (self.t,)) if signal.of else 0.0
-
-    def _rate_of_source(self, name: str) -> Any:
-        law = self.graph.elements[name].law
-        if isinstance(law, Law):
-            raise GraphError(f"{self.graph.title(name)}: the rate of its effort is needed, but its law gives efforts only")
-        total: Any = 0.0
-        if isinstance(law, Function):
-            for argument, partial in zip(law.of, self._partials(law, name)[1], strict=True):
-                if argument not in self.graph.parameters:
-                    total = total + partial * self._rate(argument)
-        return total
-
-    def _gain(self) -> None:
-        """The gains of every variable, {column: gain}."""
-        for ratio, name in self.tables.moduli:
-            self.moduli[id(ratio)] = self._modulus(ratio, name)
-        self.gain = [{} for _ in self.form.support]
-        for variable, k in self.form.column.items():
-            self.gain[variable] = {k: 1.0}
-        for step in self.form.steps:
-            if isinstance(step, Scale):
-                ratio = self._ratio(step.ratio)
-                self.gain[step.target] = {k: ratio * g for k, g in self.gain[step.source].items()}
-            elif isinstance(step, Sum):
-                self.gain[step.target] = {
-                    k: total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
-                    for k in self.form.support[step.target]
-                }
-            else:
-                columns, right = self.form.support[step.unknown[0]], []
-                for relation in step.relations:
-                    known = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
-                    right.append(
-                        [total(factor * self.gain[v][k] for v, factor in known if k in self.gain[v]) for k in columns]
-                    )
-                solution = solve(self._matrix(step), right) if columns else [[] for _ in step.unknown]
-                for row, variable in enumerate(step.unknown):
-                    self.gain[variable] = dict(zip(columns, solution[row], strict=True))
-
-    def _matrix(self, step: Solve) -> list[list[Any]]:
-        return [
-            [total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
-            for relation in step.relations
-        ]
-
-    def _act(self) -> None:
-        """The outputs of sources and resistors, group by group."""
-        place = 0
-        for group in self.form.groups:
-            ports = [self.form.acting[k] for k in group.members]
-            if group in self.tables.iterated:
-                if place == self._stop:
-                    self.balance = self._residual(ports, self._given[place])
-                    return
-                found = self._given[place] if place < len(self._given) else self._settled(ports)
-                place += 1
-            elif group.loop or not self._explicit(ports[0]):
-                found = self._closed(ports)
-            else:
-                found = [self._given_by(port) for port in ports]
-            for k, value in zip(group.members, found, strict=True):
-                self.outputs[len(self.form.stores) + k] = value
-            if group.loop:
-                self._values.clear()
-
-    def _explicit(self, port: Port) -> bool:
-        """False of a resistor whose curve gives the other than what is asked of it."""
-        name = port.element.name
-        return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
-
-    def _given_by(self, port: Port) -> Any:
-        """The output of an acting port that needs nothing of its own."""
-        name, kind, law = port.element.name, port.element.kind, port.element.law
-        if (kind in STORES and not isinstance(law, Law)) or (self._still and kind in SOURCES):  # or an inertia of 0
-            return 0.0
-        if kind != "R":
-            return self._moving_effort(name, law) if isinstance(law, Law) and law.moving else self._law(name)
-        given = self.value(port.input)
-        if self.graph.is_curve(name):
-            return self._law(name, port.sign * given) if port.gives == "e" else port.sign * self._law(name, given)
-        resistance = self._resistance(name)
-        if port.gives == "e":
-            return resistance * port.sign * given
-        if isinstance(resistance, float) and resistance == 0.0:
-            raise GraphError(f"{self.graph.where(name)}: its resistance is 0 where its flow follows from its effort")
-        return port.sign * given / resistance
-
-    def _resistance(self, name: str) -> Any:
-        return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
-
-    def _residual(self, ports: Sequence[Port], outputs: Sequence[Any]) -> Balance:
-        """The residual of the equations of resistors in a loop at their outputs, and its slopes."""
-        columns = [self.form.column[p.output] for p in ports]
-        for k, value in zip(columns, outputs, strict=True):
-            self.outputs[k] = value
-        self._values.clear()
-        residual, slopes = [], []
-        for row, (port, given) in enumerate(zip(ports, outputs, strict=True)):
-            name, sign, w = port.element.name, port.sign, self.value(port.input)
-            gains = [self.gain[port.input].get(k, 0.0) for k in columns]
-            law = port.element.law
-            if port.element.kind in SOURCES:  # it reads flows or efforts of the loop
-                assert isinstance(law, Function)
-                value, partials = self._partials(law, name)
-                residual.append(given - value)
-                more = self._sensed(port, law, partials, columns)
-                slopes.append([(1.0 if k == row else 0.0) - m for k, m in enumerate(more)])
-                continue
-            if self.graph.is_curve(name):
-                assert isinstance(law, Function)
-                named = self.graph.own(name) or ""
-                own, effort, native = law.of.index(named), named == OWN_EFFORT, self.graph.is_native(name, port.gives)
-                argument = (w if effort else sign * w) if native else (given if effort else sign * given)
-                value, partials = self._partials(law, name, argument)
-                a, b = (sign * value, sign * partials[own]) if effort else (value, sign * partials[own])
-                more = [(sign if effort else 1.0) * m for m in self._sensed(port, law, partials, columns)]
-                if native:  # z = law(w)
-                    residual.append(given - a)
-                    slopes.append([(1.0 if k == row else 0.0) - b * g - more[k] for k, g in enumerate(gains)])
-                else:  # law(z) = w
-                    residual.append(a - w)
-                    slopes.append([(b if k == row else 0.0) - g + more[k] for k, g in enumerate(gains)])
-                continue
-            factor = sign * self._resistance(name)
-            if port.gives == "e":
-                residual.append(given - factor * w)
-                slopes.append([(1.0 if k == row else 0.0) - factor * g for k, g in enumerate(gains)])
-            else:
-                residual.append(factor * given - w)
-                slopes.append([(factor if k == row else 0.0) - g for k, g in enumerate(gains)])
-        return residual, slopes
-
-    def _sensed(self, port: Port, law: Function, partials: Sequence[Any], columns: Sequence[int]) -> list[Any]:
-        """The derivatives of a law's value by the outputs of a loop, through the flows and efforts that it reads."""
-        read = [(self.form.read(port, name), partial) for name, partial in zip(law.of, partials, strict=True)]
-        return [total(d * self.gain[v].get(k, 0.0) for v, d in read if v is not None) for k in columns]
-
-    def _closed(self, ports: Sequence[Port]) -> list[Any]:
-        """The outputs of linear resistors in a loop."""
-        residual, slopes = self._residual(ports, [0.0] * len(ports))
-        try:
-            return [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
-        except GraphError as error:
-            names = ", ".join(self.graph.where(p.element.name) for p in ports)
-            raise GraphError(f"the loop of {names} has no solution, or more than one: {error}") from error
-
-    def _settled(self, ports: Sequence[Port]) -> list[Any]:
-        """The outputs of resistors of any law in a loop, by iteration."""
-        known = [self.t, *self.state, *self._places.values()]
-        shape = np.broadcast_shapes(*(np.shape(value) for value in known))
-        return settle(lambda given: self._residual(ports, given), len(ports), shape, loop_name(self.graph, ports))
-
-    def _store_rates(self) -> list[Any]:
-        """The rates of momenta and displacements; on the way, what followers give."""
-        form, last = self.form, len(self.form.stores) + len(self.form.acting)
-        if not form.followers and not form.massless:
-            return [self.own_rate(p) for p in form.stores]
-        shares = self._shares()
-        for k, (port, (rate, weight)) in enumerate(zip(form.followers, self._followed(shares), strict=True)):
-            self.outputs[last + k] = port.sign * weight * rate
-        rates = []
-        for k, port in enumerate(form.stores):
-            if k not in shares:
-                rates.append(self.own_rate(port))
-            elif port.element.name in form.massless or not self.graph.is_curve(port.element.name):
-                own = 1.0 if port.element.name in form.massless else self.graph.constant(port.element.name)
-                rates.append((port.sign if port.element.kind == "I" else 1.0) * own * shares[k][0])
-            else:
-                rates.append((port.sign if port.element.kind == "I" else 1.0) * shares[k][1])
-        return rates
-
-    def own_rate(self, port: Port) -> Any:
-        """The rate of a store that no other follows: an inertia's momentum by its effort, a compliance by its flow."""
-        given = self.whole(port.input)
-        return given if port.element.kind == "I" else port.sign * given
-
-    def _shares(self) -> dict[int, tuple[Any, Any]]:
-        """The rates of the output and of the momentum or displacement of every store that others follow."""
-        places = self.tables.weighed
-        matrix, force = self.mass_and_force()
-        ports = [self.form.stores[k] for k in places]
-        bending = [self.graph.is_curve(p.element.name) for p in ports]
-        if not any(bending):
-            return {k: (rate, None) for k, rate in zip(places, solve_symmetric(matrix, force), strict=True)}
-        slopes = [self._slopes(p, self.state[k]) if b else {} for k, p, b in zip(places, ports, bending, strict=True)]
-        at = {k: i for i, k in enumerate(places)}
-        own = [1.0 if b else self.graph.constant(p.element.name) for p, b in zip(ports, bending, strict=True)]
-        rows = []  # the unknowns are the rates of a curved store's own, and of what others give
-        for i in range(len(places)):
-            row: list[Any] = [0.0] * len(places)
-            row[i] = 1.0 if bending[i] else 0.0
-            for j, bent in enumerate(bending):
-                mass = matrix[max(i, j)][min(i, j)]
-                for k, slope in slopes[j].items() if bent else ((places[j], 1.0),):
-                    row[at[k]] = row[at[k]] + mass * slope * (own[at[k]] if bent else 1.0)
-            rows.append(row)
-        found = [row[0] for row in solve(rows, [[value] for value in force])]
-        return {
-            k: (
-                total(slope * own[at[n]] * found[at[n]] for n, slope in slopes[i].items()) if bending[i] else found[i],
-                found[i],
-            )
-            for k, i in at.items()
-        }
-
-    def mass_and_force(self) -> tuple[list[list[Any]], list[Any]]:
-        """M (lower triangle) and Q of M z' = Q for what the weighed stores give.
-
-        A store of a curved law is without its own weight in M, for the slope of its law may be infinite.
-        """
-        form, places = self.form, self.tables.weighed
-        at = {k: i for i, k in enumerate(places)}
-        matrix: list[list[Any]] = [[0.0] * len(places) for _ in places]
-        force: list[Any] = []
-        for i, k in enumerate(places):
-            port = form.stores[k]
-            force.append(port.sign * self.value(port.input))
-            if port.element.name not in form.massless and not self.graph.is_curve(port.element.name):
-                matrix[i][i] = self.graph.constant(port.element.name)
-        bias, weights = self._bias(), self._weights()
-        for port, weight in zip(form.followers, weights, strict=True):
-            gains = {at[k]: g for k, g in self.gain[port.input].items() if k in at}
-            self._check_shares(port)
-            for i, gain in gains.items():
-                momentum = weight * gain
-                force[i] = force[i] - momentum * bias.get(port.input, 0.0)
-                for j, other in gains.items():
-                    if j <= i:
-                        matrix[i][j] = matrix[i][j] + momentum * other
-        return matrix, force
-
-    def _check_shares(self, port: Port) -> None:
-        """Refuse a follower that follows resistors, or other followers: its numbers make more of it than its strokes."""
-        shares = {k: self.gain[port.input].get(k, 0.0) for k in self.form.untold(port)}
-        most = max((abs(g) for g in self.gain[port.input].values() if isinstance(g, float)), default=0.0)
-        for k, share in shares.items():
-            if isinstance(share, float) and abs(share) > _CANCELLED * most:
-                first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
-                other = self.form.followers[k - last] if k >= last else self.form.acting[k - first]
-                where, leads = (self.graph.where(p.element.name) for p in (port, other))
-                raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: put a C or I between")
-
-    def _weights(self) -> list[Any]:
-        """The inertia or compliance of every follower at its own momentum or displacement."""
-        if self._weighed is None:
-            self._weighed = [
-                1 / self._slopes(p, self.followed(k))[-1]
-                if k in self.tables.bending
-                else self.graph.constant(p.element.name)
-                for k, p in enumerate(self.form.followers)
-            ]
-        return self._weighed
-
-    def followed(self, k: int) -> Any:
-        """The momentum or displacement of a follower; of a field's port, of the store that stands for it."""
-        port = self.form.followers[k]
-        return self.inverse(port, self.value(port.input))
-
-    def following(self) -> dict[str, Any]:
-        """The momentum or displacement of every follower, by the name that it would have as a state."""
-        form = self.form
-        found = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
-        found |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
-        for name, ties in reversed([*form.ties.items()]):  # the store is y_d + sum T y of the ports that are tied to it
-            letter = "p" if self.graph.elements[name].kind == "I" else "q"
-            for other, tie in ties:
-                share = self.graph.constant(tie) * (-1.0 if letter == "p" else 1.0)
-                found[f"{letter}_{name}"] = found[f"{letter}_{name}"] - share * found[f"{letter}_{other}"]
-        return {form.state_name(port): found[form.state_name(port)] for port in form.followers}
-
-    def inverse(self, port: Port, given: Any) -> Any:
-        """The momentum (displacement) at which a store gives a flow (effort)."""
-        name, law = port.element.name, port.element.law
-        given = port.sign * given if port.element.kind == "I" else given
-        if not self.graph.is_curve(name):
-            return self.graph.constant(name) * given
-        assert isinstance(law, Function)
-        own = law.of.index(self.graph.own(name) or "")
-
-        def equation(values: list[Any]) -> Balance:
-            value, partials = self._partials(law, name, values[0])
-            return [value - given], [[partials[own]]]
-
-        return settle(equation, 1, np.shape(given), self.graph.where(name))[0]
-
-    def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
-        """The rate of the input of every follower, and its weight."""
-        bias = self._bias()
-        for port, weight in zip(self.form.followers, self._weights(), strict=True):
-            gains = self.gain[port.input].items()
-            yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
-
-    def _bias(self) -> dict[int, Any]:
-        """The rate by varying moduli and sources of the inputs of followers, and of all variables that these follow from."""
-        if self._biased is not None:
-            return self._biased
-        steps = [self.form.steps[k] for k in self.tables.varying]
-        needed = {v for step in steps for v in sources(step)} | {p.input for p in self.form.followers}
-        bias: dict[int, Any] = {}
-        for port in self.form.acting:
-            if port.output in needed and port.element.kind in SOURCES:
-                bias[port.output] = self._rate_of_source(port.element.name)
-        for step in steps:
-            if isinstance(step, Scale):
-                rate = self._ratio_rate(step.ratio)
-                bias[step.target] = self._ratio(step.ratio) * bias.get(step.source, 0.0) + rate * self.value(step.source)
-            elif isinstance(step, Sum):
-                bias[step.target] = total(sign * bias.get(source, 0.0) for source, sign in step.terms)
-            else:
-                right = []
-                for relation in step.relations:
-                    varying = total(
-                        -sign * self._ratio_rate(ratio) * self.value(v)
-                        for v, ratio, sign in relation.terms
-                        if isinstance(ratio, Function | Modulus)
-                    )
-                    known = [term for term in relation.terms if term[0] not in step.unknown]
-                    right.append(
-                        [varying + total(-sign * self._ratio(ratio) * bias.get(v, 0.0) for v, ratio, sign in known)]
-                    )
-                solution = solve(self._matrix(step), right)
-                for row, variable in enumerate(step.unknown):
-                    bias[variable] = solution[row][0]
-        self._biased = bias
-        return bias
-
-
-def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
-    """The name of a loop of resistors in an error."""
-    return ", ".join(graph.where(p.element.name) for p in ports)
-
-
-def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
-    return Here(q, position(q, np, anchor), np)
-
-
 _NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
-_CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
 Array = NDArray[np.float64]
 Rates = Callable[..., tuple[Any, ...]]
 

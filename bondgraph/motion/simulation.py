@@ -19,16 +19,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import ONE_PORTS
+from bondgraph.elements import ONE_PORTS, TIME, GraphError, refuse
 from bondgraph.graph import BondGraph, as_graph, entry
-from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import Audit, Sight, audit, filled, lost_heat
-from bondgraph.motion.dynamics import Dynamics, Instant, Walk
-from bondgraph.motion.formulation import Port
+from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
+from bondgraph.motion.walk import Instant, Port, Walk
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
@@ -766,7 +765,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
     walk = Walk(dynamics.tables, 0.0, start.tolist(), {}) if following else None
     for place, (name, value) in following.items():
         port = form.followers[place]
-        leads, due = form.strokes.follows[port.element.name], float(walk.following()[form.state_name(port)]) if walk else 0.0
+        leads, due = form.follows[port.element.name], float(walk.following()[form.state_name(port)]) if walk else 0.0
         if abs(value - due) > _BALANCED * max(abs(value), abs(due)):
             faults.append(
                 f"initial {name!r}: found {value:g}, but {leads}, which makes it {due:.6g} (difference "
@@ -788,7 +787,7 @@ def _follower(dynamics: Dynamics, name: str) -> int | None:
 def _no_state(dynamics: Dynamics, name: str) -> str:
     """The line of a name that is no state, with what is meant or what it follows."""
     graph, names = dynamics.graph, dynamics.state.names
-    follower = dynamics.form.strokes.follows.get(name)
+    follower = dynamics.form.follows.get(name)
     if follower is not None:
         return f"initial {name!r}: it is no state, for {follower}; the states are {', '.join(names)}"
     meant = next((n for n in (f"p_{name}", f"q_{name}") if n in names), None)

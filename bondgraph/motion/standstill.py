@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.laws import GraphError
+from bondgraph.elements import GraphError
 from bondgraph.numerics import chebyshev_series, first_change, root
 
 Array = NDArray[np.float64]

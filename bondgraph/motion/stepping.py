@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.laws import GraphError
+from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Implicit, Method, RateField, Rates, decay
 from bondgraph.numerics import JUST_STARTED, chebyshev_series, first_change, root

@@ -24,11 +24,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import Element
+from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, refuse
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.laws import OWN_FLOW, TIME, Function, GraphError, refuse
-from bondgraph.motion.dynamics import Dynamics, Walk
+from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
+from bondgraph.motion.walk import Walk
 
 Array = NDArray[np.float64]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest

@@ -15,12 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import Element, Here, Law, Modulus
+from bondgraph.elements import TIME, Element, GraphError, Here, Law, Modulus
 from bondgraph.elements import Motion as Position
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME, GraphError
 from bondgraph.motion import runge_kutta
-from bondgraph.motion.formulation import Formulation
+from bondgraph.motion.dynamics import Formulation
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.laws import GraphError
+from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta, standstill
 from bondgraph.motion.runge_kutta import STIFF, RateField, Rates
 from bondgraph.motion.standstill import ROUNDING, Release

@@ -29,9 +29,9 @@ from bondgraph import (
     state_equations,
     to_modelica,
 )
-from bondgraph.laws import exact
+from bondgraph.elements import exact
 from bondgraph.motion.algebra import solve_symmetric
-from bondgraph.motion.formulation import Formulation
+from bondgraph.motion.dynamics import Formulation
 from bondgraph.planar import Bar, four_bar
 from bondgraph.twin import Names, clean, numeric_function, twin
 from tests.extras import extra

@@ -28,9 +28,9 @@ from bondgraph import (
     linearize,
     reach,
 )
-from bondgraph.laws import Dual
+from bondgraph.elements import Dual
 from bondgraph.motion.algebra import settle, solve, solve_symmetric
-from bondgraph.motion.formulation import Formulation
+from bondgraph.motion.dynamics import Formulation
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, at, method
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Step, adaptive, fixed, runge_kutta_step, through_breaks
 from bondgraph.recording import Recorder

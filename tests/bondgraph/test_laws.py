@@ -13,7 +13,7 @@ import sympy
 from hypothesis import strategies as st
 
 from bondgraph import Function, GraphError, function
-from bondgraph.laws import _PARTIALS, Dual, Traced, law_of, untraced
+from bondgraph.elements import _PARTIALS, Dual, Traced, law_of, untraced
 from bondgraph.recording import NAMESPACE, Recorder, solved, source
 from tests.extras import extra
 
