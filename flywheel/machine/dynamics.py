@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 
 ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
 _FORCE_ROUNDING = 1e-12  # of the largest force, or rate: what is smaller has no sign
-_FEWEST_INSTANTS = 8  # instants of a piece for which a recording does not pay
 _FACTOR_ROUNDS = 8  # rounds in which the sides of meshes and friction settle
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
@@ -124,7 +123,6 @@ class Dynamics:
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
         self._efforts = {effort.path: effort for effort in machine.efforts}
         self._laws: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}  # with it, so that ids stay
-        self._asked: dict[float, int] = {}
 
     @property
     def holds(self) -> bool:
@@ -384,8 +382,8 @@ class Dynamics:
         """All parts by the recorded walk, in a piece that is evaluated often enough; None if the walk itself is used."""
         if not (isinstance(anchor.phi, float) and isinstance(anchor.omega, float | None)):
             return None
-        asked = self._asked[anchor.phi] = self._asked.get(anchor.phi, 0) + 1
-        program = programs_of(machine).motion(anchor) if asked > _FEWEST_INSTANTS else None
+        programs = programs_of(machine)
+        program = programs.motion(anchor) if programs.pays(anchor) else None
         if program is None:
             return None
         plain = isinstance(phi, float) and isinstance(omega, float)

@@ -36,7 +36,7 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.machine.loads import Effort, at_speeds
+from flywheel.machine.loads import Effort, at_speeds, moving_switches
 from flywheel.machine.machine import DRIVE, POSITION, WIDEST, Anchor, Machine, circuit_of
 from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES
@@ -54,6 +54,7 @@ Function = Callable[[Any], tuple[Any, Any]]
 """A value and its slope at a crank angle."""
 
 _WALKS = 5  # over a cycle: as many take as long as a recording
+_FEWEST_INSTANTS = 8  # instants of a place for which a recording does not pay
 _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for branches that speed or time decides
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
@@ -89,6 +90,7 @@ class Programs:
         self._walks = 0
         self._circuit = circuit_of(machine.scene) is not None
         self._pieces: dict[tuple[float, bool], list[PieceProgram] | None] = {}
+        self._instants: dict[float, int] = {}
 
     @cached_property
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
@@ -129,7 +131,7 @@ class Programs:
             SceneError: if the program differs from the walk, which is a defect of this package.
 
         """
-        key = float(anchor.phi), anchor.omega is None
+        key = self._place(anchor), anchor.omega is None
         pieces = self._pieces.setdefault(key, [])
         if pieces is None:
             return None
@@ -142,6 +144,28 @@ class Programs:
             self._compare(recorded.program, anchor)
         self._pieces[key] = None if recorded is None else [*pieces[1 - _MOST_PROGRAMS :], recorded]
         return None if recorded is None else recorded.program
+
+    def pays(self, anchor: Anchor) -> bool:
+        """Tests whether the place of an anchor is evaluated so often that a program pays; it counts each call."""
+        place = self._place(anchor)
+        self._instants[place] = self._instants.get(place, 0) + 1
+        return self._instants[place] > _FEWEST_INSTANTS
+
+    @cached_property
+    def _of_pieces(self) -> bool:
+        """Tests whether its piece, speed and time decide every branch at an anchor, wherever in the piece it lies."""
+        if any(mechanism.linkage is not None for mechanism in self.machine.scene.mechanisms):
+            return False
+        laws = [effort.load.law for effort in self.machine.efforts]
+        parts = [part for law in laws if isinstance(law, Expression) for part in moving_switches(law)]
+        senses = [
+            part for part in parts if part.names == {"v"} and part.tree.op in ("name", "neg")
+        ]  # of one sign in a piece
+        return not any(part.names & POSITION for part in parts if part not in senses)
+
+    def _place(self, anchor: Anchor) -> float:
+        """What programs are known by: the piece of an anchor, or its very angle."""
+        return float(np.searchsorted(self.machine.breakpoints, anchor.phi)) if self._of_pieces else float(anchor.phi)
 
     def _recorded_motion(self, anchor: Anchor) -> PieceProgram | None:
         recorder = Recorder()

@@ -77,14 +77,22 @@ class SwitchingTimes:
         """The first time past t to stop at."""
         if not (self._switches or self._smooth):
             return self.until
-        while not (later := [time for time in self._times if time > t]):
+        while (later := bisect_right(self._times, t)) == len(self._times):
             start, end = self._seen, self._seen + self._window
             roots = _found(breakpoints, self._switches, start, end)
             edges = np.array(sorted({start, *roots, end}))
             steep = _found(resolved, self._smooth, edges[:-1], edges[1:])
-            self._times = sorted({*roots, *steep, end})
+            self._times += sorted({*roots, *steep, end} - {start})
             self._seen = end
-        return min(later[0], self.until)
+        return min(self._times[later], self.until)
+
+
+def switching_times(machine: Machine, until: float) -> SwitchingTimes:
+    """Those of a machine; the last ones are kept with it, as motions up to the same end follow one another."""
+    if "switching times" not in machine.kept or machine.kept["switching times"].until != until:
+        machine.kept["switching times"] = SwitchingTimes(machine, until)
+    found: SwitchingTimes = machine.kept["switching times"]
+    return found
 
 
 def _at_rest(part: Expression) -> Expression:
@@ -380,7 +388,7 @@ class _Motion:
         places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
         self.light = _SMALL_INERTIA * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
         self.undefined: tuple[float, float, float] | None = None  # the last state in which a law had no value
-        self.times = SwitchingTimes(self.machine, until)
+        self.times = switching_times(self.machine, until)
         self.cycles, self.repeated, self.drift = 0, 0, 0.0
         self.passed: tuple[int, float, Array] | None = None  # the last cycle: its first stretch, its start and state then
         self.returns: bool | None = None  # not looked into yet
