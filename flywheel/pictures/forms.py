@@ -676,9 +676,11 @@ def breaks(x: Array, values: Array, *, cyclic: bool = False) -> tuple[int, ...]:
     values = np.atleast_2d(values)
     steps, ways = np.hypot.reduce(np.abs(np.diff(values, axis=1)), axis=0), np.abs(np.diff(x))
     whole = float(np.nanmax(np.abs(values), initial=0.0))
-    at_once = (ways <= _AT_ONCE * np.median(ways)) & (steps > _AT_ONCE * whole)
-    steep = steps / np.maximum(ways, 1e-6 * np.median(ways))
+    at_once = ways <= _AT_ONCE * np.median(ways)
+    steep = steps[~at_once] / ways[~at_once]
     beside = np.fmax(np.concatenate(([0.0], steep[:-1])), np.concatenate((steep[1:], [0.0])))
-    found = np.flatnonzero(at_once | ((steep > _STEEPER * beside) & (steps > _FORCE_JUMP * whole))) + 1
+    jumps = steps > _AT_ONCE * whole
+    jumps[~at_once] = (steep > _STEEPER * beside) & (steps[~at_once] > _FORCE_JUMP * whole)
+    found = np.flatnonzero(jumps) + 1
     opened = cyclic and bool(np.hypot.reduce(values[:, -1] - values[:, 0]) > _FORCE_JUMP * whole)
     return (*((0,) if opened else ()), *map(int, found))

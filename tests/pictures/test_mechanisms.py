@@ -536,6 +536,9 @@ def test_a_force_that_jumps_leaves_a_gap_and_a_steep_one_does_not() -> None:
     assert forms.breaks(x, values) == (3,)
     smooth = np.sin(np.linspace(0.0, 6.0, 100))
     assert not forms.breaks(np.linspace(0.0, 6.0, 100), smooth)
+    ends = np.add.outer([3.04, 3.08], [-1e-9, 0.0, 1e-9]).ravel()  # of two cells, each on both sides
+    cells = np.sort(np.append(np.linspace(0.0, 6.0, 100), ends))
+    assert not forms.breaks(cells, np.sin(cells))
     assert forms.breaks(x[:3], values[:3], cyclic=True) == (0,)
 
 
