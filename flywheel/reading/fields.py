@@ -94,7 +94,7 @@ _TRADE = {
     **dict.fromkeys(
         ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler"), ("rod", "coupler")
     ),
-    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "slide", "slider"), ("slider", "yoke", "ram", "platen")),
+    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "cross_head", "slide", "slider"), ("slider", "yoke", "ram", "platen")),
     **dict.fromkeys(("follower", "lever", "beam", "output", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
     **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input", "input_link"), ("crank",)),
     **dict.fromkeys(("throw", "radius", "r"), ("length",)),
@@ -471,7 +471,8 @@ class Places(NamedTuple):
         elif self.complete:
             known = [*self.shafts, *self.ports]
             short = {port.rpartition(".")[2]: port for port in self.ports}
-            faults.add(path, quote(name), "a shaft or a port", suggestion(name, known, short))
+            word = next((word for word in _TRADE.get(name, ()) if word in short), name)
+            faults.add(path, quote(name), "a shaft or a port", suggestion(word, known, short))
         return None
 
     def shaft(self, name: object, path: str, faults: Faults) -> str:

@@ -86,6 +86,7 @@ def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
         ("plunger.mass = 2", "mechanism.plunger", "did you mean slider?"),
         ("rocker.length = 2", "mechanism.rocker", "rocker belongs to type four-bar or crank-shaper"),
         ("[[inertia]]\non = 'crank'\ninertia = 2", "inertia[0].inertia", "did you mean value?"),
+        ("[[load]]\non = 'piston'\nforce = -1", "load[0].on", 'did you mean "slider-crank.slider"?'),
     ],
 )
 def test_a_word_of_the_trade_in_a_table_leads_to_its_key(line, path, advice):
