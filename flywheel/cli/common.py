@@ -241,6 +241,8 @@ def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
     except OSError as error:
         if path == STANDARD_OUTPUT:  # what is left in its buffer goes nowhere when the program ends
             sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        if error.errno == errno.EEXIST and error.filename:
+            path = error.filename  # which of several files is another's
         reason = "it is closed" if error.errno == errno.EBADF else error.strerror or str(error)
         folder = Path(path).parent
         lost = error.errno == errno.ENOENT and not folder.is_dir()

@@ -619,7 +619,7 @@ def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: T
         yield f"{_named(engines)} run by themselves from idle on: below it their curves stand for a starter and a clutch"
     held = [choice for choice in suitable if not choice.starts_anywhere]
     if held and terms.at != WORST:
-        yield f"{_named(held)} do not start the machine from every crank angle (--at worst checks that)"
+        yield f"the machine does not start from every crank angle with {_named(held)} (--at worst checks that)"
     if terms.wheel_prices and suitable and all(choice.total_price is None for choice in suitable):
         yield "the table has no prices, so that the order is by power"
     elif terms.wheel_prices and suitable:

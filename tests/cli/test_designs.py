@@ -231,11 +231,13 @@ def test_a_parquet_file_of_another_is_refused_before_the_designs_are_sized(sweep
     parquet.write_table(arrow.table({"a": [1]}), tmp_path / "mine.parquet")
     monkeypatch.setattr(designs, "sized", lambda *given: pytest.fail("designs were sized"))
     result = run_sweep(
-        sweep_scene, "--vary", f"{EPS}=1%", "--csv", tmp_path / "a.csv", "--parquet", tmp_path / "mine.parquet"
+        *(sweep_scene, "--vary", f"{EPS}=1%", "--csv", tmp_path / "a.csv", "--npz", tmp_path / "a.npz"),
+        *("--parquet", tmp_path / "mine.parquet"),
     )
     assert result.exit_code == 1
-    assert "it exists already and is not this sweep's" in result.stderr
-    assert [each.name for each in tmp_path.glob("*.c*")] == []
+    refusal = f"{tmp_path / 'mine.parquet'}: cannot be written (it exists already and is not this sweep's"
+    assert result.stderr.startswith(refusal)
+    assert [each.name for each in tmp_path.iterdir() if each.suffix in (".csv", ".npz")] == []
 
 
 def test_no_file_of_the_user_is_replaced(sweep_scene, tmp_path):
