@@ -581,7 +581,8 @@ _CHOICES = tuple(
 _HABITS = tuple(
     (re.compile(pattern), advice)
     for pattern, advice in (
-        (r"\b[iI]+[fF]\s*\(.*[,;]|\?|\b(then|THEN)\b|\b(where|ifelse|piecewise|cond|switch|heaviside|step|H)\s*\(", CONDITION),
+        (r"\b[iI]+[fF]\s*\(.*[,;]|\?|\b(then|THEN)\b", CONDITION),
+        (r"\b(where|ifelse|piecewise|cond|switch|heaviside|step|H)\s*\(", CONDITION),
         (r"\bif\b(?!.*\belse\b)", CONDITION),
         (r"&|\bAND\b", "write and"),
         (r"\|\||\bOR\b", "write or"),

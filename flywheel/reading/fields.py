@@ -89,12 +89,13 @@ class Faults(list[Fault]):
         return any(child(fault.path, name) in self.meant for name in one_of)
 
 
+_SLIDING = ("slider", "yoke", "ram", "platen")
 _TRADE = {
     **dict.fromkeys(("frame", "ground", "fixed", "base", "bed", "fixed_link"), ("ground", "frame")),
     **dict.fromkeys(
         ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler"), ("rod", "coupler")
     ),
-    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "cross_head", "slide", "slider"), ("slider", "yoke", "ram", "platen")),
+    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "cross_head", "slide", "slider"), _SLIDING),
     **dict.fromkeys(("follower", "lever", "beam", "output", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
     **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input", "input_link"), ("crank",)),
     **dict.fromkeys(("throw", "radius", "r"), ("length",)),
