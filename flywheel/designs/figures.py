@@ -240,7 +240,7 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
         edges = finer
     if structure.rates:
-        values, errors, missed = motions.figures(structure, columns, edges, givens, halvings)
+        values, errors, missed = motions.figures(structure, columns, edges, givens, halvings, rtol)
         return values, errors, np.where(missed <= 0.5 * rtol, halvings, np.where(np.isfinite(missed), -1, -2))
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:

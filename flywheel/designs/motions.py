@@ -3,13 +3,16 @@
 Every design has the constant speed at which its net work is zero, its figures there, and its motion by Newton's method on
 the equations of `regime.cycle_equations` with an axis of designs; errors are those of `regime.periodic_motion`. Whatever is
 no plain case is left to be sized alone: no such speed or several that are near, a motion that does not settle, is unstable,
-stops, needs no flywheel, or has torques so steep that cells would have to follow them.
+stops, or has torques so steep that cells would have to follow them. Flywheels that keep limits are searched for as by
+`sizing.limits`: its searches of all designs ask at once, and their questions are answered together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
+from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,9 +24,12 @@ from flywheel.machine.machine import Stage
 from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
+from flywheel.numerics.faults import SceneError
 from flywheel.regime import constant_speed
+from flywheel.regime.branch import Existence
 from flywheel.regime.cycle_equations import (
     Demand,
+    NoRegimeError,
     Periodic,
     State,
     balanced_guess,
@@ -32,7 +38,10 @@ from flywheel.regime.cycle_equations import (
     periodic_motions,
 )
 from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
-from flywheel.regime.turning_moment import CycleErrors, spread_of_closing
+from flywheel.regime.turning_moment import CycleErrors, Run, spread_of_closing
+from flywheel.sizing import limits
+from flywheel.sizing.limits import FlywheelPoint, LimitState
+from flywheel.sizing.motor import IRREGULARITY, Found, MotorShaft, Share, of_motor, shares
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
 Start = Callable[..., State | None]
@@ -50,6 +59,9 @@ _AT_ONCE = 20_000  # values at nodes for several speeds: arrays of them stay in 
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
 _FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
+_LIMITED = "limits."  # before the name of a figure that is limited
+_QUESTIONS = 400  # flywheels that are looked at together
+_BESIDE = 1e-3  # of an inertia: distance of the motion that tells how figures change with it
 _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond these a motion is refused or open
 
 
@@ -255,6 +267,32 @@ def closed(
     return speed, unknown, good
 
 
+class DesignShaft(MotorShaft):
+    """The shafts of designs' motors along their motions, on the cells of these.
+
+    Args:
+        moments: the machines.
+        givens: their numbers.
+        run: the motions' speeds and errors (designs,).
+        speeds: of the cranks at the nodes, rad/s.
+
+    """
+
+    def __init__(self, moments: DesignMoments, givens: DesignValues, run: Run, speeds: Array) -> None:
+        self.motor, self.run, self.mean, self.along = moments.machine.scene.motor, run, run.speed, None
+        self.mesh, self.speeds, self.rtol = moments.mesh, speeds, 0.0
+        self.ratio: Any = np.broadcast_to(1.0 if givens.drive is None else givens.drive, run.speed.shape)[:, None, None]
+        self.has_states, self.states_error = False, 0.0
+
+    def omega(self, mesh: Cells) -> Array:
+        """Speeds of the cranks, rad/s."""
+        return self.speeds
+
+    def refined(self, evaluated: Callable[[Cells], tuple[Found, Any, Any]], rtol: float) -> Found:
+        """The outcome on the motions' own cells: others are tried for a design as a whole."""
+        return evaluated(self.mesh)[0]
+
+
 class _Table:
     """Figures of designs by their names, NaN if nothing is known, that are put in group by group."""
 
@@ -267,19 +305,15 @@ class _Table:
             self.rows.setdefault(name, np.full(self.size, np.nan))[which[chosen]] = row[chosen]
 
 
-def figures(structure: Structure, columns: Array, edges: Array, givens: DesignValues, halvings: int) -> Figures:
-    """Figures of designs by their names, their errors, and the one that halving cells is to bring within rtol.
+def figures(structure: Structure, columns: Array, edges: Array, givens: DesignValues, halvings: int, rtol: float) -> Figures:
+    """Figures of designs by their names, their errors, and the one that halving cells is to bring within rtol/2.
 
     That is infinite for a design that is to be sized alone.
     """
     moments = DesignMoments(structure, columns, edges, np.arange(1 + sum(structure.counts)) << halvings)
     speed, unknown, good = operating_points(moments, structure.speeds(columns), givens.speed)
-    values, errors, missed, start = (
-        _Table(speed.size),
-        _Table(speed.size),
-        np.full(speed.size, np.inf),
-        np.ones((4, speed.size)),
-    )
+    values, errors = _Table(speed.size), _Table(speed.size)
+    missed, start = np.full(speed.size, np.inf), np.ones((4, speed.size))
 
     def constant(finer: DesignMoments, which: Index, stands: Any) -> None:
         of_some = _at_constant_speed(finer, givens.of(which), speed[which], unknown[which])
@@ -303,59 +337,44 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
             constant(finer, which, stands)
     least, greatest, least_error, guess = start
     good &= np.isfinite(missed)
-    given, eps, none = givens.inertia, givens.irregularity, np.zeros(speed.shape)
-    given = None if given is None else given * givens.ratio**2
+    given, ratio = givens.inertia, np.broadcast_to(givens.ratio, speed.shape)
     if given is not None:
+        given = guess = given * ratio**2
         good &= given + least > least_error
-        guess = given
-    by_speed = moments.constant(speed, unknown[:, None, None]).by_speed
-
-    def fading(some: Index, inertia: Array) -> Array:
-        """The exponents by which a change of the constant speed decays in each cell."""
-        total = (inertia[some, None, None] + moments.inertia[some]) * speed[some, None, None]
-        return np.asarray((-by_speed[some] / total).max(axis=-1) * 2.0 * moments.mesh.half[some, :, 0])
-
-    def attempt(finer: DesignMoments, tried: Index, weight: Array, alone: bool, first: Start) -> Index:
-        """Puts in the motions of some designs that are found, with no flywheel where they are alone; which they are."""
-        inertia = weight[tried]
-        asked = None if given is None and not alone else inertia
-        own, of_motion, missing, found = _motions(
-            finer, givens.of(tried), speed[tried], unknown[tried], inertia, asked, first
-        )
-        if not found.any():
-            return tried[:0]
-        if alone:
-            found &= own["irregularity"] * (1.0 + of_motion["irregularity"]) <= eps[tried]
-            own |= {"exact": none[tried], "needed": none[tried]}
-            of_motion["exact"] = of_motion.pop("irregularity")
-            del own["irregularity"]
-        elif given is None:
-            ratio = np.broadcast_to(givens.ratio, speed.shape)[tried]
-            own |= {"exact": own["exact"] / ratio**2, "needed": none[tried] + 1.0}
-        values.put(tried, own, found)
-        errors.put(tried, of_motion, found)
-        worst[tried[found]] = missing[found]
-        return tried[found]
+    solved = partial(_solutions, moments, givens, speed, unknown)
 
     # the motion: with the flywheel that is given or sought, or with none if none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
-    ways = [False, True] if given is None else [False]
-    for alone, first in [(way, first) for way in ways for first in (first_guess, balanced_guess)]:
-        if alone:
-            left = left[(least > _NO_INERTIA * greatest)[left]]
-        if not left.size:
+    own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool))  # none is sought where there is no irregularity
+    if given is not None or np.isfinite(givens.irregularity).all():
+        own = solved(left, guess[left], None if given is None else given[left])
+    if asked := structure.asked(columns) if of_motor(moments.machine.scene) else {}:
+        ends = [values.rows["energy_fluctuation"], greatest, speed]
+        own = _limited(partial(solved, starts=(first_guess,)), left, asked, ends, own, rtol)
+    if given is None and own.found.any():
+        own.values["exact"] = own.values["exact"] / ratio[left] ** 2
+    for alone in (False, True):
+        if own.found.any():
+            if given is None:
+                own.values["needed"] = np.full(left.shape, 0.0 if alone else 1.0)
+                own.errors["needed"] = np.zeros(left.shape)
+            values.put(left, own.values, own.found)
+            errors.put(left, own.errors, own.found)
+            worst[left[own.found]] = own.missed[own.found]
+        if alone or given is not None or asked:
             break
-        weight = none if alone else guess
-        exponents = fading(left, weight)
-        near = exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf)
-        layers = np.ceil(np.log2(np.maximum(exponents.max(axis=1) / _LAYER, 1.0)))
-        for tried in (left[near & (layers == 0.0)], left[near & (layers > 0.0)]):
-            if tried.size:
-                deep = layers[np.isin(left, tried)].max()
-                finer = moments.layered(tried, min(int(deep), _MOST_LAYERS)) if deep else moments.of(tried)
-                gone = attempt(finer, tried, weight, alone, first)
-                layers, left = layers[~np.isin(left, gone)], np.setdiff1d(left, gone, assume_unique=True)
+        left = left[~own.found & (least > _NO_INERTIA * greatest)[left]]
+        own = _even_enough(solved(left, 0.0 * speed[left], 0.0 * speed[left]), givens.irregularity[left])
     return values.rows, errors.rows, np.where(good, np.maximum(missed, worst), np.inf)
+
+
+class Solutions(NamedTuple):
+    """Motions: their figures and errors by name, the error that cells are to bring within rtol, and which were found."""
+
+    values: dict[str, Array]
+    errors: dict[str, Array]
+    missed: Array
+    found: NDArray[np.bool_]
 
 
 def _at_constant_speed(
@@ -365,7 +384,8 @@ def _at_constant_speed(
 
     That is the least and the greatest I* and the error of the former, and a guess of the flywheel, kg m² on the crank.
     """
-    eps, sized = givens.irregularity, givens.inertia is None
+    eps = givens.irregularity
+    sized = givens.inertia is None and bool(np.isfinite(eps).all())
     rate = moments.constant(speed, unknown[:, None, None])
     cycle = _cycle(moments, rate)
     loose: Any = 0.0
@@ -398,6 +418,118 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
         into[1:-1] = row.transpose(2, 1, 0)
     spread = spread_of_closing(rate, moments.mesh, balanced=moments.machine.scene.unknown is not None)
     return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread)
+
+
+# -- flywheels that keep limits ------------------------------------------------------------------------------------------
+
+
+def _limited(
+    solved: Callable[[Index, Array, Array], Solutions],
+    which: Index,
+    asked: dict[str, Array],
+    ends: Sequence[Array],
+    sized: Solutions,
+    rtol: float,
+) -> Solutions:
+    """The motions with the smallest flywheels that keep limits: many searches at once, answered together.
+
+    A design is left to be sized alone where a search ends without a flywheel, with none, or beside flywheels of which
+    nothing is known: those that come to no motion from a first guess.
+
+    Args:
+        solved: the motions of designs with flywheels (kg m² on the crank).
+        which: the designs.
+        asked: their limits, by name.
+        ends: the fluctuation of energy (J), the machine's own inertia (kg m²) and the constant speed (rad/s) of all designs.
+        sized: the motions with flywheels for an irregularity among the limits.
+        rtol: required relative error of an inertia.
+
+    """
+    answers, searches = dict[tuple[int, float], tuple[FlywheelPoint, float]](), list[limits.Search]()
+    worst, kept = np.zeros(which.shape), np.full((2, which.size), np.nan)
+
+    def look(questions: list[tuple[int, float]]) -> None:
+        for first in range(0, len(questions), _QUESTIONS):
+            some = questions[first : first + _QUESTIONS]
+            rows, inertias = (np.array(column) for column in zip(*some, strict=True))
+            found = solved(which[rows], inertias, inertias)
+            for k, question in enumerate(some):
+                answers[question] = _point(found, k, question[1], asked), float(found.missed[k])
+
+    def further(row: int, inertia: float | None = None) -> float | None:
+        """The next flywheel that the search of a design asks about, after an answer; None at its end."""
+        while True:
+            try:
+                inertia, error = steps[row].send(None if inertia is None else answers[row, inertia][0])  # type: ignore[arg-type]
+            except StopIteration as end:
+                spans, *found = end.value
+                if _certain(searches[row], spans, found[0]):
+                    kept[:, row] = found
+                return None
+            except (SceneError, NoRegimeError):  # sized alone it says why
+                return None
+            if (row, inertia) not in answers:
+                return inertia
+            if error < rtol:
+                worst[row] = max(worst[row], answers[row, inertia][1])
+
+    for row, k in enumerate(which.tolist()):
+        own = {name: float(values[k]) for name, values in asked.items()}
+        searches.append(
+            limits.Search(own, *limits.extent(*(float(end[k]) for end in ends), own.get(IRREGULARITY, 2.0)), rtol)
+        )
+        if sized.found[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
+            searches[row].known[inertia] = _point(sized, row, inertia, asked)
+    steps = [limits.first_kept(search, 1.0) for search in searches]
+    questions = [(row, further(row)) for row in range(which.size)]
+    while some := [(row, inertia) for row, inertia in questions if inertia is not None]:
+        look(some)
+        questions = [(row, further(row, inertia)) for row, inertia in some]
+
+    values, errors, missed = _Table(which.size), _Table(which.size), np.full(which.shape, np.inf)
+    rows = np.flatnonzero(np.isfinite(kept[0]))
+    inertia, error = kept[:, rows]
+    at, beside = (solved(which[rows], each, each) for each in (inertia, inertia * (1.0 + _BESIDE)))
+    stands = at.found & beside.found
+    if stands.any():
+        own = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(_LIMITED)}
+        moved = {name: np.abs(beside.values[name] - value) / _BESIDE * error for name, value in own.items()}
+        scales = {
+            name: 1.0 if name.startswith("angle") else np.maximum(np.abs(value), 1e-300) for name, value in own.items()
+        }
+        off = {name: at.errors[name] + moved[name] / scales[name] for name in own}
+        values.put(rows, own | {"exact": inertia}, stands)
+        errors.put(rows, off | {"exact": error}, stands)
+        missed[rows[stands]] = np.maximum(np.maximum(at.missed, error), worst[rows])[stands]
+    if sized.found.any():  # where the irregularity decides
+        same = np.flatnonzero(sized.found & (kept[0] == sized.values["exact"]))
+        for table, rows_of in ((values, sized.values), (errors, sized.errors)):
+            table.put(same, {name: row[same] for name, row in rows_of.items() if not name.startswith(_LIMITED)})
+        missed[same] = sized.missed[same]
+    return Solutions(values.rows, errors.rows, missed, np.isfinite(missed))
+
+
+def _point(found: Solutions, row: int, inertia: float, names: Iterable[str]) -> FlywheelPoint:
+    """A flywheel (kg m² on the crank) with the figures along its motion, if one was found."""
+    if not found.found[row]:
+        return FlywheelPoint(inertia, Existence.UNKNOWN)
+    columns = {name: f"{_LIMITED}{name}" for name in names}
+    along = {name: Share(float(found.values[key][row]), float(found.errors[key][row])) for name, key in columns.items()}
+    return FlywheelPoint(inertia, Existence.MOTION, (row,), along)
+
+
+def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], inertia: float) -> bool:
+    """Tests whether no lighter flywheel keeps the limits: what breaks them does so beside it, and ever more below."""
+    whole = limits.together(spans.values())
+    before = next((span.state for span, after in pairwise(whole) if after.first == inertia), None)
+    found = [point for point in search.grid if point.motions]
+    if len(found) == len(search.grid):
+        return before is LimitState.BROKEN
+    lightest, beside = found[0].shares, found[1].shares
+    worse = any(
+        lightest[name].value > max(beside[name].value, asked + lightest[name].error) for name, asked in search.limits.items()
+    )
+    return before is LimitState.BROKEN and worse
 
 
 # -- cells that end where a mesh changes the side that drives ------------------------------------------------------------
@@ -471,6 +603,67 @@ def _moved(moments: DesignMoments, cuts: Array, passed: list[Array], exchanged: 
 
 
 # -- the motions ---------------------------------------------------------------------------------------------------------
+
+
+def _solutions(
+    moments: DesignMoments,
+    givens: DesignValues,
+    speed: Array,
+    unknown: Array,
+    which: Index,
+    guess: Array,
+    inertia: Array | None,
+    starts: Sequence[Start] = (first_guess, balanced_guess),
+) -> Solutions:
+    """The motions of some designs, from first guesses, on cells that close in on what settles steeply behind a jump.
+
+    Args:
+        moments: the machines.
+        givens: what is asked of them.
+        speed: constant speeds (rad/s) from which the motions are found.
+        unknown: the values of the scene's unknown there.
+        which: the designs; one may occur with several flywheels.
+        guess: of the flywheels, kg m² on the crank.
+        inertia: of those that are given; None if they are sought for the irregularity.
+        starts: the first guesses, of which the second is tried where torques damp a change of speed fast.
+
+    """
+    values, errors = _Table(which.size), _Table(which.size)
+    missed, found = np.full(which.shape, np.inf), np.zeros(which.shape, bool)
+    omega, of_some = speed[which], givens.of(which)
+    by_speed = moments.of(which).constant(omega, unknown[which][:, None, None]).by_speed
+    total = (guess[:, None, None] + moments.inertia[which]) * omega[:, None, None]
+    exponents = (-by_speed / total).max(axis=-1) * 2.0 * moments.mesh.half[which, :, 0]
+    steepest = np.maximum(exponents.max(axis=1) / _LAYER, 1.0)
+    for first in starts:
+        near = ~found & (exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf))
+        for some in (np.flatnonzero(near & (steepest == 1.0)), np.flatnonzero(near & (steepest > 1.0))):
+            if not some.size:
+                continue
+            deep = min(int(np.ceil(np.log2(steepest[some].max()))), _MOST_LAYERS)
+            finer = moments.layered(which[some], deep) if deep else moments.of(which[some])
+            own, off, missing, stands = _motions(
+                finer,
+                of_some.of(some),
+                omega[some],
+                unknown[which[some]],
+                guess[some],
+                None if inertia is None else inertia[some],
+                first,
+            )
+            values.put(some, own, stands)
+            errors.put(some, off, stands)
+            missed[some[stands]], found[some[stands]] = missing[stands], True
+    return Solutions(values.rows, errors.rows, missed, found)
+
+
+def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
+    """The motions without a flywheel that keep the irregularity, whose error takes the place of that of a flywheel."""
+    if not own.found.any():
+        return own
+    eps, error = own.values.pop("irregularity"), own.errors.pop("irregularity")
+    values, errors = own.values | {"exact": 0.0 * eps}, own.errors | {"exact": error}
+    return Solutions(values, errors, own.missed, own.found & (eps * (1.0 + error) <= irregularity))
 
 
 def _motions(
@@ -583,6 +776,11 @@ def _of_motion(
             balance,
             np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.work / exchanged),
         )
+    if names := limits.asked_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
+        fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
+        run = Run(inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity, None, speed, level=np.asarray(own.level))
+        for name, share in shares(names, DesignShaft(moments, givens, run, solved.omega)).items():
+            values[f"{_LIMITED}{name}"], errors[f"{_LIMITED}{name}"] = share
     if givens.drive is not None:
         _add_power(moments, solved, cycle, values, errors, givens, errors["speed"] + 0.5 * eps * irregularity)
 

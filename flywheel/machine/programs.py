@@ -164,7 +164,7 @@ class Programs:
         return not any(part.names & POSITION for part in parts if part not in senses)
 
     def _place(self, anchor: Anchor) -> float:
-        """What programs are known by: the piece of an anchor, or its very angle."""
+        """The key of programs: the piece of an anchor, or its very angle."""
         return float(np.searchsorted(self.machine.breakpoints, anchor.phi)) if self._of_pieces else float(anchor.phi)
 
     def _recorded_motion(self, anchor: Anchor) -> PieceProgram | None:
@@ -400,7 +400,7 @@ class Structure:
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
     crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. zeros: an angle
     (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
-    that it was recorded from.
+    that it was recorded from. limits: those of its scene, in their order.
     """
 
     paths: tuple[str, ...]
@@ -413,6 +413,12 @@ class Structure:
     numbers: Program
     counts: tuple[int, ...] = ()
     zeros: tuple[Program, ...] = ()
+    limits: Program | None = None
+
+    def asked(self, columns: Array) -> dict[str, Array]:
+        """The limits of every design, by their names."""
+        names = self.twin.scene.limits
+        return {} if self.limits is None else dict(zip(names, _at(self.limits, columns), strict=True))
 
     def speeds(self, columns: Array) -> Array:
         """The typical speed of every design, then the characteristic speeds of its motor, rad/s."""
@@ -567,12 +573,17 @@ def recorded(
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
     # What a program of position alone does not tell is refused.
-    drive = base.drive
+    drive, limited = base.drive, any(name != "irregularity" for name in base.limits)
     for excluded, what in (
         (base.areas is not None, "a diagram of areas has no machine"),
         (base.stroke is not None, "a stroke is no cycle"),
         (circuit_of(base) is not None, "the motor has states of its own"),
-        (any(name != "irregularity" for name in base.limits), "the motor has limits"),
+        (limited and base.unknown is not None, "the motor has limits at a speed that is set"),
+        (limited and any(path.startswith("drive.motor") for path in paths), "figures of a motor vary that has limits"),
+        (
+            "motor_heat" in base.limits and base.motor is not None and base.motor.whole_heat is not None,
+            "the motor has a limit of its heat, which its current makes",
+        ),
         (not base.has_speed or not base.has_flywheel, "no speed or no flywheel is given"),
         (base.wheel is not None, "a wheel is to be chosen for each"),
         (bool(base.duty), "a duty has several phases"),
@@ -664,6 +675,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         walks=tuple(stretches),
         numbers=recorder.program([nothing if number is None else number for number in given]),
         counts=(1,) * len(stretches),
+        limits=recorder.program(list(scene.limits.values())) if scene.limits else None,
     )
     if not machine.sets_its_speed:
         return structure

@@ -12,6 +12,7 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -198,33 +199,46 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
     raise NoRegimeError(f"Newton's method has not converged in {_MOST_STEPS} steps")
 
 
-def periodic_motions(moments: Moments, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:
+def periodic_motions(moments: Any, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:
     """The periodic motions of many machines at once, each nearest to its start, and which of them were found.
 
-    Arguments as those of `periodic`, with an axis of machines before all others.
+    Arguments as those of `periodic`, with an axis of machines before all others. Those that have settled or are lost are
+    put aside when they are half of all.
     """
-    equations = _Equations(moments, reference, demand)
-    state, last, final = start, np.inf, demand.speed is not None
-    settled, damped = np.zeros(reference.shape, bool), np.zeros(reference.shape)
-    for _ in range(_MOST_BATCH_STEPS):
+    equations, which = _Equations(moments, reference, demand), np.arange(reference.size)
+    state, last, damped = start, np.full(reference.shape, np.inf), np.zeros(reference.shape)
+    final, good = np.full(reference.shape, demand.speed is not None), np.zeros(reference.shape, bool)
+    aside: list[tuple[Index, tuple[Any, ...]]] = []
+    for step in range(1, _MOST_BATCH_STEPS + 1):
         here = equations.speeds(state)
         change = equations.linearisation(state, here)
         state, size = equations.newton_step(state, here, change)
-        stays = final & (size <= _ROUNDING_STEP) & (size >= 0.3 * last)
-        settled |= size <= _LAST_STEP if final else False
+        stays, settled = final & (size <= _ROUNDING_STEP) & (size >= 0.3 * last), final & (size <= _LAST_STEP)
         if (stays & ~settled).any():
             settled |= stays & (size <= np.maximum(_UNCONVERGED_STEP, equations.rounding_step(state, change)))
         damped = np.where(size >= 1.0, damped + 1, 0)
         equations.lost |= ~np.isfinite(size) | (damped > _MOST_DAMPED)
-        if (settled | equations.lost).all():
-            break
-        last = size
-        if not final and (equations.lost | (size <= _NEAR_STEP)).all():
-            lost = equations.lost
-            equations, state = equations.about_own_mean(state)
-            equations.lost, final = lost | equations.lost, True
-    found = equations.result(state, change, _MOST_BATCH_STEPS)
-    return found, settled & ~equations.lost
+        good[which], done = settled & ~equations.lost, settled | equations.lost
+        last, near = size, ~final & ~done & (size <= _NEAR_STEP)
+        if near.any():
+            equations, state = equations.about_own_mean(state, near)
+            final |= near
+        if 2 * done.sum() >= done.size or step == _MOST_BATCH_STEPS:
+            gone = done if step < _MOST_BATCH_STEPS else np.ones_like(done)
+            aside.append((which[gone], tuple(each[gone] for each in (*state, equations.w, *change[:7]))))
+            if gone.all():
+                break
+            rest = np.flatnonzero(~gone)
+            equations, state, which = equations.of(rest), State(*(each[rest] for each in state)), which[rest]
+            last, damped, final = last[rest], damped[rest], final[rest]
+    columns = [np.empty((reference.size, *row.shape[1:])) for row in aside[0][1]]
+    for some, rows in aside:
+        for column, row in zip(columns, rows, strict=True):
+            column[some] = row
+    equations = _Equations(moments, columns[4], demand)
+    equations.lost = ~good
+    found = equations.result(State(*columns[:4]), Changes(*columns[5:]), _MOST_BATCH_STEPS)
+    return found, good & ~equations.lost
 
 
 def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, own: Sequence[float] = ()) -> State:
@@ -459,14 +473,25 @@ class _Equations:
         elif not good:
             raise fault()
 
-    def about_own_mean(self, state: State) -> tuple[_Equations, State]:
-        """The same motion with its energies relative to its own mean of extremes."""
+    def of(self, which: Index) -> _Equations:
+        """The equations of some of many motions."""
+        moments: Any = self.moments
+        demand = Demand(*(None if each is None else each[which] for each in self.demand))
+        found = _Equations(moments.of(which), self.w[which], demand)
+        found.lost = self.lost[which]
+        return found
+
+    def about_own_mean(self, state: State, which: Any = True) -> tuple[_Equations, State]:
+        """The same motion with its energies relative to its own mean of extremes; of many, those of some."""
         speed = self.w * (1.0 + 0.5 * self.extremes(state, self.speeds(state)).excess.sum(axis=-1))
+        speed = np.where(which, speed, self.w)[()]
         shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
         nodes, edges = state.nodes.copy(), state.edges.copy()
         nodes[..., 0, :] += _over_cells(shift)
         edges[..., 0] += shift[..., None]
-        return _Equations(self.moments, speed, self.demand, self.apart), state._replace(nodes=nodes, edges=edges)
+        found = copy(self)
+        found.w = speed
+        return found, state._replace(nodes=nodes, edges=edges)
 
     def excess(self, energy: Array, inertia: Any) -> tuple[Array, Array]:
         """J + I* and the excess s in omega² = w² (1 + s) at the nodes, by the energy there."""

@@ -396,10 +396,10 @@ class Run(NamedTuple):
     level: float = 0.0
 
     @property
-    def level_error(self) -> float:
+    def level_error(self) -> Any:
         """Relative error of the mean of extremes by that of the energy's level: the slower, the more speed is an energy."""
         mean = 0.5 * (self.speed_max + self.speed_min)
-        return self.level * mean**2 / max(self.speed_max * self.speed_min, ROUNDING * mean**2) if self.level else 0.0
+        return self.level * mean**2 / np.maximum(np.maximum(self.speed_max * self.speed_min, ROUNDING * mean**2), 1e-300)
 
 
 def run(cycle: Cycle, speed: float, inertia: float) -> Run:

@@ -131,8 +131,8 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     alone = _all(running, lambda phase: plain(_scene(phase)))
     spans = {_of(phase): ranges(alone[phase.name]) for phase in running}
     if whole:
-        search = _search(scene, running, alone, whole)
-        spans |= {name: search.spans(name) for name in whole}
+        search, at = _search(scene, running, alone, whole)
+        spans |= {name: limits.answered(search.spans(name), at) for name in whole}
         limits.check_reached(search, {name: spans[name] for name in whole}, 1.0, duty=True)
     limits.check_together(spans, 1.0)
     every = limits.together(spans.values())
@@ -301,13 +301,15 @@ class _Branches:
         return _Start(time, work, heat, between(light.square, heavy.square), heavy.error)
 
 
-def _search(scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]) -> limits.Search:
-    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty."""
+def _search(
+    scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]
+) -> tuple[limits.Search, Callable[[float, float], limits.FlywheelPoint]]:
+    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and what finds its motions."""
     branches = _Branches(scene, running, alone, whole)
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
     lightest, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
     swings = any(circuit_of(_scene(phase)) is not None for phase in running)
-    return limits.Search(branches.at, whole, lightest, heaviest, next(iter(alone.values())).rtol, swings=swings)
+    return limits.Search(whole, lightest, heaviest, next(iter(alone.values())).rtol, swings=swings), branches.at
 
 
 def _rated(sizing: Sizing) -> dict[str, float]:

@@ -9,7 +9,8 @@ lies beyond is given by the figure at infinite inertia, to which it goes like 1/
 the crossing is found by inverse interpolation, at the required error.
 
 Each motion is found from that with the nearest flywheel, so that all lie on one branch. Flywheels with which no motion is
-found, nor shown not to exist, count neither as kept nor as broken. One search serves machines and duties (`Search`).
+found, nor shown not to exist, count neither as kept nor as broken. One search serves machines, duties, and many designs at
+once (`Search`): it asks for the figures with one flywheel after another, whoever finds them.
 
 Source: R. P. Brent, Algorithms for Minimization without Derivatives, Prentice-Hall 1973, ch. 4 (inverse interpolation in a
 bracket) and 5 (parabolas and golden sections).
@@ -17,11 +18,10 @@ bracket) and 5 (parabolas and golden sections).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
-from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -56,7 +56,7 @@ _NEAR_UNKNOWN = 0.1  # of an inertia: resolution beside one whose state is unkno
 
 
 class Smallest(NamedTuple):
-    """The motion with the smallest flywheel that keeps all limits, its relative error, the limits, and which one binds."""
+    """The motion with the smallest flywheel that keeps all limits, its relative error, the limits, which one binds."""
 
     motion: OwnMotion
     error: float
@@ -136,7 +136,7 @@ class FlywheelPoint(NamedTuple):
 
     inertia: float
     existence: Existence
-    motions: tuple[OwnMotion, ...] = ()
+    motions: tuple[Any, ...] = ()
     shares: Mapping[str, Share] = {}
 
     def beyond(self, name: str, asked: float) -> float:
@@ -153,43 +153,50 @@ class FlywheelPoint(NamedTuple):
         return _WITHOUT_MOTION[self.existence]
 
 
+Outcome = TypeVar("Outcome")
+Steps = Generator[tuple[float, float], FlywheelPoint, Outcome]
+"""A search: it yields a flywheel (kg m²) with a relative error, and is sent the figures with it."""
+
+
+def answered(steps: Steps[Outcome], at: Callable[[float, float], FlywheelPoint]) -> Outcome:
+    """The outcome of a search whose flywheels are looked at one after the other."""
+    point = None
+    while True:
+        try:
+            inertia, error = steps.send(point)  # type: ignore[arg-type]
+        except StopIteration as end:
+            outcome: Outcome = end.value
+            return outcome
+        point = at(inertia, error)
+
+
 class Search:
     """The figures of a machine, or of a duty, over the inertia of a flywheel, and where each keeps its limit.
 
     Args:
-        at: a flywheel (kg m²) with its motions and figures, at a relative error.
         limits: the figures' limits, by their names.
         lightest: an inertia (kg m²) below which little changes.
         heaviest: one with which the speed is nearly constant.
         rtol: required relative error of an inertia.
         swings: whether a motor's own states may swing, so that figures vary sharply near resonances.
 
-    Raises:
-        NoRegimeError: if even the heaviest leaves no steady motion.
-
     """
 
     def __init__(
-        self,
-        at: Callable[[float, float], FlywheelPoint],
-        limits: Mapping[str, float],
-        lightest: float,
-        heaviest: float,
-        rtol: float,
-        *,
-        swings: bool = False,
+        self, limits: Mapping[str, float], lightest: float, heaviest: float, rtol: float, *, swings: bool = False
     ) -> None:
-        self.at, self.limits, self.rtol = at, limits, rtol
+        self.limits, self.rtol = limits, rtol
         self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
         self.known: dict[float, FlywheelPoint] = {}  # at the required error
         self.extremes: list[FlywheelPoint] = []
-        self.grid = self._scanned()
+        self.grid: list[FlywheelPoint] = []
+        self.ultimate: dict[str, Share] = {}
 
-    def closely(self, inertia: float) -> FlywheelPoint:
+    def closely(self, inertia: float) -> Steps[FlywheelPoint]:
         """The figures with a flywheel at the required error, or at the least error possible."""
         if inertia not in self.known:
-            found = self.at(inertia, 0.5 * self.rtol)
-            self.known[inertia] = found if found.motions else self.at(inertia, _COARSE)
+            found = yield inertia, 0.5 * self.rtol
+            self.known[inertia] = found if found.motions else (yield inertia, _COARSE)
         return self.known[inertia]
 
     def _scaled(self, inertia: float) -> float:
@@ -201,18 +208,23 @@ class Search:
     def _add(self, point: FlywheelPoint) -> None:
         self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
 
-    def _scanned(self) -> list[FlywheelPoint]:
+    @property
+    def inertias(self) -> list[float]:
+        """Inertias (kg m²) of the grid, from the heaviest down to none."""
+        decades = float(np.log10(self.heaviest / self.lightest))
+        count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
+        return [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
+
+    def _scanned(self) -> Steps[list[FlywheelPoint]]:
         """Flywheels from the heaviest down to none, the lightest first.
 
         If several in a row have no motion, the search continues with no flywheel, and from there with heavier ones as long
         as they have a motion. What stops one machine stops it with any lighter flywheel, unless its motor swings.
         """
-        decades = float(np.log10(self.heaviest / self.lightest))
-        count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
-        inertias = [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
+        inertias = self.inertias
         points, lost = list[FlywheelPoint](), 0
         while inertias and lost < _IN_TURN:
-            points.append(self.at(inertias.pop(0), _COARSE))
+            points.append((yield inertias.pop(0), _COARSE))
             lost = 0 if points[-1].motions else lost + 1
             if not points[0].motions:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
@@ -220,32 +232,36 @@ class Search:
                 break
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
-            light.append(self.at(inertias.pop(), _COARSE))
+            light.append((yield inertias.pop(), _COARSE))
         return light + points[::-1]
 
-    @cached_property
-    def ultimate(self) -> dict[str, Share]:
-        """The figures at infinite inertia, extrapolated from two large ones: they converge like 1/J, or faster."""
-        light, heavy = (self.closely(factor * _HEAVY * self.heaviest).shares for factor in (1.0, 2.0))
-        found = {}
+    def _extrapolated(self) -> Steps[None]:
+        """Finds the figures at infinite inertia from two large ones: they converge like 1/J, or faster."""
+        light = (yield from self.closely(_HEAVY * self.heaviest)).shares
+        heavy = (yield from self.closely(2.0 * _HEAVY * self.heaviest)).shares
         for name in self.limits if light and heavy else ():
             (first, first_error), (second, second_error) = light[name], heavy[name]
-            found[name] = Share(2 * second - first, _SECOND * abs(second - first) + first_error + 2 * second_error)
-        return found
+            self.ultimate[name] = Share(2 * second - first, _SECOND * abs(second - first) + first_error + 2 * second_error)
 
     # -- where a limit is kept
 
-    def spans(self, name: str) -> list[Span]:
-        """The ranges of inertia, from 0 without end, in which a limit is kept, is not, or neither is known."""
+    def spans(self, name: str) -> Steps[list[Span]]:
+        """The ranges of inertia, from 0 without end, in which a limit is kept, is not, or neither is known.
+
+        Raises:
+            NoRegimeError: if even the heaviest flywheel leaves no steady motion.
+
+        """
         asked = self.limits[name]
-        self._narrow(name, asked)
-        points = self._with_extremes(name, asked)
+        self.grid = self.grid or (yield from self._scanned())
+        yield from self._narrow(name, asked)
+        points = yield from self._with_extremes(name, asked)
         states = [point.state(name, asked) for point in points]
         first = points[0].shares[name].error / asked if points[0].motions else 0.0
         found = [Span(states[0], 0.0, np.inf, first)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
-                inertia, error = self._boundary(name, asked, before, after)
+                inertia, error = yield from self._boundary(name, asked, before, after)
                 if was is LimitState.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
                     error = max(error, 1.0 - found[-1].first / inertia)
                 self._begin(found, state, inertia, error)
@@ -253,11 +269,11 @@ class Search:
         if not last.motions:
             return found
         rises = len(points) > 1 and name in points[-2].shares and last.shares[name].value > points[-2].shares[name].value
-        ultimately = self._ultimately(name, asked) if states[-1] is LimitState.BROKEN or rises else 0.0
+        ultimately = (yield from self._ultimately(name, asked)) if states[-1] is LimitState.BROKEN or rises else 0.0
         if states[-1] is LimitState.BROKEN and ultimately < 0.0:
-            self._begin(found, LimitState.KEPT, *self._beyond(name, asked, last))
+            self._begin(found, LimitState.KEPT, *(yield from self._beyond(name, asked, last)))
         elif states[-1] is LimitState.KEPT and ultimately > 0.0:
-            self._begin(found, LimitState.BROKEN, *self._beyond(name, asked, last))
+            self._begin(found, LimitState.BROKEN, *(yield from self._beyond(name, asked, last)))
         return found
 
     @staticmethod
@@ -266,7 +282,7 @@ class Search:
         spans[-1] = spans[-1]._replace(last=first)
         spans.append(Span(state, first, np.inf, error))
 
-    def _narrow(self, name: str, asked: float) -> None:
+    def _narrow(self, name: str, asked: float) -> Steps[None]:
         """Refines the grid between flywheels that keep a limit and those without a motion, or of unknown state."""
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
@@ -275,45 +291,47 @@ class Search:
                 if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
-                        self._add(self.at(middle, _COARSE))
+                        self._add((yield middle, _COARSE))
                         break
             else:
                 return
 
-    def _boundary(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float]:
+    def _boundary(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The inertia (kg m²) at which the state of a limit changes between two flywheels, and its relative error."""
         if before.motions and after.motions:
-            return self._crossing(name, asked, before, after)
+            return (yield from self._crossing(name, asked, before, after))
         states = before.state(name, asked), after.state(name, asked)
         known = after if states[0] is LimitState.UNKNOWN or (after.motions and LimitState.UNKNOWN not in states) else before
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
-    def _ultimately(self, name: str, asked: float) -> float:
-        """Excess of a figure over its limit at infinite inertia; None if its error leaves that open."""
+    def _ultimately(self, name: str, asked: float) -> Steps[float]:
+        """Excess of a figure over its limit at infinite inertia; 0 if its error leaves that open."""
+        if not self.ultimate:
+            yield from self._extrapolated()
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
 
-    def _beyond(self, name: str, asked: float, last: FlywheelPoint) -> tuple[float, float]:
+    def _beyond(self, name: str, asked: float, last: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
-        share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
+        share, ultimate = last.shares[name].value - asked, (yield from self._ultimately(name, asked))
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
-        heavier = self.closely(max(far, 2.0 * last.inertia))
+        heavier = yield from self.closely(max(far, 2.0 * last.inertia))
         for _ in range(_MOST_HALVINGS):
             if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
                 break
-            heavier = self.closely(4.0 * heavier.inertia)
-        return self._crossing(name, asked, last, heavier)
+            heavier = yield from self.closely(4.0 * heavier.inertia)
+        return (yield from self._crossing(name, asked, last, heavier))
 
-    def _crossing(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float]:
+    def _crossing(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
         By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
         halves where that leaves the bracket, or gains little.
         """
-        low, high, rising = self._bracket(name, asked, before, after)
+        low, high, rising = yield from self._bracket(name, asked, before, after)
         for inertia, point in self.known.items():
             if low < self._scaled(inertia) < high and point.motions and point.beyond(name, asked) == 0.0:
-                return inertia, self._error(name, asked, point)
+                return inertia, (yield from self._error(name, asked, point))
         known = {point.inertia: point for point in (*self.grid, before, after)}
         known |= {inertia: point for inertia, point in self.known.items() if point.motions}
         values = {
@@ -331,7 +349,7 @@ class Search:
             if not low < scaled < high or sizes[-1] > 0.25 * sizes[-2]:
                 scaled, sizes = 0.5 * (low + high), [np.inf, np.inf]
             inertia = self._inertia(scaled)
-            here = self.closely(inertia)
+            here = yield from self.closely(inertia)
             if not here.motions:
                 off = np.inf
             else:
@@ -344,37 +362,41 @@ class Search:
             if within or (nearest == scaled and abs(_interpolated(values) - scaled) <= 0.02 * self.rtol):
                 break
             sizes.append(abs(off))
-        return inertia, self._error(name, asked, here)
+        return inertia, (yield from self._error(name, asked, here))
 
-    def _error(self, name: str, asked: float, here: FlywheelPoint) -> float:
-        """The relative error of an inertia at which a figure is at its limit."""
+    def _error(self, name: str, asked: float, here: FlywheelPoint) -> Steps[float]:
+        """The relative error of an inertia at which a figure is at its limit; infinite where no motion is known there."""
+        if not here.motions:
+            return np.inf
         missed = here.shares[name].error + abs(here.shares[name].value - asked)
-        return missed / max(self._slope(name, here), 1e-300) + 0.02 * self.rtol
+        return missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol
 
-    def _bracket(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> tuple[float, float, bool]:
+    def _bracket(
+        self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint
+    ) -> Steps[tuple[float, float, bool]]:
         """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
 
         What is looked at coarsely may lie on the other side by a little: the bracket is widened then.
         """
         rising = before.beyond(name, asked) <= 0.0
 
-        def lies_beyond(point: FlywheelPoint) -> bool:
+        def lies_beyond(point: FlywheelPoint) -> Steps[bool]:
             if point.motions and point.beyond(name, asked) == 0.0:
-                point = self.closely(point.inertia)
+                point = yield from self.closely(point.inertia)
             return not point.motions or point.shares[name].value > asked
 
         ends, width = [before, after], self._scaled(after.inertia) - self._scaled(before.inertia)
         for k in range(_MOST_HALVINGS):
-            good = [lies_beyond(ends[0]) != rising, lies_beyond(ends[1]) == rising]
+            good = [(yield from lies_beyond(ends[0])) != rising, (yield from lies_beyond(ends[1])) == rising]
             if all(good):
                 break
             for end, sign in ((0, -1.0), (1, 1.0)):
                 if not good[end]:
                     further = self._inertia(self._scaled(ends[end].inertia) + sign * 0.01 * width * 2**k)
-                    ends[end] = self.closely(further)
+                    ends[end] = yield from self.closely(further)
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
-    def _slope(self, name: str, here: FlywheelPoint) -> float:
+    def _slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
         """|d figure/d ln J| at a flywheel, from the nearest one that is known as closely, or from one beside it."""
         value = here.shares[name].value
         apart = {
@@ -385,10 +407,10 @@ class Search:
         near = min((distance for distance in apart if distance > _APART), default=np.inf)
         if near <= 5 * _BESIDE:
             return abs(apart[near] - value) / near
-        beside = self.closely(here.inertia * (1.0 + _BESIDE))
+        beside = yield from self.closely(here.inertia * (1.0 + _BESIDE))
         return np.inf if not beside.motions else abs(beside.shares[name].value - value) / _BESIDE
 
-    def _with_extremes(self, name: str, asked: float) -> list[FlywheelPoint]:
+    def _with_extremes(self, name: str, asked: float) -> Steps[list[FlywheelPoint]]:
         """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
         found = list(self.grid)
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
@@ -398,10 +420,10 @@ class Search:
             sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
             depth = (sign * (values[[0, 2]] - values[1])).min()
             if sign and depth > 0.0 and np.abs(values[1]) <= np.abs(values[[0, 2]] - values[1]).max():
-                found.append(self._extreme(name, asked, sign, (low, middle, high)))
+                found.append((yield from self._extreme(name, asked, sign, (low, middle, high))))
         return sorted(found, key=lambda point: point.inertia)
 
-    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[FlywheelPoint]) -> FlywheelPoint:
+    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[FlywheelPoint]) -> Steps[FlywheelPoint]:
         """The flywheel with which a figure is least (sign +1) or greatest, or one that is already beyond the limit.
 
         Args:
@@ -420,7 +442,7 @@ class Search:
             scaled = _vertex([(each, values[each]) for each in (low, best, high)])
             if not low < scaled < high or abs(scaled - best) < 0.5 * _OF_EXTREME:  # into the wider part
                 scaled = best + _GOLDEN * (high - best if high - best > best - low else low - best)
-            here = by_scale[scaled] = self.at(self._inertia(scaled), _COARSE)
+            here = by_scale[scaled] = yield self._inertia(scaled), _COARSE
             if not here.motions:
                 return middle
             values[scaled] = sign * here.shares[name].value
@@ -457,17 +479,15 @@ def _vertex(points: Sequence[tuple[float, float]]) -> float:
     return b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else np.nan
 
 
-def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) -> Search:
-    """The search over flywheels on the crank (kg m²) of one machine.
+def along_branch(
+    machine: Machine, figures: Figures, unknown: float
+) -> tuple[Callable[[float, float], FlywheelPoint], tuple[float, float]]:
+    """Flywheels on the crank of one machine with their motions and figures, at an error, and the `extent` of inertias.
 
     Args:
         machine: a machine whose torques depend on speed.
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
-        rtol: required relative error of an inertia.
-
-    Raises:
-        NoRegimeError: if even a heavy flywheel leaves no steady motion.
 
     """
     branch = Branch(machine, figures.speed, unknown, figures.speed if machine.scene.unknown is not None else None)
@@ -478,10 +498,8 @@ def of_machine(machine: Machine, figures: Figures, unknown: float, rtol: float) 
             return FlywheelPoint(inertia, finding.existence)
         return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
 
-    asked = asked_of(machine.scene)
-    own, irregularity = figures.reduced_inertia.max, asked.get(IRREGULARITY, 2.0)
-    lightest, heaviest = extent(figures.fluctuation, own, figures.speed, irregularity)
-    return Search(at, asked, lightest, heaviest, rtol, swings=circuit_of(machine.scene) is not None)
+    irregularity = asked_of(machine.scene).get(IRREGULARITY, 2.0)
+    return at, extent(figures.fluctuation, figures.reduced_inertia.max, figures.speed, irregularity)
 
 
 def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
@@ -556,32 +574,54 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
 
     """
     scene = machine.scene
-    asked = asked_of(scene)
-    search = of_machine(machine, figures, unknown, rtol)
+    at, ends = along_branch(machine, figures, unknown)
+    search = Search(asked_of(scene), *ends, rtol, swings=circuit_of(scene) is not None)
     if by_irregularity is not None and by_irregularity.inertia > 0.0:
         own, found = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
         search.known[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), found)
-    spans = {name: search.spans(name) for name in asked}
-    square = scene.flywheel_ratio**2
+    return answered(_smallest(scene, search, by_irregularity), at)
+
+
+def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span]], float, float]]:
+    """Finds where each limit is kept, and the least inertia (kg m²) with which all are, with its relative error.
+
+    Args:
+        search: the search.
+        square: of the speed of the flywheel's shaft over that of the inertias.
+
+    Raises:
+        SceneError: for limits that no flywheel reaches, or that none keeps together.
+        NoRegimeError: if even the heaviest flywheel leaves no steady motion.
+
+    """
+    spans = {}
+    for name in search.limits:
+        spans[name] = yield from search.spans(name)
     check_reached(search, spans, square)
     check_together(spans, square)
-    whole = together(spans.values())
-    inertia, error = next((span.first, span.error) for span in whole if span.state is LimitState.KEPT)
-    binding = next((name for name in asked for span in spans[name] if span.first == inertia and inertia > 0.0), None)
-    point = search.closely(inertia)
+    return spans, *next((span.first, span.error) for span in together(spans.values()) if span.state is LimitState.KEPT)
+
+
+def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -> Steps[Smallest]:
+    """The same by a search, as far as its flywheels are looked at."""
+    square = scene.flywheel_ratio**2
+    spans, inertia, error = yield from first_kept(search, square)
+    binding = next((name for name in spans for span in spans[name] if span.first == inertia and inertia > 0.0), None)
+    point = yield from search.closely(inertia)
     if not point.motions:
         raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
     if by_irregularity is not None and inertia == by_irregularity.inertia > 0.0:
         error = by_irregularity.inertia_error
     found = dict(point.shares)
     if inertia > 0.0:  # what the error of the inertia makes of each
-        beside = search.closely(inertia * (1.0 + _BESIDE)).shares
+        beside = (yield from search.closely(inertia * (1.0 + _BESIDE))).shares
         moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in found.items() if beside}
         found = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in found.items()}
-    kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in asked}
+    kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], found[name], kept[name], square) for name in scene.limits}
-    messages = (*_of_current(scene, asked), *gaps(spans, inertia, square))
-    return Smallest(point.motions[0], error, limits, binding, broken_beyond(whole, inertia, square), messages)
+    messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))
+    broken = broken_beyond(together(spans.values()), inertia, square)
+    return Smallest(point.motions[0], error, limits, binding, broken, messages)
 
 
 def _percent(share: float, error: float = 0.0) -> str:
@@ -641,7 +681,7 @@ def _unknown(spans: Iterable[Span], square: float) -> str:
     return " and ".join(_range(span, square) for span in spans if span.state is LimitState.UNKNOWN)
 
 
-def _of_current(scene: Scene, asked: Mapping[str, float]) -> Iterator[str]:
+def _of_current(scene: Scene, asked: Iterable[str]) -> Iterator[str]:
     """Message on a current of which only a part is known."""
     plate = getattr(scene.motor, "line_current", None)  # of an induction motor
     if "current_pulsation" in asked and plate is not None and not plate.complete:

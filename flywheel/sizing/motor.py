@@ -6,8 +6,8 @@ means over time and extremes follow from it, each with its error.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from flywheel.components.motors.motor import Law
 
 
+Found = TypeVar("Found")
 SPEED_STEP = 1e-6
 """Share by which a speed is changed to see what depends on it."""
 
@@ -109,7 +110,7 @@ class MotorShaft:
         """The motor's own states at the nodes of a mesh; none if it follows the speed at once."""
         return states_on(self.run, mesh)
 
-    def mean_square(self, law: Law) -> tuple[float, float, Cells]:
+    def mean_square(self, law: Law) -> tuple[Any, Any, Cells]:
         """The mean over time of the square of a value along the motion, its error, and cells that are fine enough for it."""
 
         def square(mesh: Cells, omega: Array) -> tuple[Array, Array]:
@@ -118,64 +119,71 @@ class MotorShaft:
 
         return self.mean_over_time(square)
 
-    def extremes(self, law: Law) -> tuple[float, float, float]:
+    def extremes(self, law: Law) -> tuple[Any, Any, Any]:
         """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`."""
 
-        def evaluated(edges: Array) -> tuple[tuple[float, float, float], float, Coarse]:
-            mesh = cells.cells(edges)
+        def evaluated(mesh: Cells) -> tuple[tuple[Any, Any, Any], Any, Coarse]:
             omega = self.omega(mesh)
             value, slope = law(mesh, omega)
             series = cells.fit(value)
-            least, most = cells.extents(series)
-            tails, size = cells.tails(series), float(np.abs(value).max()) or 1.0
-            off = float((slope * self.speed_error(omega)).max()) + 24 * ROUNDING * size
-            found = float(least.min()), float(most.max()), float(tails.max()) + off
+            least, most = (rows.reshape(series.shape[:-1]) for rows in cells.extents(series.reshape(-1, series.shape[-1])))
+            tails, size = cells.tails(series), np.abs(value).max(axis=(-2, -1))
+            size = np.where(size > 0.0, size, 1.0)
+            off = (slope * self.speed_error(omega)).max(axis=(-2, -1)) + 24 * ROUNDING * size
+            low, high, tail = (rows[..., None] for rows in (least.min(axis=-1), most.max(axis=-1), tails.max(axis=-1)))
             # cells that hold neither extreme need not be fine
-            near = (most + tails >= most.max() - tails.max()) | (least - tails <= least.min() + tails.max())
-            worst = float(tails[near].max())
-            return (*found[:2], worst + off), worst / size, lambda share: near & (tails > share * worst)
+            near = (most + tails >= high - tail) | (least - tails <= low + tail)
+            worst = np.where(near, tails, 0.0).max(axis=-1)
+            found = _number(low[..., 0]), _number(high[..., 0]), _number(worst + off)
+            return found, (worst + off) / size, lambda share: near & (tails > share * worst)
 
+        return self.refined(evaluated, 0.1 * self.rtol)
+
+    def refined(self, evaluated: Callable[[Cells], tuple[Found, Any, Coarse]], rtol: float) -> Found:
+        """The outcome of `evaluated`, beside its error and the cells that are too coarse, on a mesh that is fine enough."""
         first = self.cycle.mesh.edges
-        return cells.refined(first, evaluated, 0.1 * self.rtol, max(_MOST_CELLS, 2 * first.size))
+        return cells.refined(first, lambda edges: evaluated(cells.cells(edges)), rtol, max(_MOST_CELLS, 2 * first.size))
 
     def speed_error(self, omega: Array) -> Array:
         """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
         run = self.run
         if self.along is not None:
             return np.full(omega.shape, run.error * run.irregularity * run.speed_max)
-        pinned = max(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
-        return self.mean * (pinned + (run.level + _LEVEL_ROUNDING) * self.mean / omega)
+        pinned = np.maximum(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
+        mean, pinned, level = (np.asarray(row)[..., None, None] for row in (self.mean, pinned, run.level + _LEVEL_ROUNDING))
+        return np.asarray(mean * (pinned + level * mean / omega))
 
-    def mean_over_time(self, law: Law) -> tuple[float, float, Cells]:
+    def mean_over_time(self, law: Law) -> tuple[Any, Any, Cells]:
         """The mean over time of a value along the motion, its error, and cells that are fine enough for it.
 
         integral of h/omega dphi over integral of dphi/omega; `law` gives h and |dh/domega| on a mesh. An error d(omega)
         makes (|dh/domega| + |h - mean|/omega) d(omega) of h.
         """
 
-        def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array, Array, float, float, float], float, Coarse]:
-            mesh = cells.cells(edges)
+        def evaluated(mesh: Cells) -> tuple[tuple[Any, ...], Any, Coarse]:
             omega = self.omega(mesh)
             value, slope = law(mesh, omega)
             rows = np.stack((value / omega, 1.0 / omega))
-            total, time = cells.integral(rows, mesh.half).sum(axis=-1).tolist()
+            total, time = cells.integral(rows, mesh.half).sum(axis=-1)
             mean = total / time
-            tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * mesh.half[:, 0]
-            shares = (tails[0] + abs(mean) * tails[1]) / time
-            missed = float(shares.sum())
-            error = missed / max(abs(mean), 1e-300) if missed else 0.0
+            tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * mesh.half[..., 0]
+            shares = (tails[0] + np.abs(mean)[..., None] * tails[1]) / time[..., None]
+            missed = shares.sum(axis=-1)
+            error = missed / np.maximum(np.abs(mean), 1e-300)
             return (mesh, omega, value, slope, time, mean, missed), error, cells.above(shares, 0.1)
 
-        first = self.cycle.mesh.edges
-        mesh, omega, value, slope, time, mean, missed = cells.refined(
-            first, evaluated, self.rtol, max(_MOST_CELLS, 2 * first.size)
-        )
-        by_speed = (slope + np.abs(value - mean) / omega) * self.speed_error(omega) / omega
-        error = float(cells.integral(by_speed, mesh.half).sum()) / time + missed
-        return mean, error + 24 * ROUNDING * abs(mean), mesh
+        mesh, omega, value, slope, time, mean, missed = self.refined(evaluated, self.rtol)
+        by_speed = (slope + np.abs(value - mean[..., None, None]) / omega) * self.speed_error(omega) / omega
+        error = cells.integral(by_speed, mesh.half).sum(axis=-1) / time + missed + 24 * ROUNDING * np.abs(mean)
+        return _number(mean), _number(error), mesh
 
 
-def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
+def _number(values: Any) -> Any:
+    """A number of one motion as a float; an array of those of many."""
+    return float(values) if np.ndim(values) == 0 else values
+
+
+def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[Any, Any]:
     """The mean heat of a motor over time, over that at its rated point (see `Motor.heat_share`), and its absolute error."""
     if motor.whole_heat is not None:
         found = motor.heats(shaft)
@@ -184,9 +192,10 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
 
     def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         here, beside = (motor.heat_share(shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
-        slope, along, own = np.abs(beside - here) / (SPEED_STEP * omega), shaft.run.along, shaft.cycle.mesh
+        slope, along = np.abs(beside - here) / (SPEED_STEP * omega), shaft.run.along
         if along is None:
             return here, slope
+        own = shaft.cycle.mesh
         return cells.interpolated(motor.heat_share(shaft.ratio * shaft.omega(own), tuple(along)), own, mesh.phi), slope
 
     mean, error, _ = shaft.mean_over_time(law)
@@ -208,10 +217,10 @@ IRREGULARITY = "irregularity"
 
 
 class Share(NamedTuple):
-    """A figure that is limited, and its absolute error."""
+    """A figure that is limited, and its absolute error; along many motions arrays of them."""
 
-    value: float
-    error: float
+    value: Any
+    error: Any
 
 
 def of_motor(scene: Scene) -> tuple[str, ...]:
@@ -240,11 +249,11 @@ def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
         rated = motor.rated.torque
         if name == "motor_torque":
             least, most, error = shaft.extremes(shaft.torque_law)
-            found[name] = Share(max(most, -least) / rated, (error + shaft.torque_error) / rated)
+            found[name] = Share(_number(np.maximum(most, -least)) / rated, (error + shaft.torque_error) / rated)
         elif name == "motor_rms":
             square, error, _ = shaft.mean_square(shaft.torque_law)
-            root = float(np.sqrt(max(square, 0.0)))
-            own = 0.5 * error / max(root, np.sqrt(error), 1e-300) + shaft.torque_error
+            root = _number(np.sqrt(np.maximum(square, 0.0)))
+            own = 0.5 * error / _number(np.maximum(np.maximum(root, np.sqrt(error)), 1e-300)) + shaft.torque_error
             found[name] = Share(root / rated, own / rated)
         elif name == "motor_heat":
             found[name] = Share(*heat_share(motor, shaft))

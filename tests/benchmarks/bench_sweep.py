@@ -3,8 +3,8 @@
     python tests/benchmarks/bench_sweep.py [--quick]
 
 Random designs of a slider-crank press: crank, rod, window, irregularity and speed vary; the same press on a motor, with and
-without losses in belt and gear. All figures with their errors at rtol 1e-10. One by one is `flywheel.load` and
-`flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, those of threads and workers of time;
+without losses in belt and gear, and with limits. All figures with their errors at rtol 1e-10. One by one is `flywheel.load`
+and `flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, those of threads and workers of time;
 each from the best of interleaved repeats. The first call in machine code is told apart: it compiles, unless the code of an
 earlier run is still on disk.
 
@@ -50,11 +50,18 @@ MOTOR = {
     "breakdown_ratio": 2.8,
 }
 DRIVEN = PRESS | {"regime": {}, "drive": {"on": "motor", "motor": MOTOR}, "flywheel": {"irregularity": 0.1}}
-MOTOR_DRIVEN = {  # a press on a motor: its shafts
-    "motor, no losses": {"motor": {"on": "crank", "ratio": 12}},
+MOTOR_DRIVEN = {  # a press on a motor: its shafts, and its limits in place of an irregularity that varies
+    "motor, no losses": {"shafts": {"motor": {"on": "crank", "ratio": 12}}},
     "motor, belt and gear": {
-        "wheel": {"on": "crank", "ratio": 4, "efficiency": 0.97},
-        "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.96},
+        "shafts": {
+            "wheel": {"on": "crank", "ratio": 4, "efficiency": 0.97},
+            "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.96},
+        },
+    },
+    "motor, limits": {
+        "shafts": {"motor": {"on": "crank", "ratio": 12}},
+        "drive": {"on": "motor", "motor": MOTOR | {"power": "30 kW"}},
+        "flywheel": {"limits": {"irregularity": 0.1, "motor_torque": 1.6, "motor_heat": 1.0}},
     },
 }
 MODELLED = {  # loads whose geometry varies with the mechanism's: their model, and its numbers that vary
@@ -131,19 +138,21 @@ def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
 
 def motor_driven(count: int, repeats: int) -> None:
     """Designs a CPU second of a press on a motor, whose motion has to be solved for, beside one by one."""
-    paths = tuple(path for path in PATHS if path != "regime.speed")
-    many = columns(count)[: len(paths)]
-    many[-1] *= 2.0  # irregularities of 2 to 20 %
+    every = tuple(path for path in PATHS if path != "regime.speed")
+    designs_of = columns(count)[: len(every)]
+    designs_of[-1] *= 2.0  # irregularities of 2 to 20 %
     print(f"\n{'designs a CPU second':24}{'at once':>10}{'one by one':>12}{'times':>8}{'alone':>8}")
-    for name, shafts in MOTOR_DRIVEN.items():
-        scene = flywheel.load(DRIVEN | {"shafts": shafts})
-        few = many[:, :: max(count // 20, 1)]
+    for name, changes in MOTOR_DRIVEN.items():
+        scene = flywheel.load(DRIVEN | changes)
+        paths = every[:-1] if scene.limits else every
+        many = designs_of[: len(paths), :: 5 if scene.limits else 1]
+        few = many[:, :: max(many.shape[1] // (5 if scene.limits else 20), 1)]
         calls: dict[str, Callable[[], object]] = {
-            "many": lambda scene=scene: designs.sized(scene, paths, many, RTOL, "numpy"),
-            "few": lambda scene=scene, few=few: designs.sized(scene, paths, few, RTOL, "size"),
+            "many": lambda scene=scene, paths=paths, many=many: designs.sized(scene, paths, many, RTOL, "numpy"),
+            "few": lambda scene=scene, paths=paths, few=few: designs.sized(scene, paths, few, RTOL, "size"),
         }
         took = best(calls, repeats)
-        rate, alone_rate = count / took["many"], few.shape[1] / took["few"]
+        rate, alone_rate = many.shape[1] / took["many"], few.shape[1] / took["few"]
         left = int((designs.sized(scene, paths, many, RTOL, "numpy").ways == designs.ALONE).sum())
         print(f"{name:24}{rate:10.0f}{alone_rate:12.1f}{rate / alone_rate:8.0f}{left:8}")
 

@@ -89,6 +89,9 @@ MOTOR = {"type": "induction", "power": "3 kW", "speed": "1440 rpm", "poles": 4, 
 LOSSY = {"wheel": {"ratio": 4, "efficiency": 0.95}, "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.97}}
 
 
+LIMITS = {"irregularity": 0.1, "motor_torque": 1.6, "motor_heat": 0.8, "motor_rms": 0.9, "current_pulsation": 1.2}
+
+
 def motor_driven(**changes):
     """A press on a motor's belt, with oil in its guides."""
     drive = {"on": "motor", "motor": MOTOR}
@@ -128,6 +131,29 @@ def test_motions_found_at_once_are_those_that_size_finds(changes, path, values):
         else:
             irregularity = sizing.simulation.irregularity
             assert math.isclose(found.irregularity[k], irregularity, rel_tol=found.error.irregularity[k] + 1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shafts", [{"motor": {"on": "crank", "ratio": 12}}, LOSSY], ids=["no losses", "meshes with losses"])
+def test_flywheels_for_limits_found_at_once_are_those_that_size_finds(shafts):
+    """Whichever limit decides; one that no flywheel reaches is refused with its best."""
+    columns = {
+        "flywheel.limits.motor_heat": np.array([0.6, 1.0, 0.95, 1.0]),
+        "flywheel.limits.motor_torque": np.array([1.6, 1.3, 1.8, 1.8]),
+        "flywheel.limits.irregularity": np.array([0.2, 0.2, 0.2, 0.05]),
+        "mechanism.crank.length": np.array([0.12, 0.09, 0.1, 0.08]),
+    }
+    found = flywheel.sweep(motor_driven(shafts=shafts, flywheel={"limits": LIMITS}), columns)
+    assert (found.ways == REFUSED).tolist() == [True, False, False, False]
+    assert set(found.ways[1:].tolist()) <= {TRACED, REFINED}
+    assert "which no flywheel achieves" in found.reasons[0]
+    assert found.check.ratio <= 1.0
+    assert sorted(found.check.designs) == [1, 2, 3]
+    for k, binding in ((1, "motor_torque"), (3, "irregularity")):
+        sizing = flywheel.size(found.design(k), 1e-12, accuracy="normal")
+        assert sizing.binding == binding
+        assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=found.error.exact[k] + 1e-12)
+        assert math.isclose(found.power[k], sizing.power, rel_tol=found.error.power[k] + 1e-12)
 
 
 def test_designs_whose_motor_stalls_are_refused_with_their_reason_among_those_that_run():

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel import SceneError, Sizing
 from flywheel.components.wheels import parts
+from flywheel.designs.figures import ALONE, REFINED, TRACED
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
 from flywheel.sizing import limits
@@ -240,9 +241,20 @@ def test_limits_stand_beside_no_irregularity_and_no_inertia():
 
 
 @pytest.mark.slow
-def test_a_sweep_takes_limits_one_by_one():
-    found = flywheel.sweep(flywheel.load(punch({"motor_torque": 1.6})), {"flywheel.limits.motor_torque": [1.4, 1.8]})
-    assert found["exact"].tolist() == [sized({"motor_torque": share}).flywheel.exact for share in (1.4, 1.8)]
+@pytest.mark.parametrize(
+    ("limits", "alone"),
+    [({"motor_torque": 1.6}, False), ({"motor_torque": 1.6, "irregularity": 0.2}, False), ({"motor_heat": 0.6}, True)],
+)
+def test_a_sweep_finds_the_flywheels_that_keep_limits(limits, alone):
+    """Many at once, but for a limit of the heat that a current makes."""
+    columns = {f"flywheel.limits.{name}": [value, 1.1 * value] for name, value in limits.items()}
+    columns["inertia.0.value"] = [0.4, 0.3]
+    found = flywheel.sweep(flywheel.load(punch(limits)), columns)
+    assert set(found.ways.tolist()) <= ({ALONE} if alone else {TRACED, REFINED})
+    for k in (0, 1):
+        sizing = flywheel.size(found.design(k), 1e-12, simulate=False)
+        assert found.exact[k] == pytest.approx(sizing.flywheel.exact, rel=found.error.exact[k] + 1e-12)
+        assert found.speed[k] == pytest.approx(sizing.speed, rel=found.error.speed[k] + 1e-12)
 
 
 # The smallest flywheel, and the heavier ones that break what it keeps, against scans of inertias by textbook equations.
@@ -403,7 +415,7 @@ def test_the_error_of_a_least_flywheel_covers_lighter_ones_of_which_nothing_is_k
             return FlywheelPoint(inertia, Existence.UNKNOWN)
         return FlywheelPoint(inertia, Existence.MOTION, (None,), {"irregularity": Share(0.1 / inertia, 1e-9)})
 
-    unknown, kept = Search(at, {"irregularity": 0.3}, 1e-3, 1e3, 1e-6).spans("irregularity")
+    unknown, kept = limits.answered(Search({"irregularity": 0.3}, 1e-3, 1e3, 1e-6).spans("irregularity"), at)
     assert (unknown.state, kept.state) == (LimitState.UNKNOWN, LimitState.KEPT)
     assert kept.first == pytest.approx(0.5, rel=0.2)
     assert kept.error == 1.0
