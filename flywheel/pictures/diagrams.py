@@ -882,8 +882,8 @@ DIAGRAMS: dict[str, Kind] = {
     "speed": Kind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
     "servo": Kind(lambda: _("Area of the servo drive"), drives.servo_diagram, 0, ("servo",), drives.has_servo),
     "power_flow": Kind(lambda: _("Power flow"), _power_flow),
-    "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
     "motion": Kind(lambda: _("Motion"), _motion),
+    "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
     "single_stroke": Kind(lambda: _("One stroke over time"), drives.stroke_diagram),
 }
 """Every diagram of a scene, in the order of the live page."""
