@@ -9,12 +9,15 @@ from __future__ import annotations
 import os
 import sys
 from importlib import import_module
+from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import click
 
 from flywheel.cli.common import INTERRUPTED, STANDARD_OUTPUT, exit_if_unwritten, show, written
+from flywheel.language import LANGUAGES, message, use
 
 __all__ = ["main"]
 
@@ -68,10 +71,22 @@ class _Commands(click.Group):
             return super().make_context(*args, **kwargs)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command that the arguments name; Ctrl-C before it has a result gives one line and exit code 130."""
+        """Run the command that the arguments name; Ctrl-C before it has a result gives one line and exit code 130.
+
+        Usage errors are in the language of --language, even if it stands after the fault.
+        """
+        texts = [*context.args, ""]
+        named = [after if text == "--language" else text.partition("--language=")[2] for text, after in pairwise(texts)]
         try:
             with written(STANDARD_OUTPUT):
                 result = super().invoke(context)
+        except click.UsageError as error:
+            language = next((name for name in named if name in LANGUAGES), "en")
+            lines = StringIO()
+            error.show(lines)
+            with use(language):
+                click.echo("\n".join(message(line, numbers=False) for line in lines.getvalue().splitlines()), err=True)
+            context.exit(error.exit_code)
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)
             sys.exit(INTERRUPTED)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from flywheel.language import LANGUAGES, use
+from flywheel.language import LANGUAGES, message, use
 from flywheel.language import text as _
 
 if TYPE_CHECKING:
@@ -247,7 +247,10 @@ def written(path: Path | str, at_once: bool = False) -> Iterator[None]:
         folder = Path(path).parent
         lost = error.errno == errno.ENOENT and not folder.is_dir()
         tail = f": {str(folder)!r} is no folder" if lost and folder.exists() else f": there is no folder {str(folder)!r}"
-        click.echo(f"{path}: cannot be written ({reason}){tail if lost else ''}", err=True)
+        with use(requested_language()):
+            click.echo(
+                f"{path}: {message(f'cannot be written ({reason})' + (tail if lost else ''), numbers=False)}", err=True
+            )
         if at_once or path == STANDARD_OUTPUT:
             sys.exit(1)
         click.get_current_context().meta[_UNWRITTEN] = True

@@ -21,7 +21,18 @@ from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
-__all__ = ["DECIMAL_MARKS", "LANGUAGES", "catalogue", "current", "entries", "message", "number", "text", "use"]
+__all__ = [
+    "DECIMAL_MARKS",
+    "LANGUAGES",
+    "catalogue",
+    "current",
+    "entries",
+    "message",
+    "number",
+    "text",
+    "untranslated",
+    "use",
+]
 
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Español"})
 """The available languages, each by its own name."""
@@ -34,7 +45,9 @@ _DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _FIGURE = re.compile(r"(?<![=\w.,])(\d+)\.(?=\d)")
 _QUOTED = re.compile(r'("[^"]*")')
 _PLACEHOLDER = re.compile(r"\{(\d+)\}")
-_ENGLISH = re.compile(r"\b(the|is|are|of|that|which|with|would|it|its|for|from|to|by|at|on|than|there|beyond)\b(?![.(\[=])")
+_ENGLISH = re.compile(
+    r"(?<!-)\b(the|is|are|of|that|which|with|would|it|its|for|from|to|by|at|on|than|there|beyond)\b(?![.(\[=])"
+)
 
 
 @contextmanager
@@ -82,6 +95,17 @@ def message(told: str, numbers: bool = True) -> str:
         return translated
     pieces = _QUOTED.split(translated)
     return "".join(piece if k % 2 else _FIGURE.sub(rf"\1{DECIMAL_MARKS[language]}", piece) for k, piece in enumerate(pieces))
+
+
+def untranslated(told: str) -> bool:
+    """Tests whether the language in use is another and has no translation of a message, which so stays English.
+
+    >>> with use("es"):
+    ...     untranslated("how long it lasts"), untranslated("guesses of one"), untranslated('"what is it"')
+    (True, False, False)
+    """
+    foreign = _current.get() != "en" and _ENGLISH.search(_QUOTED.sub("", told))
+    return bool(foreign) and message(told, numbers=False) == told
 
 
 @lru_cache(2048)

@@ -12,7 +12,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import NamedTuple
 
-from flywheel.language import message
+from flywheel.language import message, untranslated, use
 from flywheel.language import text as _
 
 
@@ -51,7 +51,10 @@ class Fault(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The words for what was found and expected, and the advice, in the language in use."""
+        """The words for what was found and expected, and the advice, in the language in use; English if one part is."""
+        if any(map(untranslated, (self.found, self.expected, self.advice))):
+            with use("en"):
+                return self.sentence
         words = {"found": message(self.found, numbers=False), "expected": message(self.expected, numbers=False)}
         tail = f"; {message(self.advice, numbers=False)}" if self.advice else ""
         return _("found {found}, expected {expected}", **words) + tail

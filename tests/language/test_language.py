@@ -181,3 +181,36 @@ def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
     drawn = " ".join(re.findall(r">([^<>]+)</", picture.read_text("utf-8")))
     assert spanish in drawn
     assert english not in drawn.lower()
+
+
+# What a terminal says: usage errors, files that cannot be written, faults of which a part has no translation.
+
+
+@pytest.mark.parametrize(
+    ("arguments", "spanish"),
+    [
+        (["size", "--language", "es"], "Error: Falta el argumento 'SCENE'."),
+        (["size", "s.toml", "--foo", "--language=es"], "Error: No existe la opción '--foo'."),
+        (
+            ["motion", "s.toml", "--language", "es", "--at", "3"],
+            "Error: Valor no válido de --at: '3' no es un ángulo",
+        ),
+        (["simulate", "s.toml", "--from", "3", "--language", "es"], "Error: Valor no válido de '--from': '3' no es rest ni"),
+        (
+            ["size", "s.toml", "--language", "es", "--plot", "no/p.png"],
+            "no/p.png: no se puede escribir (no existe el",
+        ),
+        (
+            ["motion", "s.toml", "--language", "es", "--law", "2*t"],
+            "s.toml: until: found a law without an end, expected",
+        ),
+    ],
+)
+def test_a_terminal_is_answered_in_its_language(arguments, spanish, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text(starters.starter("slider-crank"))
+    found = CliRunner().invoke(main, arguments)
+    assert found.exit_code in (1, 2)
+    assert found.stderr.splitlines()[-1].startswith(spanish)
+    usage = found.stderr.splitlines()[0]
+    assert usage.startswith(f"Uso: main {arguments[0]} ") or found.exit_code == 1
