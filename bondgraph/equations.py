@@ -38,7 +38,7 @@ from bondgraph.elements import (
 )
 from bondgraph.graph import BondGraph, Builder, Scale, Sum, as_graph
 from bondgraph.motion.algebra import readable, total
-from bondgraph.motion.dynamics import Dynamics, Formulation
+from bondgraph.motion.dynamics import Dynamics, Formulation, upstream
 from bondgraph.motion.walk import Group, Port, Tables, Walk, targets
 from bondgraph.twin import Twin, twin
 
@@ -56,26 +56,34 @@ class SymbolicWalk(Walk):
         self.twin, self.sequential = twin, sequential
         self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
         self.nested = False  # whether a loop was solved by elimination
+        self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
         super().__init__(tables, twin.places[TIME], state, {})
 
     def _moving_effort(self, name: str, law: Law) -> Any:
         return self.twin.hold(exact(super()._moving_effort(name, law)))
+
+    def _rate_of_source(self, name: str) -> Any:
+        import sympy  # type: ignore[import-untyped]
+
+        if self.driven is None or not self.graph.is_linear(name):
+            return super()._rate_of_source(name)
+        return self.driven.setdefault(name, sympy.Symbol(f"{name}'", real=True))
 
     def _closed(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of a loop of resistors: of a few as one fraction; of many, or in sequence, by elimination.
 
         The flows and efforts between are unknowns too, so that what has few neighbours keeps few.
         """
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         if any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
             return super()._closed(ports)
         form, columns = self.form, {self.form.column[p.output] for p in ports}
-        unknown = {v for v, on in form.support.items() if columns.intersection(on)}
+        steps = [form.steps[k] for k in upstream(form, {p.input for p in ports})]
+        needed = {v for step in steps for v in targets(step)} | set(form.column)
+        unknown = {v for v in needed if columns.intersection(form.support[v])}
         made: list[list[tuple[int, Any]]] = []
-        for step in form.steps:
-            if not unknown.intersection(targets(step)):
-                continue
+        for step in (step for step in steps if unknown.intersection(targets(step))):
             if isinstance(step, Scale):
                 made.append([(step.target, -1), (step.source, self._ratio(step.ratio))])
             elif isinstance(step, Sum):

@@ -11,7 +11,7 @@ flows `f_NAME` and efforts `e_NAME` as laws read them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,6 +54,7 @@ class Linear:
         at: the operating point by name.
         A, B, C, D: the matrices, in numbers.
         symbolic: the same four in SymPy.
+        driven: input -> what depends on its rate, which these equations leave out: its transfer functions are refused.
 
     """
 
@@ -66,6 +67,7 @@ class Linear:
     C: Array
     D: Array
     symbolic: tuple[Any, Any, Any, Any]
+    driven: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def poles(self) -> NDArray[np.complex128]:
@@ -139,6 +141,7 @@ class Linear:
         """The same as a `StateSpace` of scipy.signal."""
         from scipy.signal import StateSpace
 
+        refuse(map(self._improper, self.driven))
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> Any:
@@ -150,6 +153,7 @@ class Linear:
         """
         import control  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
+        refuse(map(self._improper, self.driven))
         names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
         return control.ss(self.A, self.B, self.C, self.D, **names)
 
@@ -157,8 +161,19 @@ class Linear:
         for name, known, what in ((u, self.inputs, "input"), (y, self.outputs, "output")):
             if name not in known:
                 raise GraphError(f"no {what} {name!r}: they are {', '.join(known) or 'none'}")
+        if any(name == y or name.startswith(_RATE) for name in self.driven.get(u, ())):
+            raise GraphError(self._improper(u))
         j, i = self.inputs.index(u), self.outputs.index(y)
         return self.B[:, j : j + 1], self.C[i : i + 1], self.D[i : i + 1, j : j + 1]
+
+    def _improper(self, u: str) -> str:
+        return (
+            f"input {u!r}: {' and '.join(self.driven[u])} depends on its rate, for a store follows it, and no A, B, C, D "
+            "say that: put an R between, or ask for other inputs and outputs"
+        )
+
+
+_RATE = "the rate of "
 
 
 def _out_of_reach(matrix: Array, inlet: Array, names: Sequence[str]) -> tuple[str, ...]:
@@ -416,15 +431,23 @@ def linearize(
     refuse(_unknown(graph, names, point, inputs or (), outputs or (), symbols))
     moved = tuple(symbols if inputs is None else inputs)
     shown = tuple(names if outputs is None else outputs)
+    read.walk.driven = {}
+    rates = read.rates()
     told = [_told(read, form, name, dict(zip(names, states, strict=True))) for name in shown]
     given = [symbols[name] for name in moved]
-    matrices = tuple(_jacobian(rows, by) for rows in (read.rates(), told) for by in (states, given))
+    dots = {finish(symbol): name for name, symbol in (*twin.rates.items(), *read.walk.driven.items())}
+    driven: dict[str, tuple[str, ...]] = {}
+    for name, row in zip((*(f"{_RATE}{n}" for n in names), *shown), (*rates, *told), strict=True):
+        for of in (dots[symbol] for symbol in row.free_symbols & dots.keys() if dots[symbol] in moved):
+            driven[of] = (*driven.get(of, ()), name)
+    rates, told = ([row.xreplace(dict.fromkeys(dots, 0)) for row in rows] for rows in (rates, told))
+    matrices = tuple(_jacobian(rows, by) for rows in (rates, told) for by in (states, given))
     numbers = dict(twin.values) | {symbol: point[name] for symbol, name in zip(states, names, strict=True)}
     numbers |= {finish(twin.places[name]): float((signals or {})[name]) for name in graph.signals}
     filled = {symbol: sympy.Float(value, 17) for symbol, value in {**numbers, finish(twin.places[TIME]): 0.0}.items()}
     A, B, C, D = (np.array(full_digits(m.xreplace(filled)).tolist(), dtype=float).reshape(m.shape) for m in matrices)
     _check_kinks(dynamics, point, A)
-    return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]))
+    return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven)
 
 
 def _jacobian(rows: Sequence[Any], by: Sequence[Any]) -> Any:

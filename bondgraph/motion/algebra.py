@@ -8,6 +8,7 @@ straight lines, one state at a time or many at once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,46 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     if not shape:
         return [[float(value) for value in row] for row in solution]
     return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
+
+
+def eliminated(matrix: Sequence[Sequence[Fraction]], right: Sequence[dict[int, Fraction]]) -> list[dict[int, Fraction]]:
+    """X of A X = B in fractions, the rows of B and X by their entries that are not 0.
+
+    >>> eliminated([[Fraction(2), Fraction(1)], [Fraction(0), Fraction(4)]], [{7: Fraction(3)}, {}])
+    [{7: Fraction(3, 2)}, {}]
+    """
+    rows, size = [[*row] for row in matrix], len(matrix)
+    given = [dict(row) for row in right]
+    left, order = list(range(size)), list[int]()
+    for column in range(size):
+        can = [k for k in left if rows[k][column]]
+        if not can:
+            raise GraphError(SINGULAR)
+        pivot = min(can, key=lambda k: sum(map(bool, rows[k])))
+        left.remove(pivot)
+        order.append(pivot)
+        for k in can:
+            if k != pivot:
+                _subtract(rows[k], given[k], rows[k][column] / rows[pivot][column], rows[pivot], given[pivot])
+    for column in reversed(range(size)):
+        own = order[column]
+        given[own] = {c: b / rows[own][column] for c, b in given[own].items()}
+        for k in order[:column]:
+            if rows[k][column]:
+                _subtract([], given[k], rows[k][column], [], given[own])
+    return [given[k] for k in order]
+
+
+def _subtract(
+    row: list[Fraction], given: dict[int, Fraction], factor: Fraction, pivot: Any, of: dict[int, Fraction]
+) -> None:
+    for j, a in enumerate(pivot):
+        if a:
+            row[j] -= factor * a
+    for c, b in of.items():
+        given[c] = given.get(c, Fraction()) - factor * b
+        if not given[c]:
+            del given[c]
 
 
 def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:

@@ -12,8 +12,9 @@ the transformer is the state, without an inertia of its own, so that dead centre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import (
     ONE_PORTS,
+    OWN_FLOW,
     SOURCES,
     STORES,
     Element,
@@ -50,7 +52,7 @@ from bondgraph.graph import (
     places,
     plan,
 )
-from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions
+from bondgraph.motion.algebra import SOUGHT, Balance, eliminated, settle, solutions
 from bondgraph.motion.runge_kutta import MANY
 from bondgraph.motion.walk import (
     Group,
@@ -143,7 +145,7 @@ class Formulation(JunctionStructure):
         known = set(self.column)
         every = {*self.flow.values(), *self.effort.values()}
         self.steps: list[Step] = []
-        self.origins: list[tuple[str, ...]] = []
+        self.origins: list[tuple[Relation, ...]] = []
         self._extend(waiting, known)
         for block in _blocks(graph, waiting, every - known):
             if block.unknown[0] in known:
@@ -154,7 +156,7 @@ class Formulation(JunctionStructure):
                 at = ", ".join(dict.fromkeys(places(graph, block.relations)))
                 raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
             self.steps.append(block)
-            self.origins.append(tuple(r.name for r in block.relations))
+            self.origins.append(block.relations)
             known.update(block.unknown)
             waiting = [r for r in waiting if r not in block.relations]
             self._extend(waiting, known)
@@ -172,7 +174,7 @@ class Formulation(JunctionStructure):
             relation = next(r for r in left if {v for v, _, _ in r.terms} == {target, *from_})
             left.remove(relation)
             self.steps.append(step)
-            self.origins.append((relation.name,))
+            self.origins.append((relation,))
 
     def _ordered(self) -> Iterator[Group]:
         """Acting ports in an order in which each finds what it needs, loops as one."""
@@ -377,9 +379,10 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         owner_of={d.name: form.variable(d.of) for d in form.displacements},
         displacement_of={d.of: d.name for d in reversed(form.displacements)},
         iterated=tuple(g for g in form.groups if _bends(form, g)),
+        closed=loops_of_constants(form),
         bending=frozenset(k for k, p in enumerate(form.followers) if graph.is_curve(p.element.name)),
         weighed=_weighed(form),
-        varying=_upstream(form, {p.input for p in form.followers}),
+        varying=upstream(form, {p.input for p in form.followers}),
         anchored=graph.motions,
     )
     _check_rates(found)
@@ -400,6 +403,70 @@ def _bends(form: Formulation, group: Group) -> bool:
     return bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
 
 
+def loops_of_constants(form: Formulation) -> dict[int, dict[int, float]]:
+    """Gains of all variables in loops of constant resistors, and after them, on what the loops follow from.
+
+    Leaks of 1e20 ohm beside 1 ohm leave no digit to a solution in floats: loops are solved in fractions, and rounded once.
+    """
+    loops = [[_line(form, form.acting[k]) for k in g.members] for g in form.groups if g.loop]
+    members = [[form.acting[k] for k in g.members] for g in form.groups if g.loop]
+    if not any(map(all, loops)):
+        return {}
+    gain = {variable: {k: Fraction(1)} for variable, k in form.column.items()}
+
+    def combined(terms: Iterable[tuple[int, Fraction]], of: Mapping[int, Mapping[int, Fraction]]) -> dict[int, Fraction]:
+        found: dict[int, Fraction] = {}
+        for v, factor in terms:
+            for k, share in of[v].items():
+                found[k] = found.get(k, Fraction()) + factor * share
+        return {k: share for k, share in found.items() if share}
+
+    for step, relations in zip(form.steps, form.origins, strict=True):
+        terms, made = [term for r in relations for term in r.terms], targets(step)
+        if all(isinstance(ratio, float | int) and (v in gain or v in made) for v, ratio, _ in terms):
+            rows = [[(v, int(sign) * Fraction(ratio)) for v, ratio, sign in r.terms] for r in relations]  # type: ignore[arg-type]
+            matrix = [[sum((a for v, a in row if v == u), Fraction()) for u in made] for row in rows]
+            right = [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows]
+            gain |= zip(made, eliminated(matrix, right), strict=True)
+    closed = set[int]()
+    for lines, ports in zip(loops, members, strict=True):
+        if not all(line and gain.keys() >= {v for v, _ in line} for line in lines):
+            continue
+        columns = [form.column[p.output] for p in ports]
+        whole = [combined(line, gain) for line in lines]
+        matrix = [[row.pop(k, Fraction()) for k in columns] for row in whole]
+        try:
+            outputs = dict(zip(columns, eliminated(matrix, [{k: -a for k, a in row.items()} for row in whole]), strict=True))
+        except GraphError as error:
+            raise GraphError(
+                f"the loop of {loop_name(form.graph, ports)} has no solution, or more than one: {error}"
+            ) from error
+        for v in [v for v, shares in gain.items() if outputs.keys() & shares.keys()]:
+            known = outputs | {k: {k: Fraction(1)} for k in gain[v] if k not in outputs}
+            gain[v] = combined(gain[v].items(), known)
+            closed.add(v)
+    return {v: {k: float(share) for k, share in gain[v].items()} for v in closed}
+
+
+def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
+    """The terms of variables whose sum is 0 by a resistor's law, if that is a straight line of numbers; else none."""
+    name, law, graph = port.element.name, port.element.law, form.graph
+    effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
+    sign, own = int(port.sign), graph.own(name)
+    if port.element.kind == "R" and graph.is_linear(name) and isinstance(resistance := graph.constant(name), float):
+        return [(effort, Fraction(1)), (flow, -sign * Fraction(resistance))]
+    if port.element.kind != "R" or own is None or not isinstance(law, Function) or not law.is_affine:
+        return []
+    read = [form.read(port, n) for n in law.of if n != own]
+    value, slopes = law.partials(*[0.0] * len(law.of))
+    if value or None in read:
+        return []
+    slope = -Fraction(slopes[law.of.index(own)])
+    ends = [(effort, Fraction(1)), (flow, sign * slope)] if own == OWN_FLOW else [(flow, Fraction(sign)), (effort, slope)]
+    others = [s for n, s in zip(law.of, slopes, strict=True) if n != own]
+    return ends + [(v, -Fraction(s)) for v, s in zip(read, others, strict=True) if v is not None]
+
+
 def _weighed(form: Formulation) -> tuple[int, ...]:
     tied = {k for p in form.followers for k in form.support[p.input] if k < len(form.stores)}
     places = {p.element.name: k for k, p in enumerate(form.stores)}
@@ -408,7 +475,7 @@ def _weighed(form: Formulation) -> tuple[int, ...]:
     return tuple(sorted(tied | {places[name] for name in form.massless}))
 
 
-def _upstream(form: Formulation, wanted: set[int]) -> tuple[int, ...]:
+def upstream(form: JunctionStructure, wanted: set[int]) -> tuple[int, ...]:
     """The places of the steps that variables follow by."""
     needed, found = set(wanted), list[int]()
     for k in reversed(range(len(form.steps))):

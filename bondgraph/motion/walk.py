@@ -33,7 +33,7 @@ from bondgraph.elements import (
     Motion,
     is_symbolic,
 )
-from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Step, Sum, entry
+from bondgraph.graph import BondGraph, Ratio, Relation, Scale, Solve, Step, Sum, entry
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.recording import Recorded
 
@@ -93,7 +93,7 @@ class JunctionStructure:
     groups: tuple[Group, ...]
     column: Mapping[int, int]
     steps: list[Step]
-    origins: list[tuple[str, ...]]
+    origins: list[tuple[Relation, ...]]
     support: Mapping[int, tuple[int, ...]]
     ties: Mapping[str, Sequence[tuple[str, str]]]
     displacements: tuple[Displacement, ...]
@@ -130,7 +130,7 @@ class JunctionStructure:
                 if target not in targets(step):
                     continue
                 todo += [v for v in sources(step) if v not in self.column]
-                names |= {n: None for n in origin if self.graph.elements[n].kind in ("TF", "GY")}
+                names |= {r.name: None for r in origin if self.graph.elements[r.name].kind in ("TF", "GY")}
             seen.add(target)
         return list(names)
 
@@ -203,6 +203,7 @@ class Tables(NamedTuple):
     owner_of: Mapping[str, int]  # displacement -> flow variable
     displacement_of: Mapping[str, str]  # 1-junction -> displacement
     iterated: tuple[Group, ...]  # groups of ports whose laws are no straight lines in what they give
+    closed: Mapping[int, Mapping[int, float]]  # variable of a loop of constants, or after it -> its gains, rounded once
     bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
     weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
     varying: tuple[int, ...]  # places of the steps whose rates the followers need
@@ -478,17 +479,20 @@ class Walk:
         self.gain = [{} for _ in self.form.support]
         for variable, k in self.form.column.items():
             self.gain[variable] = {k: 1.0}
+        self.gain = [dict(self.tables.closed.get(v, gain)) for v, gain in enumerate(self.gain)]
         for step in self.form.steps:
+            if self.tables.closed.keys() >= {*targets(step)}:
+                continue
             if isinstance(step, Scale):
                 ratio = self._ratio(step.ratio)
                 self.gain[step.target] = {k: ratio * g for k, g in self.gain[step.source].items()}
             elif isinstance(step, Sum):
                 self.gain[step.target] = {
                     k: total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
-                    for k in self.form.support[step.target]
+                    for k in sorted({k for v, _ in step.terms for k in self.gain[v]})
                 }
             else:
-                columns, right = self.form.support[step.unknown[0]], []
+                columns, right = sorted({k for v in sources(step) for k in self.gain[v]}), []
                 for relation in step.relations:
                     known = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
                     right.append(
@@ -515,6 +519,8 @@ class Walk:
                     return
                 found = self._given[place] if place < len(self._given) else self._settled(ports)
                 place += 1
+            elif ports[0].output in self.tables.closed:
+                found = [self.value(port.output) for port in ports]
             elif group.loop or not self._explicit(ports[0]):
                 found = self._closed(ports)
             else:

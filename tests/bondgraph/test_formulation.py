@@ -1,5 +1,7 @@
 """Equations along the causal strokes: leaks, stores that follow, loops, laws either way, and one story of what is wrong."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy
@@ -189,6 +191,26 @@ def test_gyrators_and_leaks_of_any_size_keep_their_digits(ratio, leak):
     expected = [-1.2 / leak - 2.8 / ratio, -2.8 / leak + 1.2 / ratio]
     assert_allclose(Dynamics(graph).rates(0.0, 0.6, 0.7), expected, rtol=1e-14)
     assert_allclose(state_equations(graph).numeric()(0.0, [0.6, 0.7]), expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("leaks", [(5.92593e11, 1.43718, 0.00804863), (1e20, 0.1), (1e20, 1e-3, 1e17, 1e20)])
+def test_a_loop_of_leaks_and_resistors_is_solved_to_its_last_digit(leaks):
+    """An inertia at a node of resistors: in floats, 1e20 ohm beside 0.1 ohm left no digit to the rate."""
+    graph = Builder().zero("a").on("a", *(R(f"R{k}", leak) for k, leak in enumerate(leaks)), I("m", 2.0)).build()
+    effort = -float(1 / sum(1 / Fraction(leak) for leak in leaks))
+    dynamics = Dynamics(graph)
+    assert_allclose(dynamics.rates(0.0, 2.0), [effort], rtol=1e-15)
+    assert_allclose(dynamics.linear[0], [[effort / 2.0]], rtol=1e-15)
+    at = dynamics.at(0.0, [2.0])
+    assert_allclose([at.flows[k] for k in range(1, 1 + len(leaks))], [effort / leak for leak in leaks], rtol=1e-14)
+
+
+def test_a_field_of_resistors_in_a_loop_is_solved_in_fractions_too():
+    """Coupled resistors beside a leak: the effort of the node solves (K^-1 summed + 1/leak) e = -f."""
+    matrix, leak = [[3.0, 1.0], [1.0, 2.0]], 1e20
+    graph = Builder().zero("a").on("a", I("m", 2.0), R("leak", leak)).field(R("K", matrix), "a", "a").build()
+    conductance = Fraction(3 + 2 - 1 - 1, 5) + 1 / Fraction(leak)
+    assert_allclose(Dynamics(graph).rates(0.0, 2.0), [-float(1 / conductance)], rtol=1e-15)
 
 
 def ladder(rungs):

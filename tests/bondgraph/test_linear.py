@@ -148,6 +148,18 @@ def test_a_bode_diagram_is_drawn_and_saved(tmp_path):
         found.draw_bode("U", "f_rotor", omega, "bode.txt")
 
 
+def test_a_transfer_function_that_needs_the_rate_of_an_input_is_refused():
+    """A voltage across a capacitor makes the current C du/dt: no D says that. The current of the coil is proper."""
+    b = Builder().zero("n").one("s").on("s", Se("u", 1.0)).bond("s", "n").on("n", C("c", 2.0), I("L", 4.0))
+    found = linearize(b.build(), at={}, outputs=["f_s", "f_L"])
+    assert found.driven == {"u": ("f_s",)}
+    assert_allclose(found.response("u", "f_L", 3.0), [1.0 / 12.0j])
+    for call in (lambda: found.transfer("u", "f_s"), lambda: found.zeros("u", "f_s"), found.to_scipy):
+        with pytest.raises(GraphError, match=r"^input 'u': f_s depends on its rate, for a store follows it"):
+            call()
+    assert linearize(motor(), at={}).driven == {}
+
+
 def test_what_is_out_of_reach_has_a_reason():
     """Two circuits of a store each, the second of which pushes the first: no input of the first gets to the second."""
     b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("m", 1.0), R("d", 1.0), Se("G", lambda f_b: 2.0 * f_b))
