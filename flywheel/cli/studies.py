@@ -243,7 +243,7 @@ def _refuse_arguments(
 # -- sensitivities, tolerance, optimize --------------------------------------------------------------------------------
 
 _PLOT_OF = "Figures in table and picture; repeatable, or with commas (default: mass, exact, irregularity, power)."
-_OWN = ("paths", "figures", "figure", "samples", "engine", "vary", "over", "minimize", "maximize", "subject_to")
+_OWN = ("paths", "figures", "figure", "samples", "engine", "vary", "over", "minimize", "maximize", "subject_to", "quantiles")
 _COMPARED = re.compile(r"<=|>=|<|>")
 
 
@@ -304,7 +304,7 @@ def _arguments(*options: dict[str, Any]) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        if not all(fault.path in own or fault.path.startswith("subject_to ") for fault in error.faults):
+        if not all(fault.path in own or fault.path.startswith(("subject_to ", "keep ")) for fault in error.faults):
             raise
         for fault in error.faults:
             click.echo(str(fault), err=True)
@@ -364,6 +364,20 @@ def sensitivities(
 @_OF
 @click.option("--samples", type=int, default=512, show_default=True, help="A power of two; twice as many samples are taken.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
+@click.option(
+    "--keep",
+    callback=limits,
+    multiple=True,
+    metavar="FIGURE<=VALUE",
+    help='A limit, such as "power<=5kW", and the probability that it is kept; repeatable.',
+)
+@click.option(
+    "--quantile",
+    "quantiles",
+    type=click.FloatRange(0.0, 1.0, min_open=True, max_open=True),
+    multiple=True,
+    help="A share of the designs, such as 0.95, in place of 0.01, 0.5 and 0.99; repeatable.",
+)
 @json_flag()
 @plot_option("Draw histograms of figures, and the contributions to their variance.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
@@ -373,6 +387,8 @@ def tolerance(
     of: tuple[str, ...],
     samples: int,
     seed: int,
+    keep: dict[str, tuple[Any, Any]],
+    quantiles: tuple[float, ...],
     as_json: bool,
     plot: Path | None,
     engine: str | None,
@@ -389,7 +405,8 @@ def tolerance(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        given, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine)
+        given, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine, keep=keep)
+        options |= {"quantiles": quantiles} if quantiles else {}
         with _arguments(vary, dict.fromkeys(of)):
             names = tuple(figure_names(of))
             result = study.tolerance(given, vary, figures=names or None, **options)

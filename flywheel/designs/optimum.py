@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs.figures import figures_of
-from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, quantity
+from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum, unit_points
-from flywheel.numerics.units import DIMENSIONS, figure
+from flywheel.numerics.units import figure
 from flywheel.reading.paths import by_path, dotted, with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -400,13 +400,7 @@ def _constraint(family: Variation, name: str, pair: Any) -> _Constraint:
     """A limit, in SI."""
     path = f"subject_to {show(name)}"
     formula = _FigureFormula(family, name, "subject_to")
-    if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or all(end is None for end in pair):
-        raise SceneError([Fault(path, show(pair), "limits (low, high), None where one is open")])
-    dimension = next((own for own, known in DIMENSIONS.items() if known.si == formula.unit), "number")
-    low, high = (None if end is None else quantity(end, dimension, path) for end in pair)
-    if low is not None and high is not None and low > high:
-        raise SceneError([Fault(path, f"from {low:g} to {high:g}", "the lower one first")])
-    return _Constraint(formula, low, high)
+    return _Constraint(formula, *limits_of(pair, formula.unit, path))
 
 
 # -- searches ----------------------------------------------------------------------------------------------------------

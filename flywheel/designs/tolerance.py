@@ -21,7 +21,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, quantity
+from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.arguments import require, shown
@@ -64,11 +64,20 @@ class Bound(NamedTuple):
     at: dict[str, float]
 
 
+class Kept(NamedTuple):
+    """The probability that a figure lies within limits (SI), None where one is open, and its sampling error."""
+
+    low: float | None
+    high: float | None
+    probability: float
+    error: float
+
+
 class Spread(NamedTuple):
     """Spread of one figure (SI): each statistic with its sampling error, extremes where intervals are given.
 
-    `quantiles` are those of `QUANTILES`; `least` and `greatest` of intervals alone. `shares` is empty for a figure that does
-    not vary, and where several numbers vary of which some designs are refused.
+    `quantiles` are those of the `Tolerance`; `least` and `greatest` of intervals alone, `kept` of a limit that is asked for.
+    `shares` is empty for a figure that does not vary, and where several numbers vary of which some designs are refused.
     """
 
     nominal: float
@@ -81,6 +90,7 @@ class Spread(NamedTuple):
     shares: dict[str, Sobol]
     least: Bound | None = None
     greatest: Bound | None = None
+    kept: Kept | None = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -89,7 +99,8 @@ class Tolerance:
 
     `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
     taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one. `messages` tell
-    how designs were sized. Where the user `interrupted` it, all is of the designs until then.
+    how designs were sized. Where the user `interrupted` it, all is of the designs until then. `quantiles` are the shares of
+    designs below those of the spreads; `kept` is the probability that all limits are kept together, with its sampling error.
     """
 
     scene: Scene
@@ -106,6 +117,8 @@ class Tolerance:
     designs: int
     messages: tuple[str, ...] = ()
     interrupted: bool = False
+    quantiles: tuple[float, ...] = QUANTILES
+    kept: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         """Numbers of figures and of varied numbers."""
@@ -136,11 +149,12 @@ class Tolerance:
                 **spread._asdict(),
                 "quantiles": [
                     {"share": q, "value": value, "error": error}
-                    for q, value, error in zip(QUANTILES, spread.quantiles, spread.quantile_errors, strict=True)
+                    for q, value, error in zip(self.quantiles, spread.quantiles, spread.quantile_errors, strict=True)
                 ],
                 "shares": {path: share._asdict() for path, share in spread.shares.items()},
                 "least": spread.least and spread.least._asdict(),
                 "greatest": spread.greatest and spread.greatest._asdict(),
+                "kept": spread.kept and spread.kept._asdict(),
             }
             for name, spread in self.spreads.items()
         }
@@ -154,6 +168,7 @@ class Tolerance:
             "designs": self.designs,
             "refused": self.refused,
             "reason": self.reason or None,
+            "kept": self.kept and dict(zip(("probability", "error"), self.kept, strict=True)),
             "interrupted": self.interrupted,
             "messages": list(self.messages),
         }
@@ -168,6 +183,8 @@ def tolerance(
     seed: int = 0,
     rtol: float = _RTOL,
     engine: str | None = None,
+    quantiles: Iterable[float] = QUANTILES,
+    keep: Mapping[str, Any] | None = None,
 ) -> Tolerance:
     """Finds the spread of a design's figures as some of its numbers lie within intervals, or scatter normally.
 
@@ -184,9 +201,12 @@ def tolerance(
         seed: of the points.
         rtol: required relative error of the figures.
         engine: as of a sweep.
+        quantiles: shares of designs, between 0 and 1.
+        keep: limits (low, high) of figures, by their names, None where one is open; SI, or texts with units. The result
+            has the probability that each is kept, and all together.
 
     Raises:
-        SceneError: if the scene itself is refused, a number or figure is not there, or an interval is none.
+        SceneError: if the scene itself is refused, a number or figure is not there, or an interval or a limit is none.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
@@ -203,8 +223,18 @@ def tolerance(
     intervals, deviations = _given(family, vary)
     if not 64 <= samples <= _MOST_SAMPLES or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
-    centre = family.centre()
-    chosen = [NAMES.index(name) for name in family.there(centre, None if figures is None else figure_names(figures))]
+    shares = tuple(quantiles)
+    if wrong := [q for q in shares if not (isinstance(q, (int, float)) and 0.0 < q < 1.0)]:
+        raise SceneError([Fault("quantiles", shown(wrong[0]), "a share above 0 and below 1")])
+    centre, kept_names = family.centre(), {f"keep {name}": figure_name(f"keep {name}", name) for name in keep or {}}
+    wanted = None if figures is None else list(dict.fromkeys((*figure_names(figures), *kept_names.values())))
+    chosen = [NAMES.index(name) for name in family.there(centre, wanted)]
+    limited = {
+        NAMES.index(name): limits_of(pair, family.unit(name), path)
+        for (path, name), pair in zip(kept_names.items(), (keep or {}).values(), strict=True)
+    }
+    if absent := [path for path, name in kept_names.items() if NAMES.index(name) not in chosen]:
+        raise SceneError([Fault(absent[0], "no figure of this scene", f"one of {', '.join(NAMES[i] for i in chosen)}")])
     nominal, _ = family(family.nominal[:, None])
     if scene.stroke is None:
         family.near = {NAMES[i]: float(nominal[i, 0]) for i in chosen if NAMES[i] in ANGLES}
@@ -232,7 +262,12 @@ def tolerance(
         units=dict(zip(family.paths, family.units, strict=True)),
         intervals=intervals,
         deviations=deviations,
-        spreads={NAMES[i]: _spread(sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i)) for i in chosen},
+        spreads={
+            NAMES[i]: _spread(
+                sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i), shares, limited.get(i)
+            )
+            for i in chosen
+        },
         figure_units={NAMES[i]: family.unit(NAMES[i]) for i in chosen},
         samples=sample.points[:, kept],
         figures={NAMES[i]: sample.values[i, kept] for i in chosen},
@@ -242,6 +277,8 @@ def tolerance(
         messages=(*said, *family.said)
         + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any()),
         interrupted=interrupted,
+        quantiles=shares,
+        kept=_together_kept(sample.values[:, kept[~lost]], limited) if limited else None,
     )
 
 
@@ -371,6 +408,8 @@ def _spread(
     paths: tuple[str, ...],
     samples: int,
     extremes: tuple[Bound, Bound] | None,
+    levels: tuple[float, ...],
+    limits: tuple[float | None, float | None] | None,
 ) -> Spread:
     """The statistics of a figure, each from all samples, with the error that the repeats show.
 
@@ -401,10 +440,12 @@ def _spread(
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
         shares[path] = Sobol(min(max(first, 0.0), 1.0), float(errors[0]), min(max(total, 0.0), 1.0), float(errors[1]))
-    if weights.any():
-        quantiles, doubts = _quantiles(of_plain, model[: 2 * samples], weights @ sample.many)
-    else:
-        quantiles, doubts = _quantiles(of_plain[known], None, of_plain[known])
+    rows = (
+        (of_plain, model[: 2 * samples], weights @ sample.many)
+        if weights.any()
+        else (of_plain[known], None, of_plain[known])
+    )
+    quantiles, doubts = _quantiles(*rows, levels)
     wrong = np.hypot(_repeated(each), 0.0 if weights.any() else _grain(of_plain[known]) * np.array([1.0, 2.0 * deviation]))
     return Spread(
         nominal=nominal,
@@ -417,6 +458,7 @@ def _spread(
         shares=shares,
         least=None if extremes is None else extremes[0],
         greatest=None if extremes is None else extremes[1],
+        kept=None if limits is None else Kept(*limits, *_probability(*rows, limits)),
     )
 
 
@@ -472,7 +514,36 @@ def _repeated(rows: Array) -> Array:
     return np.asarray(np.nanstd(rows, axis=0, ddof=1) / np.sqrt(len(rows)))
 
 
-def _quantiles(values: Array, model: Array | None, many: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _within(values: Array, limits: tuple[float | None, float | None]) -> NDArray[np.bool_]:
+    """Mask of the values that lie within limits."""
+    low, high = limits
+    return np.asarray((values >= (-np.inf if low is None else low)) & (values <= (np.inf if high is None else high)))
+
+
+def _probability(
+    values: Array, model: Array | None, many: Array, limits: tuple[float | None, float | None]
+) -> tuple[float, float]:
+    """The probability that limits are kept, with its sampling error: the share of designs, as for `_quantiles`."""
+    if values.size < 2:
+        return float("nan"), float("nan")
+    inside = _within(values, limits)
+    share = float(inside.mean())
+    differs = share * (1.0 - share) * values.size
+    if model is not None:
+        of_model = _within(model, limits)
+        share, differs = float(_within(many, limits).mean() + share - of_model.mean()), float((inside != of_model).sum())
+    return min(max(share, 0.0), 1.0), sqrt(differs + 1.0) / values.size
+
+
+def _together_kept(values: Array, limited: Mapping[int, tuple[float | None, float | None]]) -> tuple[float, float]:
+    """The probability that all limits are kept by the same design, with its sampling error."""
+    inside = np.all([_within(values[i], limits) for i, limits in limited.items()], axis=0)
+    return _probability(inside.astype(float), None, inside, (0.5, None))
+
+
+def _quantiles(
+    values: Array, model: Array | None, many: Array, levels: tuple[float, ...]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
 
     The share of designs at or below y is that of the model at `many` points, and by how much the shares of samples and
@@ -480,14 +551,14 @@ def _quantiles(values: Array, model: Array | None, many: Array) -> tuple[tuple[f
     """
     count = values.size
     if count < 2:
-        return (float("nan"),) * len(QUANTILES), (float("nan"),) * len(QUANTILES)
+        return (float("nan"),) * len(levels), (float("nan"),) * len(levels)
     ranks, places = np.linspace(0.0, 1.0, count), np.sort(values)
     if model is not None:
         each = np.unique(values)
         shares = [_share(many, each, side) + _share(values, each, side) - _share(model, each, side) for side in _SIDES]
         ranks, places = np.maximum.accumulate(np.stack(shares, axis=1).ravel()), np.repeat(each, 2)
     quantiles, doubts = [], []
-    for q in QUANTILES:
+    for q in levels:
         middle, differs = float(np.interp(q, ranks, places)), q * (1.0 - q) * count
         if model is not None:
             differs = float(((values <= middle) != (model <= middle)).sum())

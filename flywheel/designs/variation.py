@@ -32,9 +32,9 @@ from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError, suggestion
+from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.optima import Slopes, slopes
-from flywheel.numerics.units import QuantityError, parse_quantity
+from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers
 from flywheel.reading.schema import WHEEL_KEYS
 from flywheel.regime import wittenbauer
@@ -242,11 +242,26 @@ def quantity(value: object, dimension: str, path: str) -> float:
     >>> quantity("250 mm", "length", "mechanism.rod.length"), quantity(3, "number", "parameters.n")
     (0.25, 3.0)
     """
-    left_open = dimension == "number" and isinstance(value, str) and path.startswith(("parameters.", "subject_to "))
+    left_open = dimension == "number" and isinstance(value, str) and path.startswith(("parameters.", "subject_to ", "keep "))
     try:
         return parse_quantity(value, None if left_open else dimension)
     except QuantityError as error:
         raise SceneError([Fault(path, error.found, error.expected, error.advice)]) from None
+
+
+def limits_of(pair: Any, unit: str, path: str) -> tuple[float | None, float | None]:
+    """Two limits (SI) of a figure, None where one is open, given as numbers or texts with units; SceneError for others.
+
+    >>> limits_of((None, "5 kW"), "W", "keep power")
+    (None, 5000.0)
+    """
+    if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or all(end is None for end in pair):
+        raise SceneError([Fault(path, show(pair), "limits (low, high), None where one is open")])
+    dimension = next((own for own, known in DIMENSIONS.items() if known.si == unit), "number")
+    low, high = (None if end is None else quantity(end, dimension, path) for end in pair)
+    if low is not None and high is not None and low > high:
+        raise SceneError([Fault(path, f"from {low:g} to {high:g}", "the lower one first")])
+    return low, high
 
 
 def _without_wheel(scene: Scene) -> Scene | None:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from flywheel.designs.figures import FIGURES, shown
 from flywheel.designs.optimum import Optimum
 from flywheel.designs.sweep_results import Sweep, objective
-from flywheel.designs.tolerance import QUANTILES, Tolerance
+from flywheel.designs.tolerance import Tolerance
 from flywheel.designs.variation import Sensitivities, change
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import current_form, written
@@ -166,7 +166,13 @@ def _histogram(panel: Axes, result: Tolerance, name: str) -> None:
         for end, label in ((spread.least, "least and greatest"), (spread.greatest, None)):
             panel.axvline(end.value, color=VERMILLION, lw=1.6, label=label)
     else:
-        for k, label in ((0, f"{100 * QUANTILES[0]:g} and {100 * QUANTILES[-1]:g} %"), (-1, None)):
+        least, most = min(result.quantiles, default=0.0), max(result.quantiles, default=0.0)
+        ends = [
+            (result.quantiles.index(q), label)
+            for q, label in ((least, f"{100 * least:g} and {100 * most:g} %"), (most, None))
+            if q
+        ]
+        for k, label in ends:
             panel.axvline(spread.quantiles[k], color=VERMILLION, ls=":", lw=1.8, label=label)
 
 

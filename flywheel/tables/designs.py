@@ -295,6 +295,8 @@ def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
     if found.intervals:
         blocks.append(["Least and greatest values within the intervals", *_extremes(found, kept)])
     blocks.append([f"Statistics of {count} samples, to the digits that sampling allows", *_statistics(found, kept)])
+    if found.kept is not None:
+        blocks.append(_limits_kept(found))
     blocks += [_shares(found, name) for name in kept if found.spreads[name].shares]
     said = [_sentence(message) for message in found.messages]
     if found.refused:
@@ -324,7 +326,8 @@ def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
 
 
 def _statistics(found: Tolerance, kept: Iterable[str]) -> list[str]:
-    chosen = [QUANTILES.index(q) for q in (0.01, 0.5, 0.99)]
+    levels = found.quantiles
+    chosen = [k for k, q in enumerate(levels) if levels != QUANTILES or q in (0.01, 0.5, 0.99)]
     rows = []
     for name in kept:
         spread = found.spreads[name]
@@ -337,7 +340,26 @@ def _statistics(found: Tolerance, kept: Iterable[str]) -> list[str]:
                 found.figure_units[name],
             )
         )
-    return _cut(columns(rows, ("", "mean", "deviation", *(f"{100 * QUANTILES[k]:g} %" for k in chosen), "")))
+    return _cut(columns(rows, ("", "mean", "deviation", *(f"{100 * levels[k]:g} %" for k in chosen), "")))
+
+
+def _limits_kept(found: Tolerance) -> list[str]:
+    """The probability that each limit is kept, and all of them together."""
+    rows = []
+    for name, spread in found.spreads.items():
+        if spread.kept is None:
+            continue
+        low, high, share, error = spread.kept
+        unit = found.figure_units[name]
+        ends = (f"{_told(low, unit)} <= " if low is not None else "", f" <= {_told(high, unit)}" if high is not None else "")
+        rows.append((f"{ends[0]}{name}{ends[1]} {_unit(unit)}".rstrip(), *_share(share, error)))
+    if len(rows) > 1 and found.kept is not None:
+        rows.append(("all together", *_share(*found.kept)))
+    return ["Probability that a limit is kept, in per cent", *_cut(columns(rows))]
+
+
+def _share(share: float, error: float) -> tuple[str, str]:
+    return f"{100 * share:.4g}", f"± {100 * error:.1g}"
 
 
 def _plain(value: float, error: float) -> str:

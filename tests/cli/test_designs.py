@@ -67,7 +67,15 @@ def test_tolerance_of_intervals_and_of_deviations(scene):
         for line in result.stdout.splitlines()
     )
     assert max(map(len, result.stdout.splitlines())) <= 80
-    data = json.loads(run_design("tolerance", scene, "--vary", "load.0.torque=±2 N m", "--samples", 64, "--json").stdout)
+    asked = ("--keep", "power<=1.6kW", "--quantile", 0.9)
+    data = json.loads(
+        run_design("tolerance", scene, "--vary", "load.0.torque=±2 N m", "--samples", 64, *asked, "--json").stdout
+    )
+    assert data["kept"]["probability"] == data["figures"]["power"]["kept"]["probability"]
+    assert [each["share"] for each in data["figures"]["power"]["quantiles"]] == [0.9]
+    assert (
+        "Probability that a limit is kept" in run_design("tolerance", scene, "--vary", "regime.speed=29:31", *asked).stdout
+    )
     assert data["figures"]["power"]["deviation"] == pytest.approx(30.0, rel=1e-3)
     assert data["figures"]["power"]["least"] is None
 

@@ -469,6 +469,41 @@ def test_deviations_give_quantiles_with_their_sampling_errors():
     assert found.as_dict()["numbers"]["load.0.torque"]["deviation"] == 2.0
 
 
+def test_the_probability_that_limits_are_kept_and_quantiles_of_one_s_choice():
+    """Power T w/2 and work pi T/2 of a normal T (100, 5) and w (30, 2)."""
+    limits = {"power": (None, "1.55 kW"), "energy_fluctuation": (np.pi * 45, np.pi * 55)}
+    vary = {"regime.speed": 2, "load.0.torque": 5}
+    options = {"keep": limits, "quantiles": (0.9,), "figures": ["exact"]}
+    found = flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), vary, samples=512, **options)
+    power, work = found["power"], found["energy_fluctuation"]
+    speed, torque = np.random.default_rng(0).normal([[30.0], [100.0]], [[2.0], [5.0]], (2, 200_000))
+    true = 0.5 * torque * speed <= 1550, np.abs(torque - 100) <= 10
+    assert (power.kept.low, power.kept.high, work.kept.low) == (None, 1550, np.pi * 45)
+    for kept, share in ((power.kept[2:], true[0]), (work.kept[2:], true[1]), (found.kept, true[0] & true[1])):
+        assert kept[0] == pytest.approx(share.mean(), abs=3 * kept[1])
+        assert 0.0 < kept[1] < 0.02
+    assert power.quantiles[0] == pytest.approx(np.quantile(0.5 * torque * speed, 0.9), abs=3 * power.quantile_errors[0])
+    data = found.as_dict()
+    assert data["kept"]["probability"] == found.kept[0]
+    assert data["figures"]["power"]["kept"]["high"] == 1550
+    assert [each["share"] for each in data["figures"]["power"]["quantiles"]] == [0.9]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"keep": {"power": (2, 1)}}, "keep power: found from 2 to 1, expected the lower one first"),
+        ({"keep": {"power": (None, "5 kg")}}, "keep power: found"),
+        ({"keep": {"powr": (None, 5)}}, "keep powr: found .*power"),
+        ({"keep": {"mass": (None, 5)}}, "keep mass: found no figure of this scene|mass"),
+        ({"quantiles": (0.5, 1.0)}, "quantiles: found 1.0, expected a share above 0 and below 1"),
+    ],
+)
+def test_limits_and_quantiles_that_cannot_be_are_refused(options, words):
+    with pytest.raises(flywheel.SceneError, match=words):
+        flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), {"regime.speed": 2}, samples=64, **options)
+
+
 def test_quantiles_of_designs_that_are_left_are_those_of_samples():
     found = flywheel.tolerance(flywheel.load(TOLERANCE_ROTOR), {"regime.speed": 15}, samples=64)
     assert found.refused > 0  # speeds below zero
