@@ -631,14 +631,14 @@ def _messages(
         bound = (problem.low if end == "low" else problem.high)[i]
         gains = problem.gain(best, i)
         beyond = (
-            f", beyond which {name} {further} on" if gains > 0.0 else ", where it limits nothing" if gains == 0.0 else ""
+            f", beyond which {name} still {further}" if gains > 0.0 else ", where it limits nothing" if gains == 0.0 else ""
         )
         yield f"at its {side} bound: {path} = {figure(bound, most=6)}{_unit(family, path)}{beyond}"
     for limit in limits:
         if limit.implied:
             yield f"the wheel's allowable stress is kept although it was not asked for: {limit.text}"
         if limit.binds:
-            yield f"held by a limit: {limit.text}"
+            yield f"at a limit: {limit.text}"
     yield from _edges(problem, best, at_bounds)
 
 

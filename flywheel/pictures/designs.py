@@ -601,7 +601,7 @@ def _subtitle(result: Tradeoff, shown: int) -> str:
         row = result.row(result.cheapest)
         best = f"Cheapest that keeps {result.rtol:g}: {row.name}, {plain(1e3 * (row.seconds or 0.0), 3)} ms"
     if not result.complete:
-        return f"{best}\nNOT WHOLE: {len(result.rows) - shown} of {len(result.rows)} methods are missing"
+        return f"{best}\nINCOMPLETE: {len(result.rows) - shown} of {len(result.rows)} methods are missing"
     return f"{best}; {len(result.rows) - shown} methods have no answer" if shown < len(result.rows) else best
 
 

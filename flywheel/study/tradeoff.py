@@ -114,9 +114,9 @@ class Tradeoff:
         if best.promised is not None and best.promised <= self.rtol:
             return told
         if self.cheapest_promised is None:
-            return told + " It does not know its own error; none that does was run to completion."
+            return told + " It has no error estimate that promises this; no method that has one was run to completion."
         sure = self._priced(self.row(self.cheapest_promised))
-        return told + f" It does not know that it does: the cheapest whose own estimate promises it is {sure}."
+        return told + f" It has no error estimate that promises this; the cheapest method that has one is {sure}."
 
     def _priced(self, row: MethodRow) -> str:
         known = row.error is not None and row.error > self.reference.doubt

@@ -711,12 +711,12 @@ def unfinished(found: Tradeoff) -> list[str]:
     >>> from flywheel.study.answers import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)
     >>> unfinished(Tradeoff(None, *nothing, True))
-    ['NOT WHOLE: interrupted; 0 of 0 methods were run to completion.']
+    ['INCOMPLETE: interrupted; 0 of 0 methods were run to completion.']
     """
     if found.complete:
         return []
     ended = sum(row.outcome in ("done", "no answer") for row in found.rows)
     count = f"{ended} of {len(found.rows)} methods were run to completion"
     if found.interrupted:
-        return [f"NOT WHOLE: interrupted; {count}."]
-    return [f"NOT WHOLE: {count} within {found.budget:g} s; --budget {2 * found.budget:g} runs more."]
+        return [f"INCOMPLETE: interrupted; {count}."]
+    return [f"INCOMPLETE: {count} within {found.budget:g} s; --budget {2 * found.budget:g} runs more."]

@@ -435,7 +435,7 @@ def test_the_options_are_handed_on(tradeoff_scene, asked):
 def test_json_stands_alone_on_standard_output(tradeoff_scene, asked):
     result = run_tradeoff(tradeoff_scene, "--json")
     assert json.loads(result.stdout)["cheapest"] == "exact, closed form, rtol 1e-06"
-    assert result.stderr == "NOT WHOLE: 9 of 10 methods were run to completion within 60 s; --budget 120 runs more.\n"
+    assert result.stderr == "INCOMPLETE: 9 of 10 methods were run to completion within 60 s; --budget 120 runs more.\n"
 
 
 @pytest.mark.slow
@@ -462,7 +462,7 @@ def test_an_interrupted_comparison_is_told_and_drawn(tradeoff_scene, monkeypatch
     picture = tmp_path / "errors.svg"
     result = run_tradeoff(tradeoff_scene, "--plot", picture)
     assert (result.exit_code, drawn) == (130, [picture])
-    assert result.stdout.endswith("NOT WHOLE: interrupted; 1 of 2 methods were run to completion.\n")
+    assert result.stdout.endswith("INCOMPLETE: interrupted; 1 of 2 methods were run to completion.\n")
 
 
 def test_an_interruption_before_anything_is_finished_is_one_line(tradeoff_scene, monkeypatch):
@@ -487,7 +487,7 @@ def test_a_comparison_that_a_signal_interrupts_tells_what_it_has(tradeoff_scene,
     finally:
         signal.signal(signal.SIGINT, before)
     assert (done.exit_code, done.stderr) == (130, "")
-    assert done.stdout.endswith("NOT WHOLE: interrupted; 1 of 3 methods were run to completion.\n")
+    assert done.stdout.endswith("INCOMPLETE: interrupted; 1 of 3 methods were run to completion.\n")
 
 
 def test_a_long_comparison_tells_what_is_run(tradeoff_scene, monkeypatch):

@@ -170,7 +170,7 @@ def test_the_cheapest_is_ringed(drawn):
 @pytest.mark.parametrize(
     ("found", "words"),
     [
-        (compared(row("plain grid", "36 angles", None), title="$x$ \x1b" + 99 * "y"), "NOT WHOLE: 1 of 1"),
+        (compared(row("plain grid", "36 angles", None), title="$x$ \x1b" + 99 * "y"), "INCOMPLETE: 1 of 1"),
         (compared(row("a", error=0.0), reference=REFERENCE._replace(doubt=0.0)), "No method"),
     ],
 )

@@ -593,8 +593,8 @@ def test_what_methods_leave_out_is_told_once():
 def test_a_table_that_is_not_whole_says_so_in_its_last_line(changes):
     found = compared(tradeoff_row("plain grid", "36 angles"), tradeoff_row("collocation", "", None), budget=30.0, **changes)
     wanted = {
-        False: "NOT WHOLE: 1 of 2 methods were run to completion within 30 s; --budget 60 runs more.",
-        True: "NOT WHOLE: interrupted; 1 of 2 methods were run to completion.",
+        False: "INCOMPLETE: 1 of 2 methods were run to completion within 30 s; --budget 60 runs more.",
+        True: "INCOMPLETE: interrupted; 1 of 2 methods were run to completion.",
     }[found.interrupted]
     assert lines_of(found)[-1] == wanted
     assert unfinished(found) == [wanted]
