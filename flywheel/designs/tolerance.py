@@ -278,7 +278,7 @@ def tolerance(
         + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any()),
         interrupted=interrupted,
         quantiles=shares,
-        kept=_together_kept(sample.values[:, kept[~lost]], limited) if limited else None,
+        kept=_together_kept(sample, samples, limited) if limited else None,
     )
 
 
@@ -535,10 +535,22 @@ def _probability(
     return min(max(share, 0.0), 1.0), sqrt(differs + 1.0) / values.size
 
 
-def _together_kept(values: Array, limited: Mapping[int, tuple[float | None, float | None]]) -> tuple[float, float]:
+def _together_kept(
+    sample: _Sample, samples: int, limited: Mapping[int, tuple[float | None, float | None]]
+) -> tuple[float, float]:
     """The probability that all limits are kept by the same design, with its sampling error."""
-    inside = np.all([_within(values[i], limits) for i, limits in limited.items()], axis=0)
-    return _probability(inside.astype(float), None, inside, (0.5, None))
+    values, basis = sample.values[list(limited), : 2 * samples], sample.basis[:, : 2 * samples]
+    fits = [_fitted(basis, row) for row in values]
+    known = values[:, np.isfinite(values).all(axis=0)]
+    rows: list[Any] = [known, None, known]
+    if all(weights.any() for weights in fits):
+        rows = [values, [weights @ basis for weights in fits], [weights @ sample.many for weights in fits]]
+
+    def inside(figures: Iterable[Array]) -> Array:
+        every = [_within(row, limits) for row, limits in zip(figures, limited.values(), strict=True)]
+        return np.all(every, axis=0).astype(float)
+
+    return _probability(*(None if each is None else inside(each) for each in rows), (0.5, None))  # type: ignore[arg-type]
 
 
 def _quantiles(

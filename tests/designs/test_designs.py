@@ -485,6 +485,7 @@ def test_the_probability_that_limits_are_kept_and_quantiles_of_one_s_choice():
     assert power.quantiles[0] == pytest.approx(np.quantile(0.5 * torque * speed, 0.9), abs=3 * power.quantile_errors[0])
     data = found.as_dict()
     assert data["kept"]["probability"] == found.kept[0]
+    assert found.kept[0] <= min(power.kept.probability, work.kept.probability)
     assert data["figures"]["power"]["kept"]["high"] == 1550
     assert [each["share"] for each in data["figures"]["power"]["quantiles"]] == [0.9]
 
