@@ -22,14 +22,14 @@ _CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is nam
 
 
 def part_of_stroke(
-    found: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
+    result: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
 ) -> Part:
     """A period of a machine that works stroke by stroke, at about so many times."""
     from flywheel.motions.single_stroke import course  # a door: motions load linkages
 
-    along = course(found, count)
+    along = course(result, count)
     axis = Axis(along.time, along.phi, "s")
-    return Part(found.scene, None, None, axis, view or {}, rest, stroke=found, course=along)
+    return Part(result.scene, None, None, axis, view or {}, rest, stroke=result, course=along)
 
 
 def stroke_diagram(part: Part, forces: object = "") -> Diagram | str:
@@ -44,22 +44,22 @@ def stroke_diagram(part: Part, forces: object = "") -> Diagram | str:
     return Diagram(figures, title, " ".join(row.about for row in rows), rows)
 
 
-def _bands(found: SingleStroke) -> tuple[Band, ...]:
+def _bands(result: SingleStroke) -> tuple[Band, ...]:
     """Slip of the clutch and braking of the crank."""
-    phases = found.phases
+    phases = result.phases
     return (
         *(Band(leg.begin, leg.end, _("the clutch slips"), "orange") for leg in (phases.legs[0], *phases.slips)),
         Band(phases.brake_time, phases.stop_time, _("the crank is braked"), "sky"),
     )
 
 
-def _speeds(found: SingleStroke, course: Course) -> Row:
-    on = found.strokes.clutch.on
+def _speeds(result: SingleStroke, course: Course) -> Row:
+    on = result.strokes.clutch.on
     least = int(course.driving.argmin())
-    slowest = found.speed_least / found.strokes.wheel  # at the clutch's shaft
+    slowest = result.speed_least / result.strokes.wheel  # at the clutch's shaft
     words = {"speed": written(RPM * slowest), "time": written(float(course.time[least]), 4)}
     lowest = _("least: {speed} rpm at {time} s", **words)
-    slip = {"slip": written(found.phases.lock_time, 4), "stop": written(found.phases.stop_time, 4)}
+    slip = {"slip": written(result.phases.lock_time, 4), "stop": written(result.phases.stop_time, 4)}
     about = _("The clutch slips for {slip} s; the crank stands after {stop} s.", **slip)
     return Row(
         key="stroke_speeds",
@@ -75,19 +75,19 @@ def _speeds(found: SingleStroke, course: Course) -> Row:
         ),
         height=4.4,
         zero=True,
-        bands=_bands(found),
+        bands=_bands(result),
         marks=(Mark("least", float(course.time[least]), slowest, lowest, "blue"),),
     )
 
 
-def _torques(found: SingleStroke, course: Course) -> Row:
-    clutch, brake = found.strokes.clutch, found.strokes.brake
+def _torques(result: SingleStroke, course: Course) -> Row:
+    clutch, brake = result.strokes.clutch, result.strokes.brake
     top = float(np.abs(np.concatenate((course.clutch, course.brake))).max())
     capacity = _("the clutch holds {torque} N m", torque=written(clutch.static_torque))
     near = clutch.static_torque <= _CAPACITY_SHOWN * top
     about = _(
         "Clutch up to {clutch} N m when locked, brake {brake} N m.",
-        clutch=written(found.clutch_torque, 5, found.error["clutch_torque"]),
+        clutch=written(result.clutch_torque, 5, result.error["clutch_torque"]),
         brake=written(brake.torque),
     )
     return Row(
@@ -102,18 +102,18 @@ def _torques(found: SingleStroke, course: Course) -> Row:
         ),
         height=4.4,
         zero=True,
-        bands=_bands(found),
+        bands=_bands(result),
         levels=(Level(clutch.static_torque, clutch.static_torque, capacity),) if near else (),
         notes=() if near else (capacity,),
     )
 
 
-def _energies(found: SingleStroke, course: Course) -> Row:
+def _energies(result: SingleStroke, course: Course) -> Row:
     spent = float(course.drive_work[-1])
     most = int(course.wheel_work.argmax())
-    words = {"energy": written(found.wheel_energy), "time": written(float(course.time[most]), 4)}
+    words = {"energy": written(result.wheel_energy), "time": written(float(course.time[most]), 4)}
     given = _("the wheel has given {energy} J at {time} s", **words)
-    about = _("The drive gives {energy} J a period.", energy=written(spent, 5, found.error["energy"]["motor"]))
+    about = _("The drive gives {energy} J a period.", energy=written(spent, 5, result.error["energy"]["motor"]))
     return Row(
         key="stroke_energies",
         title=_("Energy given since the clutch engaged"),
@@ -126,8 +126,8 @@ def _energies(found: SingleStroke, course: Course) -> Row:
             Curve("both", _("by both"), "ink", ":", 1.6),
         ),
         zero=True,
-        bands=_bands(found),
-        marks=(Mark("greatest", float(course.time[most]), found.wheel_energy, given, "blue"),),
+        bands=_bands(result),
+        marks=(Mark("greatest", float(course.time[most]), result.wheel_energy, given, "blue"),),
     )
 
 

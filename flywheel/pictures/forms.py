@@ -457,15 +457,15 @@ def along_motion(part: Part) -> Samples:
     return record if sizing.constant is None else samples_at(part.machine, sizing.cycle, part.axis.taken)
 
 
-def peak(shown: Array, values: Array, sense: float) -> dict[str, Any] | None:
+def peak(positions: Array, values: Array, sense: float) -> dict[str, Any] | None:
     """Point at which a curve is greatest (sense 1) or least: top of a parabola through three samples, or a sample."""
     signed = np.where(np.isfinite(values), sense * values, -np.inf)
     k = int(signed.argmax())
     if not np.isfinite(signed[k]):
         return None
-    at, value = float(shown[k]), float(signed[k])
-    if 0 < k < shown.size - 1 and np.isfinite(signed[k - 1 : k + 2]).all():
-        (a, b, c), (u, v, w) = shown[k - 1 : k + 2], signed[k - 1 : k + 2]
+    at, value = float(positions[k]), float(signed[k])
+    if 0 < k < positions.size - 1 and np.isfinite(signed[k - 1 : k + 2]).all():
+        (a, b, c), (u, v, w) = positions[k - 1 : k + 2], signed[k - 1 : k + 2]
         if a < b < c:
             left, right = (v - u) / (b - a), (w - v) / (c - b)
             bend = (right - left) / (c - a)
@@ -476,9 +476,9 @@ def peak(shown: Array, values: Array, sense: float) -> dict[str, Any] | None:
     return {"value": sense * value, "at": at}
 
 
-def extremes(shown: Array, values: Array) -> dict[str, Any]:
+def extremes(positions: Array, values: Array) -> dict[str, Any]:
     """The least and the greatest value of a curve, each with its place."""
-    return {"least": peak(shown, values, -1.0), "greatest": peak(shown, values, 1.0)}
+    return {"least": peak(positions, values, -1.0), "greatest": peak(positions, values, 1.0)}
 
 
 def without_noise(forces: Mapping[str, Array]) -> dict[str, Array]:
@@ -536,34 +536,34 @@ _AT_ONCE = 1e-3  # of the median step, of the largest force: a larger change ove
 _SIDES = {"normal": ("blue", "-"), "front": ("vermillion", "--"), "rear": ("green", "-.")}
 
 
-def force_figures(found: Reactions, shown: Array, joints: Iterable[str] | None = None) -> dict[str, Any]:
-    """Forces of joints (all if None) and driving actions at positions `shown`, with their extremes."""
-    linkage = found.poses.linkage
+def force_figures(reactions: Reactions, positions: Array, joints: Iterable[str] | None = None) -> dict[str, Any]:
+    """Forces of joints (all if None) and driving actions at positions `positions`, with their extremes."""
+    linkage = reactions.poses.linkage
     kinds = {joint.name: (joint.kind, joint.first, joint.second) for joint in linkage.joints}
     forces = []
-    for name in found.forces if joints is None else joints:
+    for name in reactions.forces if joints is None else joints:
         kind, first, second = kinds.get(name, ("coupling", "", ""))
-        x, y = (_ended(values, shown.size) for values in found.forces[name])
-        at, force = parted(shown, np.stack((x, y)))
+        x, y = (_ended(values, positions.size) for values in reactions.forces[name])
+        at, force = parted(positions, np.stack((x, y)))
         one: dict[str, Any] = {"name": name, "kind": kind, "first": first, "second": second, "x": x, "y": y}
         if kind == SLIDE:
-            parts = {part: _ended(values, shown.size) for part, values in found.components[name].items()}
+            parts = {part: _ended(values, positions.size) for part, values in reactions.components[name].items()}
             one |= {part: parts[part] for part in (*_SIDES, "moment") if part in parts}
-            at, force = parted(shown, np.stack([parts[part] for part in _SIDES if part in parts]))
-        if kind == "coupling" and "moment" in found.components[name]:  # a belt's couple, without a force
-            one["moment"] = _ended(found.components[name]["moment"], shown.size)
+            at, force = parted(positions, np.stack([parts[part] for part in _SIDES if part in parts]))
+        if kind == "coupling" and "moment" in reactions.components[name]:  # a belt's couple, without a force
+            one["moment"] = _ended(reactions.components[name]["moment"], positions.size)
         one["largest"] = peak(at, np.abs(force).max(axis=0) if kind == SLIDE else np.hypot(*force), 1.0)
         forces.append(one)
     driving = []
-    for name, action in found.actions.items():
-        values = _ended(action, shown.size)
-        at, (cut,) = parted(shown, values)
+    for name, action in reactions.actions.items():
+        values = _ended(action, positions.size)
+        at, (cut,) = parted(positions, values)
         unit = "N m" if linkage.joint(name).kind == PIN else "N"
         driving.append({"name": name, "unit": unit, "values": values, **extremes(at, cut)})
     return {"joints": forces, "driving": driving}
 
 
-def force_rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cyclic: bool = False) -> Iterator[Row]:
+def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *, cyclic: bool = False) -> Iterator[Row]:
     """The rows of those figures; `cyclic`: the positions are those of a whole cycle, whose ends may differ by a jump."""
     for k, joint in enumerate(figures["joints"]):
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
@@ -573,7 +573,7 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cy
             yield Row(key, title, _("force"), "N", about, ())
             continue
         if is_belt:
-            yield _moment_row(key, title, joint["moment"], shown)
+            yield _moment_row(key, title, joint["moment"], positions)
             continue
         factor, unit = scaled("N", largest["value"])
         about = _(
@@ -585,7 +585,7 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cy
         if joint["kind"] != SLIDE:
             values = np.stack((joint["x"], joint["y"]))
             curves: tuple[Curve, ...] = Curve(f"{key}.x", "Fx", "blue", "-", 1.6), Curve(f"{key}.y", "Fy", "blue", "-", 1.6)
-            along, jumps = force_marks(shown, values, linkage.sliding), breaks(shown, values, cyclic=cyclic)
+            along, jumps = force_marks(positions, values, linkage.sliding), breaks(positions, values, cyclic=cyclic)
             row = Row(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
             yield row._replace(along=along, breaks=jumps)
             continue
@@ -594,24 +594,24 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, shown: Array, *, cy
         curves = tuple(Curve(f"{key}.{part}", words[part], *_SIDES[part], 1.6) for part in sides)
         values = np.stack([joint[part] for part in sides])
         row = Row(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
-        yield row._replace(breaks=breaks(shown, values))
+        yield row._replace(breaks=breaks(positions, values))
         moment = joint.get("moment")
         if moment is not None and float(np.nanmax(np.abs(moment), initial=0.0)) > _NEGLIGIBLE * largest["value"]:
-            yield _moment_row(key, title, moment, shown)
+            yield _moment_row(key, title, moment, positions)
     for k, drive in enumerate(figures["driving"]):
-        yield _action_row(k, drive, shown)
+        yield _action_row(k, drive, positions)
 
 
-def _moment_row(key: str, title: str, moment: Array, shown: Array) -> Row:
+def _moment_row(key: str, title: str, moment: Array, positions: Array) -> Row:
     """The row of a moment in a slide, or of a belt's couple."""
     least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
     about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
     curve = Curve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
     row = Row(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
-    return row._replace(breaks=breaks(shown, moment))
+    return row._replace(breaks=breaks(positions, moment))
 
 
-def _action_row(k: int, drive: Mapping[str, Any], shown: Array) -> Row:
+def _action_row(k: int, drive: Mapping[str, Any], positions: Array) -> Row:
     """The row of a driving torque or force."""
     name, title = _("driving torque"), _("driving torque at {joint}", joint=drive["name"])
     if drive["unit"] == "N":
@@ -623,7 +623,7 @@ def _action_row(k: int, drive: Mapping[str, Any], shown: Array) -> Row:
     about = _("from {least} to {most} {unit}", least=written(factor * low, 4), most=written(factor * high, 4), unit=unit)
     curves = (Curve(f"driving.{k}.values", name, "green", "-", 1.6),)
     row = Row(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
-    return row._replace(breaks=breaks(shown, drive["values"]))
+    return row._replace(breaks=breaks(positions, drive["values"]))
 
 
 def heading_of(linkage: Linkage, name: str) -> str:
@@ -634,19 +634,19 @@ def heading_of(linkage: Linkage, name: str) -> str:
     return name
 
 
-def force_marks(shown: Array, values: Array, sliding: bool) -> tuple[float, ...]:
+def force_marks(positions: Array, values: Array, sliding: bool) -> tuple[float, ...]:
     """Positions (rad or m) at which a hodograph (2, n) is marked: every 30 deg, more where several turns crowd.
 
     Along a short way, or a slide's, they are even. A curve that ends where it begins is marked there once; where the force
     is not known, not at all.
     """
-    low, high = float(shown.min()), float(shown.max())
+    low, high = float(positions.min()), float(positions.max())
     if sliding or np.degrees(high - low) < _SHORT:
         places = np.linspace(low, high, _ALONG)
     else:
         step = np.radians(_STEP) * max(ceil((high - low) / TURN - 1e-9), 1)
         places = step * np.arange(ceil(low / step - 1e-9), int(high / step + 1e-9) + 1)
-    spots = np.stack([np.interp(places, shown, part) for part in values])
+    spots = np.stack([np.interp(places, positions, part) for part in values])
     known = np.isfinite(spots).all(axis=0)
     places, spots = places[known], spots[:, known]
     if not sliding and places.size > 1:

@@ -67,62 +67,64 @@ class Line(NamedTuple):
         return f"{self.curve}.{self.component}" if self.component else self.curve
 
 
-def plot(found: Kinematics, path: str | Path) -> None:
+def plot(kinematics: Kinematics, path: str | Path) -> None:
     """Draws a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
 
     Raises ValueError for any other ending, SceneError for fewer than two positions, OSError where it cannot be written.
     """
-    figures.save(draw(found), path)
+    figures.save(draw(kinematics), path)
 
 
-def draw(found: Kinematics) -> Figure:
+def draw(kinematics: Kinematics) -> Figure:
     """The figure: three panels for angles and three for lengths, as far as there are such curves."""
-    if np.unique(found.axis).size < 2:
+    if np.unique(kinematics.axis).size < 2:
         raise SceneError([Fault("points", "a single position", "two at least, for a curve between them")])
-    wanted, left_out = shown(list(found.curves.values()))
+    wanted, left_out = shown(list(kinematics.curves.values()))
     columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
     title = ": ".join(
-        part for part in (found.scene.title or "", _("motion {condition}", condition=message(found.condition))) if part
+        part
+        for part in (kinematics.scene.title or "", _("motion {condition}", condition=message(kinematics.condition)))
+        if part
     )
     told_of = wrap(title, 62 * len(columns)) + [_("({number} more curves can be drawn by name)", number=left_out)] * bool(
         left_out
     )
     made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, "\n".join(told_of))
-    found, columns = close(found, columns)
+    kinematics, columns = close(kinematics, columns)
     panels = made.subplots(3, len(columns), sharex=True, squeeze=False)
-    scale, label = axis_of(found)
+    scale, label = axis_of(kinematics)
     for column, curves in zip(panels.T, columns, strict=True):
         for order, panel in enumerate(column):
-            draw_panel(panel, found, curves, order, scale)
+            draw_panel(panel, kinematics, curves, order, scale)
         column[-1].set_xlabel(label)
-        legend(column[0], found, curves)
+        legend(column[0], kinematics, curves)
     made.draw_without_rendering()
     for column, curves in zip(panels.T, columns, strict=True):
         for order, panel in enumerate(column):
-            _mark_extremes(panel, found, curves, order, scale)
+            _mark_extremes(panel, kinematics, curves, order, scale)
     return made
 
 
-def close(found: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, list[list[Curve]]]:
+def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, list[list[Curve]]]:
     """The same motion between its first and last place at many places, and at both sides of where something switches."""
-    course = found.course
-    of = found.t if course.variable == TIME else found.q
+    course = kinematics.course
+    of = kinematics.t if course.variable == TIME else kinematics.q
     assert of is not None
     low, high = float(of.min()), float(of.max())
-    at = found.breakpoints if found.over == course.variable else np.array([])
+    at = kinematics.breakpoints if kinematics.over == course.variable else np.array([])
     beside = _BESIDE * (high - low)
     variable = np.unique(np.concatenate((of, np.linspace(low, high, _POINTS), at - beside, at + beside)))
     variable = np.clip(variable, low, high - beside)  # at its very end a cycle may have begun anew
     driver = course.at(np.unique(variable))
-    known = Moving(found.scene).plain(driver, [curve.name for column in columns for curve in column])
+    known = Moving(kinematics.scene).plain(driver, [curve.name for column in columns for curve in column])
 
     def along(curve: Curve) -> Curve:
         position, velocity, acceleration = known[curve.name]
         return curve._replace(position=position, velocity=velocity, acceleration=acceleration)
 
-    many = replace(found, t=driver.t, q=driver.q, rate=driver.rate, acceleration=driver.acceleration)
-    many.__dict__["_survey"] = found.__dict__["_survey"]  # what is known of the whole motion is not found again
+    many = replace(kinematics, t=driver.t, q=driver.q, rate=driver.rate, acceleration=driver.acceleration)
+    many.__dict__["_survey"] = kinematics.__dict__["_survey"]  # what is known of the whole motion is not found again
     return many, [[along(curve) for curve in column] for column in columns]
 
 
@@ -136,12 +138,12 @@ def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
     return chosen, len(curves) - len(chosen)
 
 
-def axis_of(found: Kinematics) -> tuple[float, str]:
+def axis_of(kinematics: Kinematics) -> tuple[float, str]:
     """Factor of the axis, and its label with the unit."""
-    axis = found.axis
-    if found.over == "time" and found.t is not None:
+    axis = kinematics.axis
+    if kinematics.over == "time" and kinematics.t is not None:
         return (1000.0, _("time, ms")) if float(np.ptp(axis)) < 0.1 else (1.0, _("time, s"))
-    if found.sliding:
+    if kinematics.sliding:
         return (
             (1000.0, _("position of the driver, mm"))
             if float(np.abs(axis).max()) < 1.0
@@ -150,27 +152,27 @@ def axis_of(found: Kinematics) -> tuple[float, str]:
     return 180.0 / np.pi, _("driver's angle φ, deg")
 
 
-def _turns(found: Kinematics) -> bool:
+def _turns(kinematics: Kinematics) -> bool:
     """Tests whether the axis counts degrees of a driver that turns."""
-    return not found.sliding and not (found.over == "time" and found.t is not None)
+    return not kinematics.sliding and not (kinematics.over == "time" and kinematics.t is not None)
 
 
-def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
+def scale_of(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
     """Factor of values, and the label of their panel: order 0 for positions, 1 velocities, 2 accelerations."""
     turning = curves[0].kind == ANGLE
-    by = "x" if found.sliding else "φ"
+    by = "x" if kinematics.sliding else "φ"
     if turning and order == 0:
         return 180.0 / np.pi, _("angle, deg")
-    if found.rate is None:
+    if kinematics.rate is None:
         prime = ("", "'", "''")[order]
         if turning:
-            unit = ("", "rad/m", "rad/m²")[order] if found.sliding else "1"
+            unit = ("", "rad/m", "rad/m²")[order] if kinematics.sliding else "1"
             return 1.0, f"θ{prime} = {('', 'dθ/d', 'd²θ/d')[order]}{by}{'²' * (order == 2)}, {unit}"
         largest = max(float(np.nanmax(np.abs(_figure(curve, order)))) for curve in curves)
-        factor, length = (1000.0, "mm") if largest < 1.0 and not (found.sliding and order) else (1.0, "m")
+        factor, length = (1000.0, "mm") if largest < 1.0 and not (kinematics.sliding and order) else (1.0, "m")
         if order == 0:
             return factor, _("displacement, {length}", length=length)
-        unit = ("", "1", "1/m")[order] if found.sliding else f"{length}/rad{'²' * (order == 2)}"
+        unit = ("", "1", "1/m")[order] if kinematics.sliding else f"{length}/rad{'²' * (order == 2)}"
         return factor, f"s{prime} = {('', 'ds/d', 'd²s/d')[order]}{by}{'²' * (order == 2)}, {unit}"
     if turning:
         return 1.0, ("", _("angular velocity, rad/s"), _("angular acceleration, rad/s²"))[order]
@@ -187,16 +189,16 @@ def _figure(curve: Curve, order: int) -> Array:
     return (curve.position, curve.velocity, curve.acceleration)[order]
 
 
-def lines(found: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Line]:
+def lines(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Line]:
     """The lines of a panel, in SI: a point has two, x and y."""
-    axis = found.axis
-    rising = np.argsort(axis, kind="stable") if found.course.variable != TIME else np.arange(axis.size)
+    axis = kinematics.axis
+    rising = np.argsort(axis, kind="stable") if kinematics.course.variable != TIME else np.arange(axis.size)
     for k, curve in enumerate(curves):
         values = _figure(curve, order)
         colour, dashes = BODIES[k % len(BODIES)], _DASHES[k // len(BODIES) % len(_DASHES)]
         for i, part in enumerate("xy" if curve.kind == POINT else ("",)):
             y = values[i] if part else values
-            line = broken(axis[rising], y[rising], found.breakpoints)
+            line = broken(axis[rising], y[rising], kinematics.breakpoints)
             yield Line(curve.name, part, colour, "--" if part == "y" else dashes, *line)
 
 
@@ -216,43 +218,43 @@ def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
 # -- one panel -------------------------------------------------------------------------------------------------------
 
 
-def draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+def draw_panel(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
     """The lines of curves, in an order of derivative, with what switches and stands still."""
-    factor, label = scale_of(found, curves, order)
+    factor, label = scale_of(kinematics, curves, order)
     figures.name_axes(panel, "", "", label)
-    for at in found.breakpoints:
+    for at in kinematics.breakpoints:
         panel.axvline(scale * at, color=GREY, lw=0.7, ls=":", zorder=1.2)
     for k, curve in enumerate(curves):
-        for at in found.dead_centres.get(curve.name, ()):
+        for at in kinematics.dead_centres.get(curve.name, ()):
             panel.axvline(scale * float(at), color=BODIES[k % len(BODIES)], lw=0.7, ls="-.", zorder=1.3)
-    for line in lines(found, curves, order):
+    for line in lines(kinematics, curves, order):
         panel.plot(scale * line.x, factor * line.y, color=line.colour, ls=line.dashes, lw=1.6, zorder=3)
-    ticks(panel, found)
+    ticks(panel, kinematics)
     if order:
         panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
     panel.margins(y=0.16)
 
 
-def ticks(panel: Axes, found: Kinematics) -> None:
+def ticks(panel: Axes, kinematics: Kinematics) -> None:
     """Limits of the axis, and ticks at parts of a turn where it counts degrees."""
-    scale = axis_of(found)[0]
-    low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
+    scale = axis_of(kinematics)[0]
+    low, high = scale * float(np.min(kinematics.axis)), scale * float(np.max(kinematics.axis))
     panel.set_xlim(low, high + 2 * _BESIDE * (high - low))  # the whole turn has its tick
-    if _turns(found) and high - low >= 180.0:
+    if _turns(kinematics) and high - low >= 180.0:
         panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
 
 
-def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
+def legend(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
     """Names of the lines above a panel, or beside it, with what the thin lines are."""
-    slides = {of: f"{other} ({of})" for other, of in found.other_names.items() if "." not in other and "." not in of}
+    slides = {of: f"{other} ({of})" for other, of in kinematics.other_names.items() if "." not in other and "." not in of}
     bodies = {curve.name: slides.get(curve.name) for curve in curves if curve.kind == WAY}
     handles = [
         panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=bodies.get(line.curve) or line.label)[0]
-        for line in lines(found, curves, 0)
+        for line in lines(kinematics, curves, 0)
     ]
-    if any(np.size(found.dead_centres.get(curve.name, ())) for curve in curves):
+    if any(np.size(kinematics.dead_centres.get(curve.name, ())) for curve in curves):
         handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label=_("dead centres (in its colour)"))
-    if found.breakpoints.size:
+    if kinematics.breakpoints.size:
         handles += panel.plot([], [], color=GREY, lw=0.9, ls=":", label=_("something switches"))
     if beside:
         panel.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
@@ -265,19 +267,19 @@ def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: b
 # -- extremes --------------------------------------------------------------------------------------------------------
 
 
-def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+def _mark_extremes(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
     """Dots at extremes, with value and place if there are few lines; else those of the panel alone."""
-    factor = scale_of(found, curves, order)[0]
-    label = axis_of(found)[1]
-    unit = "°" if _turns(found) else f" {label.rpartition(', ')[2]}"
-    drawn = list(lines(found, curves, order))
+    factor = scale_of(kinematics, curves, order)[0]
+    label = axis_of(kinematics)[1]
+    unit = "°" if _turns(kinematics) else f" {label.rpartition(', ')[2]}"
+    drawn = list(lines(kinematics, curves, order))
     largest = max(float(np.nanmax(np.abs(line.y))) for line in drawn)
-    low, high = float(np.min(found.axis)), float(np.max(found.axis))
+    low, high = float(np.min(kinematics.axis)), float(np.max(kinematics.axis))
     quantity = ("position", "velocity", "acceleration")[order]
     marks = []
     for line in drawn:
         if np.nanmax(line.y) - np.nanmin(line.y) > _RESTS * largest:
-            mine = [e for e in found.extremes[line.curve] if (e.quantity, e.component) == (quantity, line.component)]
+            mine = [e for e in kinematics.extremes[line.curve] if (e.quantity, e.component) == (quantity, line.component)]
             marks += [(extreme, line.colour) for extreme in mine if low <= extreme.at <= high]
     if len(drawn) > _NAMED and marks:
         ordered = sorted(marks, key=lambda mark: mark[0].value)
@@ -289,7 +291,7 @@ def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], orde
         value = written(0.0 if abs(y) <= rest else y, 5, rest)
         vague = _("about") + " " if mark.at_error > _VAGUE * (high - low) else ""
         at = 0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x
-        place = vague + (written(round(at, 1), 5) if _turns(found) else written(at, 4))
+        place = vague + (written(round(at, 1), 5) if _turns(kinematics) else written(at, 4))
         texts.append(
             panel.text(0.0, 0.0, _("{value} at {place}", value=value, place=f"{place}{unit}"), fontsize=8.0, zorder=5)
         )

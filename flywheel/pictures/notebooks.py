@@ -226,48 +226,48 @@ def _transient(run: Transient) -> Iterator[str]:
     yield curves(run.motion.t, [Curve("speed", run.motion.omega * scale)], "t, s", speed)
 
 
-def _kinematics(found: Kinematics) -> Iterator[str]:
+def _kinematics(motion: Kinematics) -> Iterator[str]:
     """Names of the curves, and the range of each position."""
-    yield f"<p>{escape(repr(found))}</p>"
+    yield f"<p>{escape(repr(motion))}</p>"
     rows = []
-    for name, curve in found.curves.items():
+    for name, curve in motion.curves.items():
         pairs = zip(("x", "y"), np.atleast_2d(curve.position), np.atleast_2d(curve.errors[0]), strict=False)
         for component, values, errors in pairs:
             part, off = name if curve.position.ndim == 1 else f"{name} {component}", float(errors.max())
             ends = (figure(float(end), off, 5) for end in (values.min(), values.max()))
             rows.append((part, *ends, curve.unit))
     yield table(rows, ("position", "least", "greatest", ""))
-    yield from (f"<p>Note: {escape(message)}</p>" for message in found.messages)
+    yield from (f"<p>Note: {escape(message)}</p>" for message in motion.messages)
 
 
-def _forces(found: JointForces) -> Iterator[str]:
+def _forces(forces: JointForces) -> Iterator[str]:
     """Between what every component runs at the positions that were asked for."""
     from flywheel.motions.joint_forces import force_curves
 
-    yield f"<p>{escape(repr(found))}</p>"
+    yield f"<p>{escape(repr(forces))}</p>"
     rows = []
-    for curve in force_curves(found):
+    for curve in force_curves(forces):
         known = curve.values[np.isfinite(curve.values)]
         ends = (_number(float(known.min())), _number(float(known.max()))) if known.size else ("not determined", "")
         rows.append((curve.name, *ends, curve.unit))
     yield table(rows, ("at these positions", "least", "greatest", ""))
-    yield from (f"<p>Note: {escape(message)}</p>" for message in found.messages)
+    yield from (f"<p>Note: {escape(message)}</p>" for message in forces.messages)
 
 
-def _tradeoff(found: Tradeoff) -> Iterator[str]:
+def _tradeoff(comparison: Tradeoff) -> Iterator[str]:
     from flywheel.study.tradeoff import duration
 
-    yield f"<p>{escape(found.sentence)}</p>"
+    yield f"<p>{escape(comparison.sentence)}</p>"
     rows = (
         (row.name, "" if row.error is None else f"{row.error:.1e}", "" if row.seconds is None else duration(row.seconds))
-        for row in found.rows
+        for row in comparison.rows
     )
     yield table(rows, ("method", "relative error", "time"))
 
 
-def _sweep(found: Sweep) -> Iterator[str]:
+def _sweep(sweep: Sweep) -> Iterator[str]:
     """Text of the terminal."""
-    yield f"<pre>{escape(found.table())}</pre>"
+    yield f"<pre>{escape(sweep.table())}</pre>"
 
 
 _SHOWN: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: to look at a scene imports no results

@@ -37,7 +37,7 @@ _FEWEST = 12  # positions of a curve that is closed
 _WIDER = 1.01  # times the widest step: what the step that closes it may be
 
 
-def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
+def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
     """Draws the reactions of joints over the motion, and saves the picture if a file is named.
 
     Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
@@ -46,7 +46,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     curves are closed; rounding is drawn as 0.
 
     Args:
-        found: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
+        reactions: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
         path: where to save the picture, ending in .png, .svg or .pdf; the same reactions give the same file every time.
         joints: names of joints and couplings; all if None.
 
@@ -55,8 +55,8 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
         ValueError: for any other file ending.
 
     """
-    wanted = list(found.forces) if joints is None else list(joints)
-    _check(found, wanted)
+    wanted = list(reactions.forces) if joints is None else list(joints)
+    _check(reactions, wanted)
     columns = ceil(sqrt(len(wanted) + 1))
     rows = -(-(len(wanted) + 1) // columns)
     title = _("Reactions: actions of the first body of each joint on the second")
@@ -64,31 +64,31 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) + 1 :]:
         panel.set_axis_off()
-    _fill(found, made, wanted, panels)
+    _fill(reactions, made, wanted, panels)
     if path is not None:
         figures.save(made, path)
     return made
 
 
-def _check(found: Reactions, wanted: Sequence[str]) -> None:
+def _check(reactions: Reactions, wanted: Sequence[str]) -> None:
     """Refuses names of joints that does not exist, and a single position."""
-    unknown = [name for name in wanted if name not in found.forces]
+    unknown = [name for name in wanted if name not in reactions.forces]
     if unknown:
-        near = {name: nearest(name, list(found.forces)) for name in unknown}
-        known = "one of " + ", ".join(found.forces)
+        near = {name: nearest(name, list(reactions.forces)) for name in unknown}
+        known = "one of " + ", ".join(reactions.forces)
         raise SceneError([Fault("joints", repr(n), known, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown])
-    if np.unique(found.poses.q).size < 2:
+    if np.unique(reactions.poses.q).size < 2:
         raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
 
 
-def _fill(found: Reactions, made: Figure, wanted: Sequence[str], panels: Sequence[Axes]) -> None:
+def _fill(reactions: Reactions, made: Figure, wanted: Sequence[str], panels: Sequence[Axes]) -> None:
     """Draws the reaction of each joint and the driving action of the driver into their panels."""
-    linkage, found = found.poses.linkage, found.cleared()
-    found = found._replace(actions={linkage.driver: found.action})
-    shown = found.poses.q
-    if turn := _whole_round(found.poses):
+    linkage, reactions = reactions.poses.linkage, reactions.cleared()
+    reactions = reactions._replace(actions={linkage.driver: reactions.action})
+    shown = reactions.poses.q
+    if turn := _whole_round(reactions.poses):
         shown = np.append(shown, shown[0] + turn)
-    diagram = Diagram(forms.force_figures(found, shown, wanted))
+    diagram = Diagram(forms.force_figures(reactions, shown, wanted))
     places = dict(zip([*(f"joints.{k}" for k in range(len(wanted))), "driving.0"], panels, strict=False))
     x = np.asarray(1000.0 * shown if linkage.sliding else np.degrees(shown))  # mm, or degrees
     plane, done = [], set()
@@ -162,12 +162,12 @@ def _draw_path(panel: Axes, row: Row, path: Array) -> None:
     panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
-def _mark(panel: Axes, row: Row, shown: Array, path: Array, sliding: bool) -> Iterator[bool]:
+def _mark(panel: Axes, row: Row, positions: Array, path: Array, sliding: bool) -> Iterator[bool]:
     """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged.
 
     Between dots and words it yields whether there is such a corner, which must have its place before words come into it.
     """
-    spots = np.stack([np.interp(row.along, shown, part) for part in path], axis=1)
+    spots = np.stack([np.interp(row.along, positions, part) for part in path], axis=1)
     places = (1000.0 if sliding else 180.0 / np.pi) * np.array(row.along)
     most, unit_of_place = float(np.nanmax(np.hypot(*path))), "" if sliding else "°"
     crowd = np.hypot(*spots.T) <= _NEAR * most

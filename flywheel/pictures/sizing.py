@@ -87,13 +87,13 @@ def _draw_sizing(sizing: Sizing) -> Figure:
     return sheet
 
 
-def _draw_stroke(found: SingleStroke) -> Figure:
+def _draw_stroke(result: SingleStroke) -> Figure:
     """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
-    part = drives.part_of_stroke(found)
+    part = drives.part_of_stroke(result)
     diagram = drives.stroke_diagram(part)
     assert isinstance(diagram, Diagram)
     heights = [row.height for row in diagram.rows]
-    sheet = figures.figure(10.0, sum(heights), " ".join(printable(found.scene.title or "").split()), apart=0.1)
+    sheet = figures.figure(10.0, sum(heights), " ".join(printable(result.scene.title or "").split()), apart=0.1)
     panels = sheet.subplots(len(heights), 1, height_ratios=heights)
     for axes, row in zip(panels, diagram.rows, strict=True):
         later = draw_row(axes, part, diagram, row)
@@ -102,12 +102,12 @@ def _draw_stroke(found: SingleStroke) -> Figure:
     return sheet
 
 
-def stroke_svg(found: SingleStroke) -> str:
+def stroke_svg(result: SingleStroke) -> str:
     """The picture of a period of a machine that works stroke by stroke, as an SVG element."""
     with rc_context(STYLE):
-        rows = drives.stroke_diagram(drives.part_of_stroke(found))
+        rows = drives.stroke_diagram(drives.part_of_stroke(result))
         assert isinstance(rows, Diagram)
-        return figures.svg(_draw_stroke(found), "single_stroke", rows.title, rows.about)
+        return figures.svg(_draw_stroke(result), "single_stroke", rows.title, rows.about)
 
 
 def panel(sizing: Sizing, kind: str, *, form: str = "screen", name: str = "") -> str:

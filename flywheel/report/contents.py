@@ -326,13 +326,13 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
     )
 
 
-def _figure_of_stroke(found: SingleStroke) -> Figure:
+def _figure_of_stroke(result: SingleStroke) -> Figure:
     """The picture of a period."""
 
     def drawn() -> str:
         from flywheel.pictures import sizing as pictures  # which takes long to import
 
-        return pictures.stroke_svg(found)
+        return pictures.stroke_svg(result)
 
     about = _("The clutch slips, the machine works, the brake stops the crank, and the drive brings the wheel back.")
     return Figure(drawn, _("One stroke over time"), about)

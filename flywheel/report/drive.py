@@ -498,31 +498,31 @@ _SYMBOLS = {
 }
 
 
-def sections(found: SingleStroke, picture: Figure) -> Iterator[Section]:
+def sections(result: SingleStroke, picture: Figure) -> Iterator[Section]:
     """Sections on the stroke with its picture, the clutch, the brake, the drive, and the loads over their limits."""
-    yield _stroke(found, picture)
-    yield _clutch(found)
-    yield _brake(found)
-    yield _drive(found)
-    yield _loads(found)
+    yield _stroke(result, picture)
+    yield _clutch(result)
+    yield _brake(result)
+    yield _drive(result)
+    yield _loads(result)
 
 
-def _of(found: SingleStroke, key: str, symbol: str, unit: str) -> Quantity:
-    return Quantity(symbol, float(found.figures[key] or 0.0), unit)
+def _of(result: SingleStroke, key: str, symbol: str, unit: str) -> Quantity:
+    return Quantity(symbol, float(result.figures[key] or 0.0), unit)
 
 
-def _stroke(found: SingleStroke, picture: Figure) -> Section:
-    phases = found.phases
-    inertia = Quantity("J_1", driving_inertia(found.strokes), "kg m²")
+def _stroke(result: SingleStroke, picture: Figure) -> Section:
+    phases = result.phases
+    inertia = Quantity("J_1", driving_inertia(result.strokes), "kg m²")
     start = Quantity("omega_0", phases.begin[0], "rad/s")
-    least = Quantity("omega_min", found.speed_least / found.strokes.wheel, "rad/s")
-    most = Quantity("omega_max", found.speed_greatest / found.strokes.wheel, "rad/s")
+    least = Quantity("omega_min", result.speed_least / result.strokes.wheel, "rad/s")
+    most = Quantity("omega_max", result.speed_greatest / result.strokes.wheel, "rad/s")
     rows: tuple[tuple[Cell, ...], ...] = (
         (_("all that turns before the clutch, on its shaft"), Formula("J_1"), inertia),
         (_("speed of that shaft as the clutch engages"), Formula("omega_0"), start),
         (_("greatest speed"), Formula("omega_max"), most),
         (_("least speed"), Formula("omega_min"), least),
-        (_("period"), Formula("tau"), _of(found, "period", "tau", "s")),
+        (_("period"), Formula("tau"), _of(result, "period", "tau", "s")),
     )
     told = _("The stroke after which speed and angle are what they were, stepped in time from event to event")
     table = Table(told, (_("quantity"), _("symbol"), _("value")), rows)
@@ -530,23 +530,23 @@ def _stroke(found: SingleStroke, picture: Figure) -> Section:
         _("Irregularity of the flywheel's shaft"),
         "epsilon = 2*(omega_max - omega_min)/(omega_max + omega_min)",
         (most, least),
-        _of(found, "irregularity", "epsilon", ""),
+        _of(result, "irregularity", "epsilon", ""),
     )
     energy = Step(
         _("Energy that the driving side has given at its least speed"),
         "W_f = J_1*(omega_0**2 - omega_min**2)/2",
         (inertia, start, least),
-        _of(found, "wheel_energy", "W_f", "J"),
+        _of(result, "wheel_energy", "W_f", "J"),
     )
     return Section(_("The stroke that returns"), (picture, table, eps, energy))
 
 
-def _clutch(found: SingleStroke) -> Section:
+def _clutch(result: SingleStroke) -> Section:
     """Section on heat and time of the slip, compared with two free inertias; the torque of the locked clutch."""
-    strokes = found.strokes
+    strokes = result.strokes
     one = Quantity("J_1", driving_inertia(strokes), "kg m²")
-    two = Quantity("J_2", driven_inertia(strokes, found.phases) / strokes.ratio**2, "kg m²")
-    start = Quantity("omega_0", found.phases.begin[0], "rad/s")
+    two = Quantity("J_2", driven_inertia(strokes, result.phases) / strokes.ratio**2, "kg m²")
+    start = Quantity("omega_0", result.phases.begin[0], "rad/s")
     alone = engage(one.value, start.value, two.value)
     parts: list[Part] = [
         Step(_("While the clutch slips, the driving side is alone with its torque"), "J_1*alpha_1 = M_1 - T"),
@@ -555,7 +555,7 @@ def _clutch(found: SingleStroke) -> Section:
             _("Heat of the clutch in a period"),
             "Q_c = integral(T*(omega_1 - omega_2), t, 0, t_s)",
             (),
-            _of(found, "clutch_heat", "Q_c", "J"),
+            _of(result, "clutch_heat", "Q_c", "J"),
             how=_("by quadrature over the motions of both sides"),
         ),
         Table(
@@ -573,38 +573,38 @@ def _clutch(found: SingleStroke) -> Section:
             _("Greatest torque of the locked clutch: what the driving side has left"),
             "T_max = greatest(abs(M_1 - J_1*alpha_1), t)",
             (),
-            _of(found, "clutch_torque", "T_max", "N m"),
+            _of(result, "clutch_torque", "T_max", "N m"),
             how=_("an extremum of the motion's dense output"),
         ),
     ]
-    again = found.figures["second_slip_angle"]
-    if found.phases.slips and again is not None:
+    again = result.figures["second_slip_angle"]
+    if result.phases.slips and again is not None:
         rows = (
             (_("crank angle"), Formula("phi_2"), Quantity("phi_2", float(again), "rad")),
-            (_("time"), Formula("t_2"), _of(found, "second_slip_time", "t_2", "s")),
-            (_("heat"), Formula("Q_2"), _of(found, "second_slip_heat", "Q_2", "J")),
+            (_("time"), Formula("t_2"), _of(result, "second_slip_time", "t_2", "s")),
+            (_("heat"), Formula("Q_2"), _of(result, "second_slip_heat", "Q_2", "J")),
         )
         told = _("The clutch slips again under the work")
         parts.append(Table(told, (_("quantity"), _("symbol"), _("value")), rows, emphasis=frozenset({0})))
     return Section(_("The clutch"), tuple(parts))
 
 
-def _brake(found: SingleStroke) -> Section:
+def _brake(result: SingleStroke) -> Section:
     parts: list[Part] = [
         Step(
             _("Heat of the brake in a period, the one as it lets go included"),
             "Q_b = integral(T_b*omega_b, t, 0, tau)",
             (),
-            _of(found, "brake_heat", "Q_b", "J"),
+            _of(result, "brake_heat", "Q_b", "J"),
             how=_("by quadrature"),
         ),
-        Step(_("Torque at rest"), "T_b = abs(M_star)/i_b", (), _of(found, "holding_torque", "T_b", "N m")),
+        Step(_("Torque at rest"), "T_b = abs(M_star)/i_b", (), _of(result, "holding_torque", "T_b", "N m")),
     ]
-    plan = found.strokes.plan
+    plan = result.strokes.plan
     if plan.approach is not None:
-        time = _of(found, "emergency_time", "T", "s")
+        time = _of(result, "emergency_time", "T", "s")
         speed, depth = Quantity("K", plan.approach, "m/s"), Quantity("C", plan.intrusion, "m")
-        distance = _of(found, "safety_distance", "S", "m")
+        distance = _of(result, "safety_distance", "S", "m")
         rows: tuple[tuple[Cell, ...], ...] = (
             (_("speed of a hand"), Formula("K"), speed),
             (_("response and longest stop"), Formula("T"), time),
@@ -616,14 +616,14 @@ def _brake(found: SingleStroke) -> Section:
     return Section(_("The brake"), tuple(parts))
 
 
-def _drive(found: SingleStroke) -> Section:
-    work, period = Quantity("W_d", found.energy["motor"], "J"), _of(found, "period", "tau", "s")
-    power = Step(_("Mean power of the drive"), "P_mean = W_d/tau", (work, period), _of(found, "mean_power", "P_mean", "W"))
+def _drive(result: SingleStroke) -> Section:
+    work, period = Quantity("W_d", result.energy["motor"], "J"), _of(result, "period", "tau", "s")
+    power = Step(_("Mean power of the drive"), "P_mean = W_d/tau", (work, period), _of(result, "mean_power", "P_mean", "W"))
     rms = Step(
         _("Root of the mean square of its torque"),
         "T_rms = sqrt(integral(T**2, t, 0, tau)/tau)",
         (),
-        _of(found, "motor_torque_rms", "T_rms", "N m"),
+        _of(result, "motor_torque_rms", "T_rms", "N m"),
         how=_("by quadrature"),
     )
     names = {
@@ -635,24 +635,24 @@ def _drive(found: SingleStroke) -> Section:
         "residual": _("what is missing"),
     }
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (names[key], Quantity("W_d" if key == "motor" else "", value, "J")) for key, value in found.energy.items()
+        (names[key], Quantity("W_d" if key == "motor" else "", value, "J")) for key, value in result.energy.items()
     )
     told = _("What goes in and comes out in a period: every law integrated apart from the stepping")
     return Section(_("Power and energy"), (Table(told, (_("energy"), _("value")), rows), power, rms))
 
 
-def _loads(found: SingleStroke) -> Section:
+def _loads(result: SingleStroke) -> Section:
     loads: tuple[tuple[Cell, ...], ...] = tuple(
-        (share_name(name), Quantity("", share, "%")) for name, share in found.shares.items()
+        (share_name(name), Quantity("", share, "%")) for name, share in result.shares.items()
     )
-    beyond = frozenset(k for k, share in enumerate(found.shares.values()) if share > 1.0)
+    beyond = frozenset(k for k, share in enumerate(result.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
-    parts += [Note(message(told), "remark") for told in trip_messages(found.trips)]
-    parts += [Note(told, "remark") for told in rate_limit(found)]
+    parts += [Note(message(told), "remark") for told in trip_messages(result.trips)]
+    parts += [Note(told, "remark") for told in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []
-    for key, value in found.formulas.items():
+    for key, value in result.formulas.items():
         symbol, unit = _SYMBOLS[key]
-        exact = float(found.figures[key] or 0.0)
+        exact = float(result.figures[key] or 0.0)
         rows.append((BY_KEY[key].name, Formula(symbol), Quantity("", value, unit), Quantity("", exact, unit)))
     head = (_("quantity"), _("symbol"), _("by formula"), _("in the motion"))
     parts.append(Table(_("Formulas of presses compared with the motion"), head, tuple(rows)))

@@ -33,41 +33,41 @@ _OF_BEST = ("exact", "approximate", "inertia_torque", "irregularity", "speed", "
 _APPROXIMATE_TIE = 1e-9  # share by which the approximate flywheel may be below the exact one
 
 
-def sweep_text(found: Sweep, rows: int = 20) -> str:
+def sweep_text(sweep: Sweep, rows: int = 20) -> str:
     """The text of a sweep, with at most `rows` of the designs, evenly chosen."""
-    return paragraphs((_question(found), _best(found), _table(found, rows), _sentences("", notes(found))))
+    return paragraphs((_question(sweep), _best(sweep), _table(sweep, rows), _sentences("", notes(sweep))))
 
 
-def notes(found: Sweep) -> list[str]:
+def notes(sweep: Sweep) -> list[str]:
     """Notes on a sweep in sentences: refusals, dangers, accuracy."""
-    said = list(found.messages)
+    said = list(sweep.messages)
     kinds = {
-        re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in found.reasons.values()
+        re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in sweep.reasons.values()
     }  # numbers make none of their own
-    refused = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in found.reasons.values())
+    refused = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in sweep.reasons.values())
     if refused:
-        said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused and shown as nan:")
+        said.append(f"{sum(refused.values())} of {_designs(len(sweep))} are refused and shown as nan:")
         said += [
             f"{count} x{'' if count == 1 else ', such as'} {kinds[kind]}" for kind, count in refused.most_common(_REASONS)
         ]
         if len(refused) > _REASONS:
             said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
-    said += [f"{path} changes no figure of this scene" for path in _without_effect(found)]
+    said += [f"{path} changes no figure of this scene" for path in _without_effect(sweep)]
     count, most, design = 0, 0.0, 0
-    for part in blocks(len(found)):
-        exact, approximate = found.values["exact"][part], found.values["approximate"][part]
+    for part in blocks(len(sweep)):
+        exact, approximate = sweep.values["exact"][part], sweep.values["approximate"][part]
         below = np.flatnonzero(exact - approximate > _APPROXIMATE_TIE * np.abs(exact))
         share = (exact[below] - approximate[below]) / exact[below]
         count += below.size
         if share.size and share.max() > most:
             most, design = float(share.max()), part.start + int(below[share.argmax()])
-        found.release()
+        sweep.release()
     if count:
         said.append(
             f"DANGER: the approximate flywheel is below the exact one in {_designs(count)}, "
             f"by up to {figure(100 * most, most=3)} % (design {design})"
         )
-    check = found.check
+    check = sweep.check
     if check is not None and not check.failed:
         were = "was" if len(check.designs) == 1 else "were"
         said.append(
@@ -77,18 +77,18 @@ def notes(found: Sweep) -> list[str]:
     return said
 
 
-def _without_effect(found: Sweep) -> list[str]:
+def _without_effect(sweep: Sweep) -> list[str]:
     """The numbers of a grid whose variation changes no figure."""
-    if len(found.shape) != len(found.columns) or not np.isfinite(found.worst).any():
+    if len(sweep.shape) != len(sweep.columns) or not np.isfinite(sweep.worst).any():
         return []
-    idle = {axis: path for axis, (path, column) in enumerate(found.columns.items()) if np.ptp(column) > 0.0}
-    for name in found.names if idle else ():
-        row = found.values[name].reshape(found.shape)
+    idle = {axis: path for axis, (path, column) in enumerate(sweep.columns.items()) if np.ptp(column) > 0.0}
+    for name in sweep.names if idle else ():
+        row = sweep.values[name].reshape(sweep.shape)
         tie = _APPROXIMATE_TIE * np.fmax.reduce(np.abs(row), axis=None)
         for axis in list(idle):
             if (np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) > tie).any():
                 del idle[axis]
-        found.release()
+        sweep.release()
         if not idle:
             break
     return list(idle.values())
@@ -98,68 +98,68 @@ def _designs(count: int) -> str:
     return f"{count} design{'' if count == 1 else 's'}"
 
 
-def _question(found: Sweep) -> list[str]:
-    grid = f", on a grid of {' x '.join(map(str, found.shape))}" if len(found.shape) > 1 else ""
-    lines = wrap(printable(found.scene.title), WIDTH) if found.scene.title else []
-    lines.append(f"A sweep of {_designs(len(found))}{grid}, to a relative error of {found.rtol:g}")
-    units = found.units
+def _question(sweep: Sweep) -> list[str]:
+    grid = f", on a grid of {' x '.join(map(str, sweep.shape))}" if len(sweep.shape) > 1 else ""
+    lines = wrap(printable(sweep.scene.title), WIDTH) if sweep.scene.title else []
+    lines.append(f"A sweep of {_designs(len(sweep))}{grid}, to a relative error of {sweep.rtol:g}")
+    units = sweep.units
     ranges = []
-    for path, column in found.columns.items():
+    for path, column in sweep.columns.items():
         low, high = float(np.min(column)), float(np.max(column))
         words = figure(low, most=_DIGITS) + (f" to {figure(high, most=_DIGITS)}" if high > low else "")
         ranges.append(Row(path, words, units[path]))
     lines += [line[:WIDTH].rstrip() for line in columns(ranges)]
     counts = {"many at once": (TRACED,), "refined": (REFINED,), "one by one": (ALONE,), "refused": (REFUSED,)}
-    ways = {words: int(np.isin(found.ways, ways).sum()) for words, ways in counts.items()}
+    ways = {words: int(np.isin(sweep.ways, ways).sum()) for words, ways in counts.items()}
     told = [f"{count} {words}" for words, count in ways.items() if count]
-    if found.missing:
-        told.append(f"{found.missing} missing")
-    worst = found.worst[np.isfinite(found.worst)]
+    if sweep.missing:
+        told.append(f"{sweep.missing} missing")
+    worst = sweep.worst[np.isfinite(sweep.worst)]
     error = f"; errors at most {worst.max():.1e}" if worst.size else ""
     return [*lines, *_hung(f"sized: {', '.join(told)}{error}", "  ")]
 
 
-def _best(found: Sweep) -> list[str]:
-    name = objective(found)
-    if not np.isfinite(found.values[name]).any():
+def _best(sweep: Sweep) -> list[str]:
+    name = objective(sweep)
+    if not np.isfinite(sweep.values[name]).any():
         return []
-    k, units = found.argmin(name), found.units
-    rows = [Row(path, figure(float(column[k]), most=_DIGITS), units[path]) for path, column in found.columns.items()]
-    shown = [each for each in _OF_BEST if each in found.names]
-    rows += [Row(FIGURES[each].about.partition(",")[0], _figure(found, each, k), units[each]) for each in shown]
+    k, units = sweep.argmin(name), sweep.units
+    rows = [Row(path, figure(float(column[k]), most=_DIGITS), units[path]) for path, column in sweep.columns.items()]
+    shown = [each for each in _OF_BEST if each in sweep.names]
+    rows += [Row(FIGURES[each].about.partition(",")[0], _figure(sweep, each, k), units[each]) for each in shown]
     what = "flywheel" if name == "exact" else name
-    among = f", of the {_designs(len(found) - found.missing)} that are not missing" if found.missing else ""
+    among = f", of the {_designs(len(sweep) - sweep.missing)} that are not missing" if sweep.missing else ""
     return [f"The least {what}: design {k}{among}", *(line[:WIDTH].rstrip() for line in columns(rows))]
 
 
-def _figure(found: Sweep, name: str, k: int) -> str:
-    value, error = float(found.values[name][k]), float(found.error[name][k])
+def _figure(sweep: Sweep, name: str, k: int) -> str:
+    value, error = float(sweep.values[name][k]), float(sweep.error[name][k])
     if math.isnan(value):
         return ""
     return figure(value, 0.0 if math.isnan(error) else error * abs(value), _DIGITS)
 
 
-def _table(found: Sweep, rows: int) -> list[str]:
-    count = len(found)
+def _table(sweep: Sweep, rows: int) -> list[str]:
+    count = len(sweep)
     chosen = list(range(count)) if count <= rows else sorted({k * (count - 1) // (rows - 1) for k in range(rows)})
     if not chosen or rows < 2:
         return []
-    units, short = found.units, short_names(found.columns)
-    names = [name for name in _IN_TABLE if name in found.names]
+    units, short = sweep.units, short_names(sweep.columns)
+    names = [name for name in _IN_TABLE if name in sweep.names]
     cells = {"": [str(k) for k in chosen]}
     heads = {"": ("", "")}
-    for path, column in found.columns.items():
+    for path, column in sweep.columns.items():
         cells[path] = [figure(float(column[k]), most=_DIGITS) for k in chosen]
         heads[path] = short[path], units[path]
     for name in names:
-        cells[name] = [_figure(found, name, k) for k in chosen]
+        cells[name] = [_figure(sweep, name, k) for k in chosen]
         heads[name] = name, units[name]
-    if np.isfinite(found.worst[chosen]).any():
+    if np.isfinite(sweep.worst[chosen]).any():
         heads["error"] = "error", ""
-        cells["error"] = ["" if math.isnan(found.worst[k]) else f"{found.worst[k]:.0e}" for k in chosen]
+        cells["error"] = ["" if math.isnan(sweep.worst[k]) else f"{sweep.worst[k]:.0e}" for k in chosen]
     blocks: list[list[str]] = []
     width = -2
-    order = [*names[:1], *found.columns, *names[1:2], *(["error"] if "error" in cells else []), *names[2:]]
+    order = [*names[:1], *sweep.columns, *names[1:2], *(["error"] if "error" in cells else []), *names[2:]]
     with_units = any(unit for _, unit in heads.values())
     for key in _fitting(order, cells, heads):
         lines = [*heads[key][: 2 if with_units else 1], *aligned(cells[key])]
@@ -201,9 +201,9 @@ _NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
 _WEAK = 1e-3  # per cent: a change whose derivative's error is not printed
 
 
-def per(found: Sensitivities, path: str) -> str:
+def per(sensitivities: Sensitivities, path: str) -> str:
     """Change of the number for which `change` is given."""
-    return "1 deg" if found.units[path] == "rad" else "1 %"
+    return "1 deg" if sensitivities.units[path] == "rad" else "1 %"
 
 
 def unit_of(derivative_of: str, by: str) -> str:
@@ -220,20 +220,25 @@ def unit_of(derivative_of: str, by: str) -> str:
 # -- sensitivities -----------------------------------------------------------------------------------------------------
 
 
-def sensitivities_text(found: Sensitivities, names: Sequence[str] = ()) -> str:
+def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) -> str:
     """Derivatives of some figures, those that change most first."""
-    short = short_names(found.numbers)
+    short = short_names(sensitivities.numbers)
     head = [
-        *_title(found.scene.title),
-        *_wrapped(f"Derivatives by {_numbers(len(found.numbers))}, from {found.designs} designs around this one"),
+        *_title(sensitivities.scene.title),
+        *_wrapped(
+            f"Derivatives by {_numbers(len(sensitivities.numbers))}, from {sensitivities.designs} designs around this one"
+        ),
     ]
     blocks, reasons, worst = [], dict[str, list[str]](), 0.0
-    for name in shown(found.derivatives, names):
+    for name in shown(sensitivities.derivatives, names):
         rows, none = [], []
-        order = sorted(found.numbers, key=lambda path, name=name: -abs(_known(change(found, name, path))))  # type: ignore[misc]
+        order = sorted(sensitivities.numbers, key=lambda path, name=name: -abs(_known(change(sensitivities, name, path))))  # type: ignore[misc]
         for path in order:
-            derivative, unit = found.derivative(name, path), unit_of(found.figure_units[name], found.units[path])
-            share = change(found, name, path)
+            derivative, unit = (
+                sensitivities.derivative(name, path),
+                unit_of(sensitivities.figure_units[name], sensitivities.units[path]),
+            )
+            share = change(sensitivities, name, path)
             if derivative.reason:
                 reasons.setdefault(f"{path}: {derivative.reason}", []).append(name)
             elif abs(derivative.value) <= derivative.error:
@@ -242,8 +247,8 @@ def sensitivities_text(found: Sensitivities, names: Sequence[str] = ()) -> str:
             elif abs(share) > _WEAK:
                 worst = max(worst, derivative.error / abs(derivative.value))
             rows.append((short[path], _slope(derivative), unit, "" if isnan(share) else f"{share:+.3g}"))
-        value, about = figure(found.values[name], most=_DIGITS), FIGURES[name].about.partition(",")[0]
-        title = f"{about}: {value} {found.figure_units[name]}".rstrip()
+        value, about = figure(sensitivities.values[name], most=_DIGITS), FIGURES[name].about.partition(",")[0]
+        title = f"{about}: {value} {sensitivities.figure_units[name]}".rstrip()
         lines = columns(rows, ("by", "derivative", "", "% for 1 % or 1 deg"))
         blocks.append([title, *_cut(lines), *_indented(f"none by {', '.join(none)}" if none else "")])
     said = [f"Relative errors of derivatives are at most {worst:.0e}."] if worst else []
@@ -278,36 +283,36 @@ def _unit(unit: str) -> str:
 # -- tolerances --------------------------------------------------------------------------------------------------------
 
 
-def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
+def tolerance_text(tolerance: Tolerance, names: Sequence[str] = ()) -> str:
     """Table of varied numbers, spread of figures, and shares of the variance."""
-    kept, count = shown(found.spreads, names), found.samples.shape[1]
-    what = "intervals" if found.intervals else "standard deviations"
-    head = [*_title(found.scene.title), *_wrapped(f"Tolerance: {what} of {_numbers(len(found.numbers))}")]
+    kept, count = shown(tolerance.spreads, names), tolerance.samples.shape[1]
+    what = "intervals" if tolerance.intervals else "standard deviations"
+    head = [*_title(tolerance.scene.title), *_wrapped(f"Tolerance: {what} of {_numbers(len(tolerance.numbers))}")]
     rows = []
-    for path, value in found.numbers.items():
-        unit = found.units[path]
-        if found.intervals:
-            low, high = (_told(end, unit) for end in found.intervals[path])
+    for path, value in tolerance.numbers.items():
+        unit = tolerance.units[path]
+        if tolerance.intervals:
+            low, high = (_told(end, unit) for end in tolerance.intervals[path])
             rows.append((path, f"{low} to {high}", _unit(unit)))
         else:
-            rows.append((path, f"{_told(value, unit)} ± {_told(found.deviations[path], unit, 4)}", _unit(unit)))
+            rows.append((path, f"{_told(value, unit)} ± {_told(tolerance.deviations[path], unit, 4)}", _unit(unit)))
     blocks = [[*head, *_cut(columns(rows))]]
-    if found.intervals:
-        blocks.append(["Least and greatest values within the intervals", *_extremes(found, kept)])
-    blocks.append([f"Statistics of {count} samples, to the digits that sampling allows", *_statistics(found, kept)])
-    if found.kept is not None:
-        blocks.append(_limits_kept(found))
-    blocks += [_shares(found, name) for name in kept if found.spreads[name].shares]
-    said = [_sentence(message) for message in found.messages]
-    if found.refused:
-        said.append(f"{found.refused} of {count} samples are refused and left out, such as: {found.reason}")
+    if tolerance.intervals:
+        blocks.append(["Least and greatest values within the intervals", *_extremes(tolerance, kept)])
+    blocks.append([f"Statistics of {count} samples, to the digits that sampling allows", *_statistics(tolerance, kept)])
+    if tolerance.kept is not None:
+        blocks.append(_limits_kept(tolerance))
+    blocks += [_shares(tolerance, name) for name in kept if tolerance.spreads[name].shares]
+    said = [_sentence(message) for message in tolerance.messages]
+    if tolerance.refused:
+        said.append(f"{tolerance.refused} of {count} samples are refused and left out, such as: {tolerance.reason}")
     return paragraphs((*blocks, [line for sentence in said for line in _wrapped(sentence)]))
 
 
-def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
+def _extremes(tolerance: Tolerance, kept: Iterable[str]) -> list[str]:
     rows = []
     for name in kept:
-        spread = found.spreads[name]
+        spread = tolerance.spreads[name]
         if spread.least is None or spread.greatest is None:
             continue
         value = spread.nominal
@@ -319,42 +324,42 @@ def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
                 name,
                 figure(value, most=_DIGITS),
                 *(part for end, share in zip(ends, shares, strict=True) for part in (figure(end, most=_DIGITS), share)),
-                found.figure_units[name],
+                tolerance.figure_units[name],
             )
         )
     return _cut(columns(rows, ("", "given", "least", "", "greatest", "", "")))
 
 
-def _statistics(found: Tolerance, kept: Iterable[str]) -> list[str]:
-    levels = found.quantiles
+def _statistics(tolerance: Tolerance, kept: Iterable[str]) -> list[str]:
+    levels = tolerance.quantiles
     chosen = [k for k, q in enumerate(levels) if levels != QUANTILES or q in (0.01, 0.5, 0.99)]
     rows = []
     for name in kept:
-        spread = found.spreads[name]
+        spread = tolerance.spreads[name]
         rows.append(
             (
                 name,
                 figure(spread.mean, 0.5 * spread.mean_error, _DIGITS),
                 figure(spread.deviation, 0.5 * spread.deviation_error, 4),
                 *(_plain(spread.quantiles[k], 0.5 * spread.quantile_errors[k]) for k in chosen),
-                found.figure_units[name],
+                tolerance.figure_units[name],
             )
         )
     return _cut(columns(rows, ("", "mean", "deviation", *(f"{100 * levels[k]:g} %" for k in chosen), "")))
 
 
-def _limits_kept(found: Tolerance) -> list[str]:
+def _limits_kept(tolerance: Tolerance) -> list[str]:
     """The probability that each limit is kept, and all of them together."""
     rows = []
-    for name, spread in found.spreads.items():
+    for name, spread in tolerance.spreads.items():
         if spread.kept is None:
             continue
         low, high, share, error = spread.kept
-        unit = found.figure_units[name]
+        unit = tolerance.figure_units[name]
         ends = (f"{_told(low, unit)} <= " if low is not None else "", f" <= {_told(high, unit)}" if high is not None else "")
         rows.append((f"{ends[0]}{name}{ends[1]} {_unit(unit)}".rstrip(), *_share(share, error)))
-    if len(rows) > 1 and found.kept is not None:
-        rows.append(("all together", *_share(*found.kept)))
+    if len(rows) > 1 and tolerance.kept is not None:
+        rows.append(("all together", *_share(*tolerance.kept)))
     return ["Probability that a limit is kept, in per cent", *_cut(columns(rows))]
 
 
@@ -368,8 +373,8 @@ def _plain(value: float, error: float) -> str:
     return f"{float(written):.0f}" if "e+" in written and abs(value) < _LONG else written
 
 
-def _shares(found: Tolerance, name: str) -> list[str]:
-    shares = sorted(found.spreads[name].shares.items(), key=lambda item: -item[1].total)
+def _shares(tolerance: Tolerance, name: str) -> list[str]:
+    shares = sorted(tolerance.spreads[name].shares.items(), key=lambda item: -item[1].total)
     rows = [(path, *_percent(share)) for path, share in shares]
     title = f"Contributions to the variance of {name}, in per cent"
     return [title, *_cut(columns(rows, ("", "by itself", "", "with others", "")))]
@@ -386,46 +391,46 @@ def _percent(share: Sobol) -> tuple[str, str, str, str]:
 # -- optima ------------------------------------------------------------------------------------------------------------
 
 
-def optimum_text(found: Optimum) -> str:
+def optimum_text(optimum: Optimum) -> str:
     """The best design, its active constraints, and its confirmation."""
-    which, unit = "greatest" if found.greatest else "least", found.unit and f" {found.unit}"
-    value = f"{figure(found.value, found.error, 8)}{unit}"
+    which, unit = "greatest" if optimum.greatest else "least", optimum.unit and f" {optimum.unit}"
+    value = f"{figure(optimum.value, optimum.error, 8)}{unit}"
     before = ""
-    if found.value_before is not None:
-        share = found.value / found.value_before - 1.0 if found.value_before else float("nan")
-        was = f"{figure(found.value_before, most=_DIGITS)}{unit}"
+    if optimum.value_before is not None:
+        share = optimum.value / optimum.value_before - 1.0 if optimum.value_before else float("nan")
+        was = f"{figure(optimum.value_before, most=_DIGITS)}{unit}"
         before = f", with the scene's own numbers {was}" + ("" if isnan(share) else f" ({100 * share:+.3g} %)")
-    head = [*_title(found.scene.title), *_wrapped(f"The {which} {found.objective}: {value}{before}")]
+    head = [*_title(optimum.scene.title), *_wrapped(f"The {which} {optimum.objective}: {value}{before}")]
     rows = [
         (
             path,
-            _told(value, found.units[path], 8),
-            _unit(found.units[path]),
-            f"{_told(low, found.units[path])} to {_told(high, found.units[path])}",
-            f"at the {'lower' if found.at_bounds[path] == 'low' else 'upper'}" if path in found.at_bounds else "",
+            _told(value, optimum.units[path], 8),
+            _unit(optimum.units[path]),
+            f"{_told(low, optimum.units[path])} to {_told(high, optimum.units[path])}",
+            f"at the {'lower' if optimum.at_bounds[path] == 'low' else 'upper'}" if path in optimum.at_bounds else "",
         )
-        for (path, value), (low, high) in zip(found.numbers.items(), found.bounds.values(), strict=True)
+        for (path, value), (low, high) in zip(optimum.numbers.items(), optimum.bounds.values(), strict=True)
     ]
-    limits = [(limit.name, *_limit(limit), "binds" if limit.binds else "kept") for limit in found.limits]
-    names = shown(found.figures, (*MAIN, "energy_fluctuation", "wheel.stress", "wheel.safety"))
+    limits = [(limit.name, *_limit(limit), "binds" if limit.binds else "kept") for limit in optimum.limits]
+    names = shown(optimum.figures, (*MAIN, "energy_fluctuation", "wheel.stress", "wheel.safety"))
     figures = [
         (
             FIGURES[name].about.partition(",")[0],
-            figure(found.figures[name], found.errors[name], 8),
-            found.figure_units[name],
+            figure(optimum.figures[name], optimum.errors[name], 8),
+            optimum.figure_units[name],
         )
         for name in names
     ]
     confirmed = (
-        f"Confirmed: sizing it alone gives the same, none of {found.around} designs around it is better, and slopes around "
-        "it, with bounds and limits, allow no improvement."
+        f"Confirmed: sizing it alone gives the same, none of {optimum.around} designs around it is better, and slopes "
+        "around it, with bounds and limits, allow no improvement."
     )
-    motor = found.sizing.scene.motor
-    said = [_sentence(message) for message in found.messages]
-    said += [f"Remark: {remark}" for remark in remarks(found.sizing)]
-    said += [] if motor is None or found.sizing.energy is None else warnings(found.sizing, motor)
-    said += [confirmed] if found.confirmed else []
-    said.append(f"{found.designs} designs, {len(found.starts)} search{'' if len(found.starts) == 1 else 'es'}.")
+    motor = optimum.sizing.scene.motor
+    said = [_sentence(message) for message in optimum.messages]
+    said += [f"Remark: {remark}" for remark in remarks(optimum.sizing)]
+    said += [] if motor is None or optimum.sizing.energy is None else warnings(optimum.sizing, motor)
+    said += [confirmed] if optimum.confirmed else []
+    said.append(f"{optimum.designs} designs, {len(optimum.starts)} search{'' if len(optimum.starts) == 1 else 'es'}.")
     return paragraphs(
         (
             [*head, *_cut(columns(rows, ("", "best", "", "bounds", "")))],
@@ -594,7 +599,7 @@ _HEADER = ("", "error", "keeps", "time, ms", "ratio", "positions", "runs", "")
 _RATIO = 4  # the column left out where no method keeps rtol
 
 
-def tradeoff_text(found: Tradeoff) -> str:
+def tradeoff_text(comparison: Tradeoff) -> str:
     """The text of a comparison, at most 100 columns wide.
 
     >>> from flywheel.study.answers import Reference
@@ -603,50 +608,53 @@ def tradeoff_text(found: Tradeoff) -> str:
     >>> print(tradeoff_text(found).splitlines()[1])
     Accuracy against time: the exact flywheel, to a relative error of 1e-06
     """
-    reference, unit = found.reference, found.unit and f" {found.unit}"
-    value = figure(reference.value, reference.doubt * max(abs(reference.value), found.scale), 17)
-    question = wrapped(found.title, "") if found.title else []
-    question.append(f"Accuracy against time: the {found.figure}, to a relative error of {found.rtol:g}")
+    reference, unit = comparison.reference, comparison.unit and f" {comparison.unit}"
+    value = figure(reference.value, reference.doubt * max(abs(reference.value), comparison.scale), 17)
+    question = wrapped(comparison.title, "") if comparison.title else []
+    question.append(f"Accuracy against time: the {comparison.figure}, to a relative error of {comparison.rtol:g}")
     question.append(f"  reference  {value}{unit}, with an error of {reference.doubt:.1e} (relative)")
     question += sentences([f"It comes from {reference.route}.", f"Second route: {reference.verified}."])
-    if found.scale > abs(reference.value):
-        scale = f"{figure(found.scale, most=6)}{unit}"
+    if comparison.scale > abs(reference.value):
+        scale = f"{figure(comparison.scale, most=6)}{unit}"
         question += sentences([f"Errors are relative to {scale}, the scale set by the work exchanged."])
-    question += sentences(found.messages)
+    question += sentences(comparison.messages)
 
     reasons: dict[str, list[MethodRow]] = {}
     missing: dict[str, list[MethodRow]] = {}
-    for row in ordered(found.rows):
+    for row in ordered(comparison.rows):
         if row.error is None:
             reasons.setdefault(f"{row.outcome} ({row.reason})" if row.reason else row.outcome, []).append(row)
         if row.leaves_out:
             missing.setdefault(row.leaves_out, []).append(row)
-    without = [f"{reason}: {_names(rows, found)}" for reason, rows in reasons.items()]
-    without += [f"not for this scene: {name}: {reason}" for name, reason in found.cannot.items()]
-    left_out = [f"{_names(rows, found)}: {what}" for what, rows in missing.items()]
+    without = [f"{reason}: {_names(rows, comparison)}" for reason, rows in reasons.items()]
+    without += [f"not for this scene: {name}: {reason}" for name, reason in comparison.cannot.items()]
+    left_out = [f"{_names(rows, comparison)}: {what}" for what, rows in missing.items()]
     return paragraphs(
         (
             question,
-            _methods(found),
+            _methods(comparison),
             ["Without an answer", *sentences(without)] if without else [],
             ["What methods leave out", *sentences(left_out)] if left_out else [],
-            sentences([found.sentence, *unfinished(found)], ""),
+            sentences([comparison.sentence, *unfinished(comparison)], ""),
         )
     )
 
 
-def tradeoff_json(found: Tradeoff) -> str:
+def tradeoff_json(comparison: Tradeoff) -> str:
     """JSON that `flywheel tradeoff --json` prints, SI throughout."""
-    return encoded(found.as_dict(), indent=2)
+    return encoded(comparison.as_dict(), indent=2)
 
 
-def _methods(found: Tradeoff) -> list[str]:
+def _methods(comparison: Tradeoff) -> list[str]:
     """A line for each answer, under its family's name."""
-    done = ordered(row for row in found.rows if row.error is not None)
+    done = ordered(row for row in comparison.rows if row.error is not None)
     if not done:
         return []
-    least = 1.0 if found.cheapest is None else found.row(found.cheapest).seconds or 1.0
-    marks = dict.fromkeys(found.level, "level") | {found.cheapest_promised: "promised", found.cheapest: "cheapest"}
+    least = 1.0 if comparison.cheapest is None else comparison.row(comparison.cheapest).seconds or 1.0
+    marks = dict.fromkeys(comparison.level, "level") | {
+        comparison.cheapest_promised: "promised",
+        comparison.cheapest: "cheapest",
+    }
     cells: list[tuple[str, ...]] = []
     for family, group in groupby(done, lambda row: row.family):
         rows = list(group)
@@ -657,7 +665,7 @@ def _methods(found: Tradeoff) -> list[str]:
             cells.append(
                 (
                     f"  {_setting(row)}" if _setting(row) else row.name,
-                    error(found, row).rjust(len("< 1.0e-15")),
+                    error(comparison, row).rjust(len("< 1.0e-15")),
                     "?" if row.meets is None else "yes" if row.meets else "no",
                     plain(1e3 * seconds, 3),
                     plain(seconds / least, 2),
@@ -666,14 +674,14 @@ def _methods(found: Tradeoff) -> list[str]:
                     marks.get(row.name, ""),
                 )
             )
-    kept = [k for k in range(len(_HEADER)) if k != _RATIO or found.cheapest is not None]
+    kept = [k for k in range(len(_HEADER)) if k != _RATIO or comparison.cheapest is not None]
     lines = columns([[line[k] for k in kept] for line in cells], [_HEADER[k] for k in kept])
     return ["Methods: true relative error, whether it meets the tolerance, median time on this machine", *lines]
 
 
-def error(found: Tradeoff, row: MethodRow) -> str:
+def error(comparison: Tradeoff, row: MethodRow) -> str:
     """A row's true error; below the reference's own error bound, that bound with "<"."""
-    bound, value = found.reference.doubt, row.error or 0.0
+    bound, value = comparison.reference.doubt, row.error or 0.0
     return f"< {bound:.1e}" if value < bound else f"{value:.1e}"
 
 
@@ -682,12 +690,12 @@ def _setting(row: MethodRow) -> str:
     return row.name.removeprefix(row.family).removeprefix(", ")
 
 
-def _names(rows: list[MethodRow], found: Tradeoff) -> str:
+def _names(rows: list[MethodRow], comparison: Tradeoff) -> str:
     """Rows by family, with their differences if they are not the whole family; families of one kind together."""
     named = []
     for family, group in groupby(rows, lambda row: row.family):
         kind, _, which = family.partition(", ")
-        own, everyone = list(group), ordered(row for row in found.rows if row.family == family)
+        own, everyone = list(group), ordered(row for row in comparison.rows if row.family == family)
         restarted = [row for row in everyone if row.name.endswith(RESTARTED)]
         if own == everyone:
             mark = ""
@@ -705,7 +713,7 @@ def _names(rows: list[MethodRow], found: Tradeoff) -> str:
     return "; ".join(told)
 
 
-def unfinished(found: Tradeoff) -> list[str]:
+def unfinished(comparison: Tradeoff) -> list[str]:
     """Reason why a table is not whole, in a sentence; empty if it is.
 
     >>> from flywheel.study.answers import Reference
@@ -713,10 +721,10 @@ def unfinished(found: Tradeoff) -> list[str]:
     >>> unfinished(Tradeoff(None, *nothing, True))
     ['INCOMPLETE: interrupted; 0 of 0 methods were run to completion.']
     """
-    if found.complete:
+    if comparison.complete:
         return []
-    ended = sum(row.outcome in ("done", "no answer") for row in found.rows)
-    count = f"{ended} of {len(found.rows)} methods were run to completion"
-    if found.interrupted:
+    ended = sum(row.outcome in ("done", "no answer") for row in comparison.rows)
+    count = f"{ended} of {len(comparison.rows)} methods were run to completion"
+    if comparison.interrupted:
         return [f"INCOMPLETE: interrupted; {count}."]
-    return [f"INCOMPLETE: {count} within {found.budget:g} s; --budget {2 * found.budget:g} runs more."]
+    return [f"INCOMPLETE: {count} within {comparison.budget:g} s; --budget {2 * comparison.budget:g} runs more."]

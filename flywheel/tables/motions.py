@@ -29,16 +29,16 @@ _MOST_NAMED = 6
 _MOST_PORTS = 6  # in the overview of a motion, which is to fit a screen
 
 
-def units(found: Kinematics, curve: Curve) -> tuple[str, str, str]:
+def units(motion: Kinematics, curve: Curve) -> tuple[str, str, str]:
     """Units of a curve's position, velocity and acceleration: per second, or per unit of the driver."""
-    per = "s" if found.rate is not None else "m" if found.sliding else "rad"
+    per = "s" if motion.rate is not None else "m" if motion.sliding else "rad"
     return curve.unit, f"{curve.unit}/{per}", f"{curve.unit}/{per}^2"
 
 
 # -- text --------------------------------------------------------------------------------------------------------------
 
 
-def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True, full: bool = True) -> str:
+def motion_text(motion: Kinematics, *, listed: bool = False, tables: bool = True, full: bool = True) -> str:
     """The motion as text: a block for every curve, with its extremes and dead centres over the whole motion.
 
     listed: true for chosen positions: all are shown, and few of them in one table for all curves.
@@ -47,23 +47,23 @@ def motion_text(found: Kinematics, *, listed: bool = False, tables: bool = True,
     """
     resting = [
         name
-        for name, curve in found.curves.items()
+        for name, curve in motion.curves.items()
         if all((np.abs(part) <= error).all() for part, error in zip(curve[4:6], curve.errors[1:], strict=True))
     ]
-    moving = [name for name in found.curves if name not in resting]
-    heads = wrapped(f"{found.scene.title or 'Machine'}: motion {found.condition}", "")
-    blocks = [[*heads, *sentences(found.remarks)]]
-    if listed and found.q.size <= 3:
-        blocks += [_at(found, k, moving) for k in range(found.q.size)]
+    moving = [name for name in motion.curves if name not in resting]
+    heads = wrapped(f"{motion.scene.title or 'Machine'}: motion {motion.condition}", "")
+    blocks = [[*heads, *sentences(motion.remarks)]]
+    if listed and motion.q.size <= 3:
+        blocks += [_at(motion, k, moving) for k in range(motion.q.size)]
     else:
-        ports = [] if full else [name for name in found.ports if name in moving] or moving
-        blocks += [_overview(found, ports)] if ports else [_curve(found, name, listed, tables) for name in moving]
-        if found.breakpoints.size:
-            places = ", ".join(_place(found, at) for at in found.breakpoints[:_MOST_NAMED])
-            more = f" and {found.breakpoints.size - _MOST_NAMED} more" if found.breakpoints.size > _MOST_NAMED else ""
+        ports = [] if full else [name for name in motion.ports if name in moving] or moving
+        blocks += [_overview(motion, ports)] if ports else [_curve(motion, name, listed, tables) for name in moving]
+        if motion.breakpoints.size:
+            places = ", ".join(_place(motion, at) for at in motion.breakpoints[:_MOST_NAMED])
+            more = f" and {motion.breakpoints.size - _MOST_NAMED} more" if motion.breakpoints.size > _MOST_NAMED else ""
             blocks.append(wrapped(f"something switches at {places}{more}", ""))
     if resting and full:
-        where = "; ".join(f"{name} {_standing(found.curves[name])}" for name in resting)
+        where = "; ".join(f"{name} {_standing(motion.curves[name])}" for name in resting)
         blocks.append(wrapped(f"at rest: {where}", ""))
     return paragraphs(blocks)
 
@@ -79,33 +79,34 @@ def _with_degrees(unit: str, value: float, error: float, digits: int = _DIGITS) 
     return f"{unit} ({figure(value * DEGREES, error * DEGREES, digits)} deg)" if unit == "rad" else unit
 
 
-def _overview(found: Kinematics, names: list[str]) -> list[str]:
+def _overview(motion: Kinematics, names: list[str]) -> list[str]:
     """Extremes of some curves in one table, and the options for the others."""
     shown = names[:_MOST_PORTS]
     rows = [
-        (_label(found, name) if not k else "", *row)
+        (_label(motion, name) if not k else "", *row)
         for name in shown
-        for k, row in enumerate(_least_and_greatest(found, name, _FEW_DIGITS))
+        for k, row in enumerate(_least_and_greatest(motion, name, _FEW_DIGITS))
     ]
     more = f"{len(names) - len(shown)} more ports, and all" if len(names) > len(shown) else "all"
     return [
         *columns(rows, ("", "", "least", "greatest")),
         *wrapped(
-            f"{more} {len(found.curves)} bodies, joints and points with --full; tables with --of {_label(found, shown[0])}",
+            f"{more} {len(motion.curves)} bodies, joints and points with --full; "
+            f"tables with --of {_label(motion, shown[0])}",
             "",
         ),
     ]
 
 
-def _label(found: Kinematics, name: str) -> str:
+def _label(motion: Kinematics, name: str) -> str:
     """The name of a curve; of a slide the body that it guides."""
-    return next((other for other, of in found.other_names.items() if of == name and "." not in other), name)
+    return next((other for other, of in motion.other_names.items() if of == name and "." not in other), name)
 
 
-def _columns(found: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Array]]:
+def _columns(motion: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Array]]:
     """Heads, values and errors of a curve's figures as text: of a point both components and the amounts."""
     names = zip(
-        _QUANTITIES, units(found, curve), (curve.position, curve.velocity, curve.acceleration), curve.errors, strict=True
+        _QUANTITIES, units(motion, curve), (curve.position, curve.velocity, curve.acceleration), curve.errors, strict=True
     )
     for name, unit, values, errors in names:
         if curve.kind != POINT:
@@ -119,63 +120,63 @@ def _columns(found: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Arra
             yield f"{name[0]} [{unit}]", np.hypot(*values), np.hypot(*errors)
 
 
-def _curve(found: Kinematics, name: str, listed: bool, tables: bool) -> list[str]:
+def _curve(motion: Kinematics, name: str, listed: bool, tables: bool) -> list[str]:
     """A curve's block: its table, its extremes, its dead centres."""
-    curve = found.curves[name]
+    curve = motion.curves[name]
     # title of a curve, with the name of the body that a slide guides
-    body = _label(found, name)
-    kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[found.curves[name].kind]
+    body = _label(motion, name)
+    kind = {ANGLE: "angle", POINT: "place", WAY: "displacement"}[motion.curves[name].kind]
     lines = [f"{name}: {kind}{f' of {body}' if body != name else ''}"]
     if tables:
-        count = found.q.size
+        count = motion.q.size
         every = (
             np.arange(count)
             if listed or count <= _MANY
             else np.unique(np.linspace(0, count - 1, _ROWS + 1).round().astype(int))
         )
-        heads = [head for head, _, _ in _axis(found)] + [head for head, _, _ in _columns(found, curve)]
-        cells = [*_axis(found), *_columns(found, curve)]
+        heads = [head for head, _, _ in _axis(motion)] + [head for head, _, _ in _columns(motion, curve)]
+        cells = [*_axis(motion), *_columns(motion, curve)]
         table = [[figure(value[k], error[k], _DIGITS) for _, value, error in cells] for k in every]
         lines += columns(table, heads)
-    return [*lines, *(columns(_least_and_greatest(found, name), ("", "least", "greatest"))), *_dead_centres(found, name)]
+    return [*lines, *(columns(_least_and_greatest(motion, name), ("", "least", "greatest"))), *_dead_centres(motion, name)]
 
 
-def _axis(found: Kinematics) -> Iterator[tuple[str, Array, Array]]:
+def _axis(motion: Kinematics) -> Iterator[tuple[str, Array, Array]]:
     """The columns of the axis: time if it is the axis, and the driver's coordinate."""
     q = (
-        ("x [m]", found.q, found.errors["q"])
-        if found.sliding
-        else ("phi [deg]", found.q * DEGREES, found.errors["q"] * DEGREES)
+        ("x [m]", motion.q, motion.errors["q"])
+        if motion.sliding
+        else ("phi [deg]", motion.q * DEGREES, motion.errors["q"] * DEGREES)
     )
-    if found.t is None:
+    if motion.t is None:
         yield q
-    elif found.over == DRIVER:
-        yield from (q, ("t [s]", found.t, found.errors["t"]))
+    elif motion.over == DRIVER:
+        yield from (q, ("t [s]", motion.t, motion.errors["t"]))
     else:
-        yield from (("t [s]", found.t, found.errors["t"]), q)
+        yield from (("t [s]", motion.t, motion.errors["t"]), q)
 
 
-def _place(found: Kinematics, at: float, error: float = 0.0, digits: int = _DIGITS) -> str:
+def _place(motion: Kinematics, at: float, error: float = 0.0, digits: int = _DIGITS) -> str:
     """A place on the axis."""
-    if found.over != DRIVER:
+    if motion.over != DRIVER:
         return f"{figure(at, error, digits)} s"
-    if found.sliding:
+    if motion.sliding:
         return f"{figure(at, error, digits)} m"
     return f"{figure(at * DEGREES, error * DEGREES, digits)} deg"
 
 
-def _least_and_greatest(found: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
+def _least_and_greatest(motion: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
     """Quantity, least and greatest figure of a curve with their positions; one figure if they are equal."""
-    unit_of = dict(zip(_QUANTITIES, units(found, found.curves[name]), strict=True))
+    unit_of = dict(zip(_QUANTITIES, units(motion, motion.curves[name]), strict=True))
     pairs: dict[str, list[Extreme]] = {}
-    for extreme in found.extremes[name]:
+    for extreme in motion.extremes[name]:
         pairs.setdefault(" ".join(filter(None, (extreme.quantity, extreme.component))), []).append(extreme)
     table = []
     for what, (least, greatest) in pairs.items():
         unit = unit_of[least.quantity]
         told = [
             f"{figure(one.value, one.error, digits)} {_with_degrees(unit, one.value, one.error, digits)}"
-            f" at {_place(found, one.at, one.at_error, digits)}"
+            f" at {_place(motion, one.at, one.at_error, digits)}"
             for one in (least, greatest)
         ]
         if greatest.value - least.value <= greatest.error + least.error:
@@ -189,30 +190,30 @@ def _least_and_greatest(found: Kinematics, name: str, digits: int = _DIGITS) -> 
     return table
 
 
-def _dead_centres(found: Kinematics, name: str) -> list[str]:
-    places, errors = found.dead_centres[name], found.dead_centre_errors[name]
+def _dead_centres(motion: Kinematics, name: str) -> list[str]:
+    places, errors = motion.dead_centres[name], motion.dead_centre_errors[name]
     if not places.size:
         return []
-    shown = [_place(found, at, error) for at, error in zip(places[:_MOST_NAMED], errors, strict=False)]
+    shown = [_place(motion, at, error) for at, error in zip(places[:_MOST_NAMED], errors, strict=False)]
     more = f" and {places.size - _MOST_NAMED} more" if places.size > _MOST_NAMED else ""
     return wrapped(f"velocity passes zero at {', '.join(shown)}{more}")
 
 
-def _at(found: Kinematics, k: int, names: list[str]) -> list[str]:
+def _at(motion: Kinematics, k: int, names: list[str]) -> list[str]:
     """All figures at one position: a line for an angle and a slide, two for a point."""
     where = ", ".join(
         f"{head.split(' ')[0]} = {figure(value[k], error[k], 10)} {head.split('[')[1][:-1]}"
-        for head, value, error in _axis(found)
+        for head, value, error in _axis(motion)
     )
     table = []
     for name in names:
-        curve = found.curves[name]
+        curve = motion.curves[name]
         parts = ("",) if curve.kind != POINT else ("x", "y", "total")
         for part in parts:
             cells = [f"{name} {part}".strip()]
             for quantity, unit, values, errors in zip(
                 _QUANTITIES,
-                units(found, curve),
+                units(motion, curve),
                 (curve.position, curve.velocity, curve.acceleration),
                 curve.errors,
                 strict=True,
@@ -230,32 +231,32 @@ def _at(found: Kinematics, k: int, names: list[str]) -> list[str]:
 # -- CSV ---------------------------------------------------------------------------------------------------------------
 
 
-def motion_csv(found: Kinematics, centres: InstantCentres | None = None) -> str:
+def motion_csv(motion: Kinematics, centres: InstantCentres | None = None) -> str:
     """One row for every position: the driver's motion, then position, velocity and acceleration of every curve; SI.
 
     centres: instant centres at the same positions, whose columns follow.
     """
-    return csv(chain(_table(found), () if centres is None else velocities_table(centres)))
+    return csv(chain(_table(motion), () if centres is None else velocities_table(centres)))
 
 
-def _table(found: Kinematics) -> Iterator[tuple[str, Array]]:
-    heads = ("x [m]", "v [m/s]", "a [m/s^2]") if found.sliding else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]")
-    if found.t is not None:
-        yield "t [s]", found.t
-    for head, values in zip(heads, (found.q, found.rate, found.acceleration), strict=True):
+def _table(motion: Kinematics) -> Iterator[tuple[str, Array]]:
+    heads = ("x [m]", "v [m/s]", "a [m/s^2]") if motion.sliding else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]")
+    if motion.t is not None:
+        yield "t [s]", motion.t
+    for head, values in zip(heads, (motion.q, motion.rate, motion.acceleration), strict=True):
         if values is not None:
             yield head, values
-    names = _QUANTITIES if found.rate is not None else ("position", "g", "g'")
-    for title, curve in found.curves.items():
-        for name, unit, values in zip(names, units(found, curve), curve[3:6], strict=True):
+    names = _QUANTITIES if motion.rate is not None else ("position", "g", "g'")
+    for title, curve in motion.curves.items():
+        for name, unit, values in zip(names, units(motion, curve), curve[3:6], strict=True):
             if curve.kind != POINT:
                 yield f"{title} {name} [{unit}]", values
                 continue
             for axis, component in zip("xy", values, strict=True):
                 yield f"{title} {name} {axis} [{unit}]", component
         if curve.kind == POINT:
-            unit = units(found, curve)[2]
-            yield f"{title} {names[1]} total [{units(found, curve)[1]}]", curve.speed
+            unit = units(motion, curve)[2]
+            yield f"{title} {names[1]} total [{units(motion, curve)[1]}]", curve.speed
             yield f"{title} {names[2]} total [{unit}]", curve.total
             yield f"{title} {names[2]} tangential [{unit}]", curve.tangential
             yield f"{title} {names[2]} normal [{unit}]", curve.normal
@@ -264,24 +265,24 @@ def _table(found: Kinematics) -> Iterator[tuple[str, Array]]:
 # -- JSON --------------------------------------------------------------------------------------------------------------
 
 
-def motion_json(found: Kinematics, centres: InstantCentres | None = None) -> str:
+def motion_json(motion: Kinematics, centres: InstantCentres | None = None) -> str:
     """All figures and their estimated errors as JSON, SI; null where a point stands still and has no direction."""
     data: dict[str, Any] = {
-        "title": found.scene.title,
-        "reduction": found.scene.reduction_element,
-        "condition": found.condition,
-        "over": found.over,
-        "messages": list(found.remarks),
-        "t": found.t,
-        "q": found.q,
-        "rate": found.rate,
-        "acceleration": found.acceleration,
-        "breakpoints": found.breakpoints,
-        "curves": {name: _as_dict(found, curve) for name, curve in found.curves.items()},
+        "title": motion.scene.title,
+        "reduction": motion.scene.reduction_element,
+        "condition": motion.condition,
+        "over": motion.over,
+        "messages": list(motion.remarks),
+        "t": motion.t,
+        "q": motion.q,
+        "rate": motion.rate,
+        "acceleration": motion.acceleration,
+        "breakpoints": motion.breakpoints,
+        "curves": {name: _as_dict(motion, curve) for name, curve in motion.curves.items()},
         "errors": {
-            **{name: None if getattr(found, name) is None else error for name, error in found.errors.items()},
-            "breakpoints": found.breakpoint_errors,
-            "curves": {name: _errors(found, curve) for name, curve in found.curves.items()},
+            **{name: None if getattr(motion, name) is None else error for name, error in motion.errors.items()},
+            "breakpoints": motion.breakpoint_errors,
+            "curves": {name: _errors(motion, curve) for name, curve in motion.curves.items()},
         },
     }
     if centres is not None:
@@ -293,18 +294,18 @@ def _axes(array: Array) -> Any:
     return array if array.ndim == 1 else {"x": array[0], "y": array[1]}
 
 
-def _as_dict(found: Kinematics, curve: Curve) -> dict[str, Any]:
+def _as_dict(motion: Kinematics, curve: Curve) -> dict[str, Any]:
     data: dict[str, Any] = {
         "kind": curve.kind,
-        "units": dict(zip(_QUANTITIES, units(found, curve), strict=True)),
+        "units": dict(zip(_QUANTITIES, units(motion, curve), strict=True)),
         **{name: _axes(part) for name, part in zip(_QUANTITIES, curve[3:6], strict=True)},
         "acceleration_parts": {name: _axes(part) for name, part in zip(_PARTS, curve.parts, strict=True)},
     }
     if curve.kind == POINT:
         data |= {"velocity_total": curve.speed, "acceleration_total": curve.total}
         data |= {"tangential": curve.tangential, "normal": curve.normal}
-    data["dead_centres"] = found.dead_centres[curve.name]
-    data["extremes"] = [_extreme(extreme) for extreme in found.extremes[curve.name]]
+    data["dead_centres"] = motion.dead_centres[curve.name]
+    data["extremes"] = [_extreme(extreme) for extreme in motion.extremes[curve.name]]
     return data
 
 
@@ -316,7 +317,7 @@ def _extreme(extreme: Extreme) -> dict[str, Any]:
     return {name: named[name] for name in ("quantity", "component", "which", "value", "at")}
 
 
-def _errors(found: Kinematics, curve: Curve) -> dict[str, Any]:
+def _errors(motion: Kinematics, curve: Curve) -> dict[str, Any]:
     of_velocity, of_acceleration = curve.errors[1:]
     data: dict[str, Any] = {
         **{name: _axes(part) for name, part in zip(_QUANTITIES, curve.errors, strict=True)},
@@ -326,8 +327,8 @@ def _errors(found: Kinematics, curve: Curve) -> dict[str, Any]:
         totals = np.hypot(*of_velocity), np.hypot(*of_acceleration)
         data |= {"velocity_total": totals[0], "acceleration_total": totals[1]}
         data |= dict.fromkeys(("tangential", "normal"), curve.direction_error)
-    data["dead_centres"] = found.dead_centre_errors[curve.name]
-    data["extremes"] = [{"value": extreme.error, "at": extreme.at_error} for extreme in found.extremes[curve.name]]
+    data["dead_centres"] = motion.dead_centre_errors[curve.name]
+    data["extremes"] = [{"value": extreme.error, "at": extreme.at_error} for extreme in motion.extremes[curve.name]]
     return data
 
 
@@ -364,16 +365,16 @@ def velocities_text(found: InstantCentres) -> str:
     return paragraphs(blocks)
 
 
-def _position(found: InstantCentres, k: int) -> str:
-    if found.scene.sliding:
-        return f"x = {figure(1000 * float(found.q[k]), 0.0, _PLACES)} mm"
-    return f"phi = {figure(DEGREES * float(found.q[k]), 1e-12, _PLACES)} deg"
+def _position(centres: InstantCentres, k: int) -> str:
+    if centres.scene.sliding:
+        return f"x = {figure(1000 * float(centres.q[k]), 0.0, _PLACES)} mm"
+    return f"phi = {figure(DEGREES * float(centres.q[k]), 1e-12, _PLACES)} deg"
 
 
-def _unit(found: InstantCentres) -> str:
-    if found.speed is not None:
+def _unit(centres: InstantCentres) -> str:
+    if centres.speed is not None:
         return "m/s"
-    return "per unit of the driver, 1" if found.scene.sliding else "m/rad"
+    return "per unit of the driver, 1" if centres.scene.sliding else "m/rad"
 
 
 def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:

@@ -429,11 +429,11 @@ def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = N
     return "\n\n".join([*blocks, *forces.messages]) + "\n"
 
 
-def _by_position(scene: Scene, forces: JointForces, found: Reactions) -> Reactions:
+def _by_position(scene: Scene, forces: JointForces, reactions: Reactions) -> Reactions:
     """The same figures over the machine's position, not the mechanism's own."""
     sliding = scene.reduction_element == "slide"
     at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
-    return found._replace(poses=found.poses._replace(q=at), coordinate=("x", "m") if sliding else ("phi", "deg"))
+    return reactions._replace(poses=reactions.poses._replace(q=at), coordinate=("x", "m") if sliding else ("phi", "deg"))
 
 
 def forces_messages(scene: Scene, forces: JointForces) -> tuple[str, ...]:
@@ -492,17 +492,17 @@ def cleared(forces: JointForces, dense: JointForces | None = None) -> JointForce
     return forces._replace(mechanisms={name: found.cleared(largest) for name, found in forces.mechanisms.items()})
 
 
-def _notes(found: Reactions) -> Iterator[str]:
-    friction = found.friction
-    if friction.iterations and found.poses.linkage.rubs:
+def _notes(reactions: Reactions) -> Iterator[str]:
+    friction = reactions.friction
+    if friction.iterations and reactions.poses.linkage.rubs:
         worst = float(np.nanmax(friction.gap)) if np.isfinite(friction.gap).any() else np.nan
         share = float(np.nanmean(friction.moment))
-        unit = "N" if found.poses.linkage.sliding else "N m"
+        unit = "N" if reactions.poses.linkage.sliding else "N m"
         yield (
             f"friction: iterations {friction.iterations} at most, last relative change {worst:.1e}; "
             f"its share of the moment is {share:.6g} {unit} on the average"
         )
-    residual = float(np.nanmax(found.residual, initial=0.0))
+    residual = float(np.nanmax(reactions.residual, initial=0.0))
     if residual > _UNBALANCED:
         yield f"equilibrium is met to {residual:.1e} of the largest load"
 
@@ -576,14 +576,14 @@ def _only(mechanism: str, figures: dict[str, Any], wanted: set[tuple[str, str, s
     return figures | {"driving": driving, "joints": joints}
 
 
-def _as_dict(found: Reactions) -> dict[str, Any]:
-    figures = figures_of(found)
-    friction = found.friction
+def _as_dict(reactions: Reactions) -> dict[str, Any]:
+    figures = figures_of(reactions)
+    friction = reactions.friction
     return {
         "driving": figures["driving"],
-        "joints": {name: {**parts, "units": dict(found.units[name])} for name, parts in figures["joints"].items()},
-        "largest": {e.joint: {"force": e.force, "at": e.at} for e in found.extremes()},
-        "undetermined": found.undetermined,
+        "joints": {name: {**parts, "units": dict(reactions.units[name])} for name, parts in figures["joints"].items()},
+        "largest": {e.joint: {"force": e.force, "at": e.at} for e in reactions.extremes()},
+        "undetermined": reactions.undetermined,
         "friction": {"moment": friction.moment, "iterations": friction.iterations, "converged": friction.converged},
-        "residual": found.residual,
+        "residual": reactions.residual,
     }

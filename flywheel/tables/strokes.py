@@ -56,71 +56,71 @@ def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown
     return Shown(five_digits(factor * value, factor * error), unit)
 
 
-def blocks(found: SingleStroke, units: str = "si") -> tuple[Block, ...]:
+def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
     """The summary, in the language in use."""
     system = SYSTEMS[units]
 
     def rows(keys: Iterable[str]) -> Iterator[Row]:
         for key in keys:
-            value = found.figures[key]
-            if isinstance(value, float) and (found.phases.slips or not key.startswith("second_slip")):
-                yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, found.error.get(key, 0.0), system))
+            value = result.figures[key]
+            if isinstance(value, float) and (result.phases.slips or not key.startswith("second_slip")):
+                yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, result.error.get(key, 0.0), system))
 
-    trips = [message(each) for each in trip_messages(found.trips)]
-    title = printable(found.scene.title or "").strip() or _("Machine that works stroke by stroke")
+    trips = [message(each) for each in trip_messages(result.trips)]
+    title = printable(result.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
         Block("title", title),
-        machine_block(found.scene, system),
-        _flywheel(found, system),
+        machine_block(result.scene, system),
+        _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
-        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(found, system))),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(found))),
-        _shares(found),
-        _formulas(found, system),
+        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(result, system))),
+        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(result))),
+        _shares(result),
+        _formulas(result, system),
     )
 
 
-def _slips_again(found: SingleStroke, system: TradeUnits) -> Iterator[str]:
-    for leg in found.phases.slips[:1]:
+def _slips_again(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
+    for leg in result.phases.slips[:1]:
         angle = system.read(float(leg.driven.start.phi) % TURN, "angle")
         yield _("THE CLUTCH SLIPS AGAIN under the work from {angle} on: it needs a greater torque.", angle=angle)
 
 
-def _flywheel(found: SingleStroke, system: TradeUnits) -> Block:
-    inertia = system.shown(found.inertia, "inertia", found.error.get("inertia", 0.0))
-    given = _("given") if found.given else _("sized")
+def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
+    inertia = system.shown(result.inertia, "inertia", result.error.get("inertia", 0.0))
+    given = _("given") if result.given else _("sized")
     names, rows = limit_names(), [Row(_("inertia"), *inertia, given)]
-    for name, limit in found.limits.items():
+    for name, limit in result.limits.items():
         reached, asked = (number(figure(_PERCENT * value, most=5)) for value in (limit.reached, limit.asked))
         alone = _("of {asked} %; alone it needs {inertia}", asked=asked, inertia=system.shown(limit.alone, "inertia"))
         rows.append(Row(names[name], reached, "%", alone))
-    decides = (_("{limit} decides.", limit=names[found.binding]),) if found.binding else ()
-    return Block("flywheel", _("Flywheel on {shaft}", shaft=found.on), tuple(rows), sentences=decides)
+    decides = (_("{limit} decides.", limit=names[result.binding]),) if result.binding else ()
+    return Block("flywheel", _("Flywheel on {shaft}", shaft=result.on), tuple(rows), sentences=decides)
 
 
-def _shares(found: SingleStroke) -> Block:
+def _shares(result: SingleStroke) -> Block:
     """Loads over their limits, and the limits exceeded."""
     rows = [
-        Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * found.error["shares"][name]), "%")
-        for name, share in found.shares.items()
+        Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * result.error["shares"][name]), "%")
+        for name, share in result.shares.items()
     ]
-    beyond = ", ".join(share_name(name) for name, share in found.shares.items() if share > 1.0)
+    beyond = ", ".join(share_name(name) for name, share in result.shares.items() if share > 1.0)
     within = (
         _("The clutch slips at its torque; no load exceeds its limit.")
-        if found.phases.slips
+        if result.phases.slips
         else _("No load exceeds its limit.")
     )
     verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else within
     return Block("shares", _("Loads over their limits"), tuple(rows), sentences=(verdict,))
 
 
-def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
+def _formulas(result: SingleStroke, system: TradeUnits) -> Block:
     """The formulas of presses compared with the motion."""
     table = []
-    for key, value in found.formulas.items():
-        one, exact = BY_KEY[key], float(found.figures[key] or 0.0)
+    for key, value in result.formulas.items():
+        one, exact = BY_KEY[key], float(result.figures[key] or 0.0)
         off = f"{100.0 * (value / exact - 1.0):+.3g} %" if exact else ""
-        cells = shown(one, value, 0.0, system), shown(one, exact, found.error.get(key, 0.0), system)
+        cells = shown(one, value, 0.0, system), shown(one, exact, result.error.get(key, 0.0), system)
         table.append((one.name, *map(str, cells), number(off)))
     header = ("", _("by formula"), _("in the motion"), _("difference"))
     sentence = _("The formulas contain only the work of the loads: no heat of clutch and brake, no drive within the stroke.")
@@ -128,23 +128,23 @@ def _formulas(found: SingleStroke, system: TradeUnits) -> Block:
     return Block("formulas", title, header=header, table=tuple(table), sentences=(sentence,))
 
 
-def text(found: SingleStroke, units: str = "si") -> str:
+def text(result: SingleStroke, units: str = "si") -> str:
     """The summary in 80 columns."""
-    return "\n".join(lines_of(blocks(found, units), 40)) + "\n"
+    return "\n".join(lines_of(blocks(result, units), 40)) + "\n"
 
 
-def full(found: SingleStroke) -> str:
+def full(result: SingleStroke) -> str:
     """Every figure with the digits that its error leaves, in SI and in English."""
-    rows = [("flywheel", figure(found.inertia, found.error.get("inertia", 0.0)), f"kg m² on {found.on}")]
+    rows = [("flywheel", figure(result.inertia, result.error.get("inertia", 0.0)), f"kg m² on {result.on}")]
     for one in FINDINGS:
-        value = found.figures[one.key]
+        value = result.figures[one.key]
         if isinstance(value, float):
-            rows.append((one.key, figure(value, found.error.get(one.key, 0.0)), one.unit))
-    rows += [(key, str(found.figures[key]), "") for key in ("keeps_up", "decides")]
-    energies = [(key, figure(value, found.error["energy"][key]), "J") for key, value in found.energy.items()]
-    shares = [(key, figure(value, found.error["shares"][key]), "") for key, value in found.shares.items()]
-    formulas = [(key, figure(value), BY_KEY[key].unit) for key, value in found.formulas.items()]
+            rows.append((one.key, figure(value, result.error.get(one.key, 0.0)), one.unit))
+    rows += [(key, str(result.figures[key]), "") for key in ("keeps_up", "decides")]
+    energies = [(key, figure(value, result.error["energy"][key]), "J") for key, value in result.energy.items()]
+    shares = [(key, figure(value, result.error["shares"][key]), "") for key, value in result.shares.items()]
+    formulas = [(key, figure(value), BY_KEY[key].unit) for key, value in result.formulas.items()]
     lists = {"Figures": rows, "Energy of a period": energies, "Loads over their limits": shares, "By formulas": formulas}
     return paragraphs(
-        [[found.scene.title or ""], scene_rows(found.scene), *([title, *columns(each)] for title, each in lists.items())]
+        [[result.scene.title or ""], scene_rows(result.scene), *([title, *columns(each)] for title, each in lists.items())]
     )
