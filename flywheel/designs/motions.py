@@ -279,9 +279,10 @@ class DesignShaft(MotorShaft):
     """
 
     def __init__(self, moments: DesignMoments, givens: DesignValues, run: Run, speeds: Array) -> None:
-        self.motor, self.run, self.mean, self.along = moments.machine.scene.motor, run, run.speed, None
+        speed: Any = run.speed
+        self.motor, self.run, self.mean, self.along = moments.machine.scene.motor, run, speed, None
         self.mesh, self.speeds, self.rtol = moments.mesh, speeds, 0.0
-        self.ratio: Any = np.broadcast_to(1.0 if givens.drive is None else givens.drive, run.speed.shape)[:, None, None]
+        self.ratio: Any = np.broadcast_to(1.0 if givens.drive is None else givens.drive, speed.shape)[:, None, None]
         self.has_states, self.states_error = False, 0.0
 
     def omega(self, mesh: Cells) -> Array:
@@ -475,9 +476,8 @@ def _limited(
 
     for row, k in enumerate(which.tolist()):
         own = {name: float(values[k]) for name, values in asked.items()}
-        searches.append(
-            limits.Search(own, *limits.extent(*(float(end[k]) for end in ends), own.get(IRREGULARITY, 2.0)), rtol)
-        )
+        fluctuation, least, speed = (float(end[k]) for end in ends)
+        searches.append(limits.Search(own, *limits.extent(fluctuation, least, speed, own.get(IRREGULARITY, 2.0)), rtol))
         if sized.found[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
             searches[row].known[inertia] = _point(sized, row, inertia, asked)
     steps = [limits.first_kept(search, 1.0) for search in searches]
@@ -492,13 +492,13 @@ def _limited(
     at, beside = (solved(which[rows], each, each) for each in (inertia, inertia * (1.0 + _BESIDE)))
     stands = at.found & beside.found
     if stands.any():
-        own = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(_LIMITED)}
-        moved = {name: np.abs(beside.values[name] - value) / _BESIDE * error for name, value in own.items()}
+        along = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(_LIMITED)}
+        moved = {name: np.abs(beside.values[name] - value) / _BESIDE * error for name, value in along.items()}
         scales = {
-            name: 1.0 if name.startswith("angle") else np.maximum(np.abs(value), 1e-300) for name, value in own.items()
+            name: 1.0 if name.startswith("angle") else np.maximum(np.abs(value), 1e-300) for name, value in along.items()
         }
-        off = {name: at.errors[name] + moved[name] / scales[name] for name in own}
-        values.put(rows, own | {"exact": inertia}, stands)
+        off = {name: at.errors[name] + moved[name] / scales[name] for name in along}
+        values.put(rows, along | {"exact": inertia}, stands)
         errors.put(rows, off | {"exact": error}, stands)
         missed[rows[stands]] = np.maximum(np.maximum(at.missed, error), worst[rows])[stands]
     if sized.found.any():  # where the irregularity decides
@@ -778,7 +778,8 @@ def _of_motion(
         )
     if names := limits.asked_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
-        run = Run(inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity, None, speed, level=np.asarray(own.level))
+        known: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
+        run = Run(*known)._replace(speed=speed, level=own.level)
         for name, share in shares(names, DesignShaft(moments, givens, run, solved.omega)).items():
             values[f"{_LIMITED}{name}"], errors[f"{_LIMITED}{name}"] = share
     if givens.drive is not None:

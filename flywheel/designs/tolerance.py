@@ -223,8 +223,8 @@ def tolerance(
     intervals, deviations = _given(family, vary)
     if not 64 <= samples <= _MOST_SAMPLES or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
-    shares = tuple(quantiles)
-    if wrong := [q for q in shares if not (isinstance(q, (int, float)) and 0.0 < q < 1.0)]:
+    levels = tuple(quantiles)
+    if wrong := [q for q in levels if not 0.0 < q < 1.0]:
         raise SceneError([Fault("quantiles", shown(wrong[0]), "a share above 0 and below 1")])
     centre, kept_names = family.centre(), {f"keep {name}": figure_name(f"keep {name}", name) for name in keep or {}}
     wanted = None if figures is None else list(dict.fromkeys((*figure_names(figures), *kept_names.values())))
@@ -264,7 +264,7 @@ def tolerance(
         deviations=deviations,
         spreads={
             NAMES[i]: _spread(
-                sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i), shares, limited.get(i)
+                sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i), levels, limited.get(i)
             )
             for i in chosen
         },
@@ -277,7 +277,7 @@ def tolerance(
         messages=(*said, *family.said)
         + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any()),
         interrupted=interrupted,
-        quantiles=shares,
+        quantiles=levels,
         kept=_together_kept(sample, samples, limited) if limited else None,
     )
 
@@ -440,12 +440,10 @@ def _spread(
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
         shares[path] = Sobol(min(max(first, 0.0), 1.0), float(errors[0]), min(max(total, 0.0), 1.0), float(errors[1]))
-    rows = (
-        (of_plain, model[: 2 * samples], weights @ sample.many)
-        if weights.any()
-        else (of_plain[known], None, of_plain[known])
-    )
-    quantiles, doubts = _quantiles(*rows, levels)
+    rows: tuple[Array, Array | None, Array] = of_plain[known], None, of_plain[known]
+    if weights.any():
+        rows = of_plain, model[: 2 * samples], weights @ sample.many
+    quantiles, doubts = _quantiles(rows, levels)
     wrong = np.hypot(_repeated(each), 0.0 if weights.any() else _grain(of_plain[known]) * np.array([1.0, 2.0 * deviation]))
     return Spread(
         nominal=nominal,
@@ -458,7 +456,7 @@ def _spread(
         shares=shares,
         least=None if extremes is None else extremes[0],
         greatest=None if extremes is None else extremes[1],
-        kept=None if limits is None else Kept(*limits, *_probability(*rows, limits)),
+        kept=None if limits is None else Kept(*limits, *_probability(rows, limits)),
     )
 
 
@@ -520,10 +518,9 @@ def _within(values: Array, limits: tuple[float | None, float | None]) -> NDArray
     return np.asarray((values >= (-np.inf if low is None else low)) & (values <= (np.inf if high is None else high)))
 
 
-def _probability(
-    values: Array, model: Array | None, many: Array, limits: tuple[float | None, float | None]
-) -> tuple[float, float]:
+def _probability(rows: tuple[Array, Array | None, Array], limits: tuple[float | None, float | None]) -> tuple[float, float]:
     """The probability that limits are kept, with its sampling error: the share of designs, as for `_quantiles`."""
+    values, model, many = rows
     if values.size < 2:
         return float("nan"), float("nan")
     inside = _within(values, limits)
@@ -542,25 +539,27 @@ def _together_kept(
     values, basis = sample.values[list(limited), : 2 * samples], sample.basis[:, : 2 * samples]
     fits = [_fitted(basis, row) for row in values]
     known = values[:, np.isfinite(values).all(axis=0)]
-    rows: list[Any] = [known, None, known]
+    figures: list[Any] = [known, None, known]
     if all(weights.any() for weights in fits):
-        rows = [values, [weights @ basis for weights in fits], [weights @ sample.many for weights in fits]]
+        figures = [values, [weights @ basis for weights in fits], [weights @ sample.many for weights in fits]]
 
-    def inside(figures: Iterable[Array]) -> Array:
-        every = [_within(row, limits) for row, limits in zip(figures, limited.values(), strict=True)]
-        return np.all(every, axis=0).astype(float)
+    def inside(rows: Iterable[Array]) -> Array:
+        every = [_within(row, limits) for row, limits in zip(rows, limited.values(), strict=True)]
+        return np.asarray(np.all(every, axis=0), float)
 
-    return _probability(*(None if each is None else inside(each) for each in rows), (0.5, None))  # type: ignore[arg-type]
+    of_samples, of_model, of_many = figures
+    return _probability((inside(of_samples), of_model and inside(of_model), inside(of_many)), (0.5, None))
 
 
 def _quantiles(
-    values: Array, model: Array | None, many: Array, levels: tuple[float, ...]
+    rows: tuple[Array, Array | None, Array], levels: tuple[float, ...]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
 
     The share of designs at or below y is that of the model at `many` points, and by how much the shares of samples and
     model differ; without a model quantiles are those of the samples. They lie among the samples, at those that many share.
     """
+    values, model, many = rows
     count = values.size
     if count < 2:
         return (float("nan"),) * len(levels), (float("nan"),) * len(levels)

@@ -225,13 +225,14 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
             final |= near
         if 2 * done.sum() >= done.size or step == _MOST_BATCH_STEPS:
             gone = done if step < _MOST_BATCH_STEPS else np.ones_like(done)
-            aside.append((which[gone], tuple(each[gone] for each in (*state, equations.w, *change[:7]))))
+            every: tuple[Any, ...] = (*state, equations.w, *change[:7])
+            aside.append((which[gone], tuple(each[gone] for each in every)))
             if gone.all():
                 break
             rest = np.flatnonzero(~gone)
             equations, state, which = equations.of(rest), State(*(each[rest] for each in state)), which[rest]
             last, damped, final = last[rest], damped[rest], final[rest]
-    columns = [np.empty((reference.size, *row.shape[1:])) for row in aside[0][1]]
+    columns: list[Any] = [np.empty((reference.size, *row.shape[1:])) for row in aside[0][1]]
     for some, rows in aside:
         for column, row in zip(columns, rows, strict=True):
             column[some] = row

@@ -369,7 +369,7 @@ class Search:
         if not here.motions:
             return np.inf
         missed = here.shares[name].error + abs(here.shares[name].value - asked)
-        return missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol
+        return float(missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol)
 
     def _bracket(
         self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint
@@ -406,9 +406,9 @@ class Search:
         }
         near = min((distance for distance in apart if distance > _APART), default=np.inf)
         if near <= 5 * _BESIDE:
-            return abs(apart[near] - value) / near
+            return float(abs(apart[near] - value) / near)
         beside = yield from self.closely(here.inertia * (1.0 + _BESIDE))
-        return np.inf if not beside.motions else abs(beside.shares[name].value - value) / _BESIDE
+        return np.inf if not beside.motions else float(abs(beside.shares[name].value - value) / _BESIDE)
 
     def _with_extremes(self, name: str, asked: float) -> Steps[list[FlywheelPoint]]:
         """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
