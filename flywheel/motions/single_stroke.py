@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.numerics import root, summit, threshold
+from bondgraph.numerics import root, summit
 from flywheel.components import press_work
 from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
@@ -20,20 +22,26 @@ from flywheel.language import text as _
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
+from flywheel.motions.stroke_course import (
+    Side,
+    crank_at,
+    drive_torque,
+    driven_inertia,
+    driving_inertia,
+    driving_sides,
+    motor_ratio,
+)
 from flywheel.motions.strokes import (
     BRAKE,
     NAME,
     Phases,
-    Ramp,
     Strokes,
-    along_phases,
     check,
-    crank_at,
     extreme,
+    fitted,
     periodic,
     regaining,
     slip_heat,
-    torque_at,
 )
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
@@ -42,7 +50,7 @@ from flywheel.regime.state import DRIVE
 from flywheel.scene.scene import TURN, Scene, rtol_faults
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import Finding
-from flywheel.sizing.limits import asked_of
+from flywheel.sizing.limits import IRREGULARITY, asked_of
 from flywheel.sizing.results import Limit, Trip
 
 if TYPE_CHECKING:
@@ -50,12 +58,18 @@ if TYPE_CHECKING:
 
 _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of those that they are compared with
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
-_RATE = 1e-6  # of a limit, to which the greatest rate is found
-_SIGNALS, _SIGNAL_WIDTH = 25, 1e-6  # stop signals tried, and the width of time, of the stroke, to which the worst is found
+_RATE = 1e-5  # of a limit, to which the greatest rate is found
+_SIGNALS = 25  # stop signals tried
+_SIGNAL_WIDTH = (
+    0.1  # times the root of the tolerance of a step: to which the worst of them is found, of the time it may come
+)
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
-_FAILS = 1e-4  # of a speed: to which that is found below which a stroke fails
-_SLOWER = 0.93  # of a speed: the next that is tried
+_FAILS = 1e-3  # of that lack: to which that is found beyond which a stroke fails
+_SLOWER, _FASTER = 1.6, 0.3  # of the logarithm of what a speed lacks to that of idling: steps to the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
+_NEIGHBOUR = 0.2  # relative: by how much a stroke may differ from one whose errors, times the latter, serve for it
+_CARRIED = 1.5
+_LIKENESS = frozenset(("inertia", "period", "speed_least", "slip_time", "clutch_heat", "brake_heat", "mean_power"))
 _ADDING = 100.0  # tolerances of a step, which the errors of a stroke add up to
 _NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 _NO_CYCLE = (
@@ -157,7 +171,8 @@ class SingleStroke:
     those of `shares` and `energy` under these names, and for `keeps_up` that of the motor's greatest share.
     `formulas` are what the formulas of presses give for some of the figures (`components.press_work`). `trips` are those of
     the motor's inverter, each where its cause is greatest; their times (s) count from the engagement of the clutch.
-    `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor.
+    `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor. `compared` is the
+    neighbouring stroke whose errors serve for this one, None if they are its own.
     """
 
     scene: Scene
@@ -174,6 +189,7 @@ class SingleStroke:
     limits: Mapping[str, Limit]
     binding: str | None
     trips: tuple[Trip, ...]
+    compared: SingleStroke | None = field(default=None, repr=False)
 
     def __getattr__(self, name: str) -> Any:
         figures = self.__dict__.get("figures", {})
@@ -257,6 +273,7 @@ def single_stroke(
             reached, the error says so.
         rates: False to leave out the search of the greatest rate, which then is None.
         near: the stroke of nearly the same machine, where the search of flywheel and stroke begins; no guess if None.
+            Without `rates` its errors, half as large again, serve for a stroke that differs little from it.
 
     Raises:
         SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks or slips again, a
@@ -273,44 +290,52 @@ def single_stroke(
     if faults := rtol_faults(rtol):
         raise SceneError(faults)
     tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
+    closest = max(_SIZED, _STEP * rtol)
     with np.errstate(all="ignore"):
-        limits, binding, closest = dict[str, Limit](), None, max(_SIZED, _STEP * rtol)
+        limits, binding = dict[str, Limit](), None
         if scene.inertia is None:
             strokes, phases, limits, binding = _sized(scene, tolerance, closest, near)
         else:
             strokes = Strokes(scene, scene.inertia, tolerance, None if near is None else near.strokes)
-            phases = periodic(strokes, None if near is None else near.phases)
-        inertia, rougher = strokes.inertia, Strokes(scene, strokes.inertia, _LOOSER * tolerance, strokes)
-        tight, loose = _Run.of(strokes, phases), _Run.of(rougher, periodic(rougher, phases))
-        both = (strokes, tight), (rougher, loose)
-        for each, one in both:
-            touch = each.plan.inch
-            one.figures.update(_emergency(each, one.phases), inch_angle=None if touch is None else each.inching(touch))
+            phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
+        tight, loose = _Run.of(strokes, phases), None
+        like = None if rates or near is None else _like(strokes, tight, near)
+        signal = None if near is None else near.figures["emergency_angle"]
+        if like is None:
+            rougher = Strokes(scene, strokes.inertia, _LOOSER * tolerance, strokes)
+            loose = _Run.of(rougher, periodic(rougher, phases))
+            loose.figures.update(_while_locked(rougher, loose.phases))
+            signal = loose.figures["emergency_angle"]
+        tight.figures.update(_while_locked(strokes, phases, signal))
         greatest, decides, off = None, None, 0.0
-        if rates:
-            roughest = Strokes(scene, inertia, max(_LOOSER * tolerance, _COARSEST), strokes)
+        if loose is not None and rates:
+            roughest = Strokes(scene, strokes.inertia, max(_LOOSER * tolerance, _COARSEST), strokes)
             greatest, decides, off = _greatest_rate(roughest, loose)
-    figures = {**tight.figures, "greatest_rate": greatest, "decides": decides}
-    shares = tight.shares
-    error: dict[str, Any] = _off(tight.figures, loose.figures)
-    error |= {"shares": _off(shares, loose.shares), "energy": _off(tight.energy, loose.energy), "greatest_rate": off}
-    if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
-        coarse = _temperature(strokes, _driving_sides(strokes, tight.phases), 2)
-        error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
-    if figures["keeps_up"] is not None:
-        error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in shares)
-    if scene.inertia is None:
-        name = binding or "irregularity"
-        kept, rough = (_limited(one, run.phases, [name])[name] / asked_of(scene)[name] for one, run in both)
-        error["inertia"] = inertia * (closest + _SAFETY * (abs(kept - 1.0) * (inertia > 0.0) + abs(kept - rough)))
+        if like is None:
+            assert loose is not None
+            error = {**_errors(strokes, tight, loose), "greatest_rate": off}
+            if scene.inertia is None:
+                name, asked = binding or IRREGULARITY, asked_of(scene)
+                kept, rough = (
+                    _limited(one, run.phases, [name])[name] / asked[name]
+                    for one, run in ((strokes, tight), (rougher, loose))
+                )
+                error["inertia"] = strokes.inertia * (
+                    closest + _SAFETY * (abs(kept - 1.0) * (strokes.inertia > 0.0) + abs(kept - rough))
+                )
+        else:
+            error = {
+                name: {each: _CARRIED * one for each, one in off.items()} if isinstance(off, Mapping) else _CARRIED * off
+                for name, off in like.error.items()
+            }
     return SingleStroke(
         scene,
         scene.flywheel_on,
-        inertia,
+        strokes.inertia,
         scene.inertia is not None,
-        figures,
+        {**tight.figures, "greatest_rate": greatest, "decides": decides},
         _by_formulas(strokes, tight),
-        shares,
+        tight.shares,
         tight.energy,
         error,
         tight.phases,
@@ -318,7 +343,44 @@ def single_stroke(
         limits,
         binding,
         tuple(one for one in _inverter_loads(strokes, tight.phases) if one.value > one.limit),
+        like,
     )
+
+
+def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
+    """Absolute errors of the figures, shares and energies of a stroke by the same with a greater tolerance."""
+    error: dict[str, Any] = _off(tight.figures, loose.figures)
+    error |= {"shares": _off(tight.shares, loose.shares), "energy": _off(tight.energy, loose.energy)}
+    if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
+        coarse = _temperature(strokes, driving_sides(strokes, tight.phases), 2)
+        error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
+    if tight.figures["keeps_up"] is not None:
+        error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in tight.shares)
+    return error
+
+
+def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | None:
+    """The neighbour with errors by comparison, where a stroke of its tolerance is so like it that these serve."""
+    like, figures = near.compared or near, tight.figures
+    known = {**like.figures, "inertia": like.inertia}
+    missing = (figures[name] is None for name in figures)
+    if like.strokes.rtol != strokes.rtol or [*missing] != [known[name] is None for name in figures]:
+        return None
+    pairs = ((value, known[name]) for name, value in {**figures, "inertia": strokes.inertia}.items() if name in _LIKENESS)
+    return like if all(abs(one - other) <= _NEIGHBOUR * abs(other) for one, other in pairs) else None
+
+
+def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:
+    """A neighbour's stroke with the recovery of a machine that differs from its own in its rate alone; None of others."""
+    plan, of = strokes.plan, None if near is None else near.strokes
+    if near is None or of is None or (of.rtol, of.inertia) != (strokes.rtol, strokes.inertia):
+        return None
+    same = of.plan._replace(rate=plan.rate, idle=plan.idle) == plan
+    if not same or replace(near.scene, single_stroke=plan) != strokes.scene:
+        return None
+    with suppress(SceneError):
+        return strokes.renewed(near.phases)
+    return None
 
 
 def _off(tight: Mapping[str, Any], loose: Mapping[str, Any]) -> dict[str, float]:
@@ -349,7 +411,7 @@ class _Run(NamedTuple):
 def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> dict[str, Any]:
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
-    sides = _driving_sides(strokes, found)
+    sides = driving_sides(strokes, found)
     speeds, slowest = _speeds(sides)
     slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
     drive = _drive_load(strokes, sides, found.period)
@@ -389,122 +451,6 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
     }
 
 
-# -- the course of a period --------------------------------------------------------------------------------------------
-
-
-class Course(NamedTuple):
-    """A period at times (s), each jump twice: before and after it. Works (J) count from the engagement of the clutch.
-
-    `driving` is the speed of the clutch's shaft, `crank` that of the crank as if at that shaft (rad/s), `phi` the crank
-    angle (rad). `clutch` is the torque that the clutch gives to the crank, `brake` that of the brake on its shaft, at rest
-    the holding torque, `drive` that of the drive at its own shaft (N m). `drive_work` is the work of the drive,
-    `wheel_work` the kinetic energy given by the inertia of the driving side.
-    """
-
-    time: Array
-    phi: Array
-    driving: Array
-    crank: Array
-    clutch: Array
-    brake: Array
-    drive: Array
-    drive_work: Array
-    wheel_work: Array
-
-
-_SIDE = 1e-9  # of a period: how far beside a jump a course is taken
-_GAUSS_POINTS = 4  # between neighbouring times of a course
-
-
-def course(found: SingleStroke, count: int) -> Course:
-    """The course of a period, at about so many times, ends of phases among them."""
-    strokes, phases = found.strokes, found.phases
-    release, brake, stop = phases.release_time, phases.brake_time, phases.stop_time
-    trails = [(leg.driven, leg.clock) for leg in phases.legs] + [(phases.coasting, release), (phases.braking, brake)]
-    switches = np.concatenate([begin + _switches(trail) for trail, begin in trails if trail is not None])
-    ends = np.unique(
-        np.concatenate((switches, [0.0, release, brake, stop, phases.period], [leg.end for leg in phases.legs]))
-    )
-    ends = ends[np.diff(ends, prepend=-1.0) > _SIDE * phases.period]
-    shares = np.sqrt(np.diff(ends))  # short parts get more than their share
-    points = 2 + np.round(count * shares / shares.sum()).astype(int)
-    parts = [np.linspace(low, high, n) for low, high, n in zip(ends[:-1], ends[1:], points.tolist(), strict=True)]
-    time = np.concatenate(parts)
-    side = _SIDE * phases.period
-    inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
-    phi, crank = crank_at(phases, inside)
-    driving = _driving_speeds(strokes, phases, inside)
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    half = 0.5 * np.diff(time)[:, None]
-    between = (0.5 * (time[:-1] + time[1:])[:, None] + half * nodes).ravel()
-    ratio = _motor_ratio(strokes)
-    speeds = ratio * _driving_speeds(strokes, phases, between)
-    power = (_torque(strokes, speeds) * speeds).reshape(half.shape[0], -1)
-    drive_work = np.concatenate(([0.0], np.cumsum((half * weights * power).sum(axis=1))))
-    inertia = driving_inertia(strokes)
-    return Course(
-        time,
-        phi,
-        driving,
-        strokes.ratio * crank,
-        _clutch_torque(strokes, phases, inside),
-        _brake_torque(strokes, phases, inside),
-        _torque(strokes, ratio * driving),
-        drive_work,
-        0.5 * inertia * (driving[0] ** 2 - driving**2),
-    )
-
-
-def _switches(trail: Trail) -> Array:
-    """The times (s) within a motion at which its laws change."""
-    pairs = zip(trail.stretches[:-1], trail.stretches[1:], strict=True)
-    return np.array([one.step.end for one, other in pairs if one.anchor != other.anchor], dtype=float)
-
-
-def driven_inertia(strokes: Strokes, phases: Phases) -> float:
-    """I* of the driven side (kg m² at the crank) where the crank stands as the clutch engages."""
-    rest = phases.begin[1]
-    return float(strokes.driven.at(rest, rest, 0.0).inertia)
-
-
-def driving_inertia(strokes: Strokes) -> float:
-    """All that turns on the driving side (kg m² at the clutch's shaft), its flywheel included."""
-    return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
-
-
-def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
-    """Speed (rad/s) of the clutch's shaft."""
-    speeds: Array = along_phases(
-        times, [(trail, clock, factor) for trail, factor, clock in _driving_sides(strokes, phases)]
-    )[1]
-    return speeds
-
-
-def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
-    """The torque (N m) that the clutch gives to the driven side."""
-    found = np.zeros(times.size)
-    for leg in phases.legs:
-        mine = (times >= leg.begin) & (times < leg.end)
-        on_clock = times[mine] - leg.clock
-        if leg.sense:
-            found[mine] = leg.sense * torque_at(leg.torque, on_clock)
-        elif mine.any():
-            found[mine] = strokes.locked_torque(leg.driven, on_clock, leg.driven.owners(on_clock))
-    return found
-
-
-def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
-    """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
-    brake, found = strokes.brake, np.zeros(times.size)
-    since, released = times - phases.brake_time, times < brake.fall
-    acts = (since >= 0.0) & (times <= phases.stop_time)
-    found[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
-    found[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
-    if brake.fall > 0.0:
-        found[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
-    return found
-
-
 def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     """Figures by the formulas of presses: a clutch alone against inertias, then the work as a blow from the flywheel."""
     inertia, speed = driving_inertia(strokes), run.phases.begin[0]
@@ -523,14 +469,16 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     return found | {"speed_least": stroke.speed * strokes.wheel}
 
 
-def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
-    """The longest stop from a signal while the clutch holds, and the distance that a hand needs meanwhile (ISO 13855).
+def _while_locked(strokes: Strokes, found: Phases, near: float | None = None) -> dict[str, float | None]:
+    """The longest stop from a signal while the clutch holds, the distance that a hand needs meanwhile, an inching touch.
 
-    At the signal the clutch holds for its `hold` and its `fall`; then it lets go, and the brake is put on.
+    At the signal the clutch holds for its `hold` and its `fall`; then it lets go, and the brake is put on. The distance is
+    that of ISO 13855. `near`: the crank angle (rad) about which the worst signal is searched for; anywhere if None.
     """
     plan = strokes.plan
+    inched = {"inch_angle": None if plan.inch is None else strokes.inching(plan.inch)}
     if plan.approach is None:
-        return dict.fromkeys(("emergency_time", "emergency_angle", "safety_distance"))
+        return inched | dict.fromkeys(("emergency_time", "emergency_angle", "safety_distance"))
     wait = strokes.clutch.hold + strokes.clutch.fall
     last = max(found.release_time - wait - found.lock_time, 0.0)
 
@@ -539,37 +487,29 @@ def _emergency(strokes: Strokes, found: Phases) -> dict[str, float | None]:
         return wait + float(strokes.braked_from(phi, omega).t[-1])
 
     signals = np.linspace(0.0, last, _SIGNALS)
-    times = [lasts(signal) for signal in signals.tolist()]
-    top = int(np.argmax(times))
-    ends = float(signals[max(top - 1, 0)]), float(signals[min(top + 1, _SIGNALS - 1)])
-    when, longest = summit(lasts, *ends, _SIGNAL_WIDTH * last)
-    if times[top] >= longest:
-        when, longest = float(signals[top]), times[top]
+    if near is None:
+        middle = max(signals.tolist(), key=lasts)
+    else:
+        middle = float(np.interp(near, crank_at(found, found.lock_time + signals)[0], signals))
+    low, high = max(middle - signals[1], 0.0), min(middle + signals[1], last)
+    when, longest = summit(lasts, low, high, _SIGNAL_WIDTH * math.sqrt(strokes.rtol) * last)
+    for end in {low, high} & {0.0, last}:
+        when, longest = max((when, longest), (end, lasts(end)), key=lambda each: each[1])
     stopping = plan.response + longest
-    return {
+    return inched | {
         "emergency_time": stopping,
         "emergency_angle": float(crank_at(found, np.array([found.lock_time + when]))[0, 0]),
         "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
     }
 
 
-_Side = tuple[Trail, float, float]
-"""A motion of the driving side, the factor from its speed to the clutch shaft's, and its clock (s)."""
-
-
-def _driving_sides(strokes: Strokes, found: Phases) -> list[_Side]:
-    """The driving side over a whole period."""
-    legs = [(leg.driving, 1.0 if leg.sense else strokes.ratio, leg.clock) for leg in found.legs]
-    return [*legs, (found.recovery, 1.0, found.release_time)]
-
-
-def _speeds(sides: list[_Side]) -> tuple[Speeds, float]:
+def _speeds(sides: list[Side]) -> tuple[Speeds, float]:
     """The extremes of the driving side's speed in a period, on the clutch's shaft, and when (s) it is least."""
     least, when = _greatest(sides, lambda speeds: -speeds)
     return Speeds(_greatest(sides, lambda speeds: speeds)[0], -least), when
 
 
-def _recovery(sides: list[_Side], least: float, when: float, found: Phases) -> float:
+def _recovery(sides: list[Side], least: float, when: float, found: Phases) -> float:
     """The time (s) from the least speed until most of the drop is recovered."""
     level = least + _RECOVERED * (found.speed - least)
     for trail, factor, begin in sides:
@@ -591,7 +531,7 @@ def _recovery(sides: list[_Side], least: float, when: float, found: Phases) -> f
     return found.period - when
 
 
-def _gauss(sides: list[_Side], ratio: float) -> tuple[Array, Array]:
+def _gauss(sides: list[Side], ratio: float) -> tuple[Array, Array]:
     """Speeds of the motor (rad/s) over a period, and their weights (s); `ratio`: of its speed over the clutch shaft's."""
     speeds, weights = list[Array](), list[Array]()
     for trail, factor, _begin in sides:
@@ -601,37 +541,21 @@ def _gauss(sides: list[_Side], ratio: float) -> tuple[Array, Array]:
     return np.concatenate(speeds), np.concatenate(weights)
 
 
-def _motor_ratio(strokes: Strokes) -> float:
-    drive = strokes.scene.drive
-    assert drive is not None
-    return strokes.scene.shafts[drive.on] / strokes.ratio
-
-
-def _torque(strokes: Strokes, speeds: Array) -> Array:
-    """Torque of the drive (N m) at speeds of its shaft, rad/s."""
-    if strokes.scene.motor is not None:
-        return np.asarray(strokes.scene.motor.torque(speeds))
-    drive = strokes.scene.drive
-    assert drive is not None
-    values = {**strokes.scene.parameters, "omega": speeds, "phi": 0.0, "x": 0.0, "v": speeds}
-    return np.asarray(drive.law.evaluate(values, np, values)) + 0.0 * speeds  # type: ignore[union-attr]
-
-
-def _drive_load(strokes: Strokes, sides: list[_Side], period: float) -> dict[str, float | None]:
+def _drive_load(strokes: Strokes, sides: list[Side], period: float) -> dict[str, float | None]:
     """Torque of the drive over time (N m), and the mean heat of its motor (W), None if its type does not give it."""
-    ratio, motor = _motor_ratio(strokes), strokes.scene.motor
+    ratio, motor = motor_ratio(strokes), strokes.scene.motor
     speeds, weights = _gauss(sides, ratio)
-    torques = _torque(strokes, speeds)
+    torques = drive_torque(strokes, speeds)
     heat = None if motor is None or motor.heated is None else float(weights @ np.asarray(motor.total_heat(speeds)))
     return {
         "motor_torque_mean": float(weights @ torques) / period,
         "motor_torque_rms": math.sqrt(float(weights @ torques**2) / period),
-        "motor_torque_peak": _greatest(sides, lambda speeds: np.abs(_torque(strokes, ratio * speeds)))[0],
+        "motor_torque_peak": _greatest(sides, lambda speeds: np.abs(drive_torque(strokes, ratio * speeds)))[0],
         "motor_heat": None if heat is None else heat / period,
     }
 
 
-def _greatest(sides: list[_Side], value: Callable[[Array], Array]) -> tuple[float, float]:
+def _greatest(sides: list[Side], value: Callable[[Array], Array]) -> tuple[float, float]:
     """The greatest value along the driving side, a function of the speed of the clutch's shaft (rad/s), and its time (s)."""
 
     def along(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
@@ -647,7 +571,7 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
     Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
     neglected; of power less than a share of the rated one rounding cannot tell that it is returned.
     """
-    motor, ratio = strokes.scene.motor, _motor_ratio(strokes)
+    motor, ratio = strokes.scene.motor, motor_ratio(strokes)
     if motor is None or motor.inverter is None or motor.rated is None:
         return ()
 
@@ -658,7 +582,7 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
     def returned(speeds: Array) -> Array:
         return -motor.input_power(ratio * speeds, motor.torque(ratio * speeds))
 
-    loads, sides = list[Trip](), _driving_sides(strokes, found)
+    loads, sides = list[Trip](), driving_sides(strokes, found)
     for value, (kind, limit) in zip((current, returned), motor.inverter.limits, strict=True):
         most, time = _greatest(sides, value)
         angle = float(crank_at(found, np.array([time]))[0, 0])
@@ -666,7 +590,7 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
     return tuple(loads)
 
 
-def _temperature(strokes: Strokes, sides: list[_Side], together: int = 1) -> float | None:
+def _temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:
     """The greatest rise (K) of the motor's windings over strokes that follow one another for ever; None without `thermal`.
 
     The losses count as constant about each node of Gauss' rule, or about so many `together`.
@@ -674,7 +598,7 @@ def _temperature(strokes: Strokes, sides: list[_Side], together: int = 1) -> flo
     motor = strokes.scene.motor
     if motor is None or motor.thermal is None:
         return None
-    speeds, weights = _gauss(sides, _motor_ratio(strokes))
+    speeds, weights = _gauss(sides, motor_ratio(strokes))
     heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
     times = weights.reshape(-1, together).sum(axis=1)
     return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest
@@ -743,8 +667,8 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
 # -- searches ----------------------------------------------------------------------------------------------------------
 
 _SIZED = 1e-8  # relative, the closest to which a flywheel is found
-_WIDER = 4.0  # times: how far the next flywheel lies from the last, where all are looked through; beside one that is near
-_CLOSER = 1.1
+_ROUGHLY = 1e-3  # the same of the rough one that it is found beside
+_WIDER = 4.0  # times: how far the next flywheel lies from the last, where all are looked through
 _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
@@ -753,58 +677,60 @@ def _sized(
 ) -> tuple[Strokes, Phases, dict[str, Limit], str | None]:
     """The machine with the smallest flywheel that keeps all limits, its stroke, that for each limit, and the deciding one.
 
-    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all.
+    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is found together
+    with its stroke, roughly first, or beside a neighbour's; where that fails, or none is needed, by a search.
     """
-    last: list[SceneError] = []
-    begin: list[Phases] = [] if near is None else [near.phases]  # the last that returns: a guess of the next
-    known: dict[float, Mapping[str, float]] = {}
-    runs: dict[float, tuple[Strokes, Phases]] = {}
-    asked = asked_of(scene)
+    asked, last = asked_of(scene), list[SceneError]()
+    runs: dict[tuple[float, float], tuple[Strokes, Phases] | None] = {}
 
-    def reached(inertia: float) -> Mapping[str, float]:
+    def beside(name: str, start: Strokes, close: float, guess: Phases | None, known: Phases | None = None) -> Strokes:
+        """The machine with the flywheel that comes to one limit, beside another."""
+
+        def excess(tried: Strokes, found: Phases) -> float:
+            return _limited(tried, found, [name])[name] / asked[name] - 1.0
+
+        found = fitted(start, guess, excess, close, known)
+        runs[found[0].inertia, start.rtol] = found
+        return found[0]
+
+    def reached(inertia: float, rtol: float) -> Mapping[str, float]:
         """The values compared with the limits; none if the stroke is not completed."""
-        if inertia not in known:
-            tried = Strokes(scene, inertia, tolerance, strokes)
+        if (inertia, rtol) not in runs:
             try:
-                found = periodic(tried, begin[0] if begin else None)
+                before = next((run[1] for run in reversed(runs.values()) if run is not None), None)
+                tried = Strokes(scene, inertia, rtol, strokes)
+                runs[inertia, rtol] = tried, periodic(tried, before)
             except SceneError as error:
-                last[:], begin[:], known[inertia] = [error], [], {}
-            else:
-                begin[:], known[inertia], runs[inertia] = [found], _limited(tried, found, asked), (tried, found)
-        return known[inertia]
-
-    strokes = Strokes(scene, 1.0, tolerance, None if near is None else near.strokes)
-    own = driving_inertia(strokes) - strokes.wheel**2
-    crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
-    scale, step = max(own, crank / strokes.ratio**2) / strokes.wheel**2, _WIDER
-    first = scale
-    if near is not None and near.inertia > 0.0:
-        first, step = near.inertia, _CLOSER
+                last[:], runs[inertia, rtol] = [error], None
+        run = runs[inertia, rtol]
+        return {} if run is None else _limited(*run, asked)
 
     def smallest(name: str) -> float:
         """The smallest flywheel that keeps one limit."""
 
+        @cache
         def above(inertia: float) -> float:
             """The relative excess over the limit; infinite where the stroke is not completed."""
-            return reached(inertia).get(name, math.inf) / asked[name] - 1.0
+            return reached(inertia, tolerance).get(name, math.inf) / asked[name] - 1.0
 
         def within(place: float) -> float:
             over = above(1.0 / place)
             return over if abs(over) > closest else 0.0
 
-        low = high = first
+        low = high = scale
         while above(high) > 0.0:
-            low, high = high, step * high if low == high else _WIDER * high
-            if high > _HEAVIEST * scale and last and not known[low]:
+            low, high = high, _WIDER * high
+            if high > _HEAVIEST * scale and last and math.isinf(above(low)):
                 raise last[0]
             if high > _HEAVIEST * scale:
-                found = f"{100.0 * asked[name]:.4g} %, and {100.0 * reached(low)[name]:.4g} % with {low:.3g} kg m²"
+                value = 100.0 * (1.0 + above(low)) * asked[name]
+                found = f"{100.0 * asked[name]:.4g} %, and {value:.4g} % with {low:.3g} kg m²"
                 path = f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
                 raise SceneError([Fault(path, found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")])
         while above(low) <= 0.0:
             if low < high and own > 0.0 and above(0.0) <= 0.0:
                 return 0.0
-            low, high = low / (step if low == high else _WIDER), low
+            low, high = low / _WIDER, low
         while math.isinf(above(low)):  # the least flywheel that carries the stroke through
             middle = math.sqrt(low * high)
             low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
@@ -812,23 +738,38 @@ def _sized(
                 return high
         return 1.0 / root(within, 1.0 / low, 1.0 / high)  # most limits are nearly straight lines of 1/inertia
 
-    alone = {name: smallest(name) for name in asked}
+    strokes = Strokes(scene, 1.0, tolerance, None if near is None else near.strokes)
+    own = driving_inertia(strokes) - strokes.wheel**2
+    crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
+    scale, alone = max(own, crank / strokes.ratio**2) / strokes.wheel**2, dict[str, float]()
+    for name in asked:
+        try:
+            if near is not None and near.inertia > 0.0 and len(asked) == 1:
+                start = Strokes(scene, near.inertia, tolerance, strokes)
+                found = beside(name, start, closest, near.phases, _at_its_rate(start, near))
+            else:
+                rough = beside(name, Strokes(scene, _WIDER * scale, _COARSEST, strokes), _ROUGHLY, None)
+                guess = runs[rough.inertia, _COARSEST]
+                found = beside(name, Strokes(scene, rough.inertia, tolerance, strokes), closest, guess and guess[1])
+            alone[name] = found.inertia
+        except SceneError:
+            alone[name] = smallest(name)
     binding = max(alone, key=lambda name: alone[name])
-    inertia = alone[binding]
-    values = reached(inertia)
+    values, run = reached(alone[binding], tolerance), runs[alone[binding], tolerance]
+    assert run is not None
     limits = {name: Limit(asked[name], values[name], alone[name]) for name in scene.limits}
     for name, limit in limits.items():
         if limit.reached > limit.asked * (1.0 + _BROKEN):
-            found = f"{100.0 * limit.reached:.4g} % with the {inertia:.5g} kg m² that {binding} needs"
-            raise SceneError([Fault(f"flywheel.limits.{name}", found, "limits that one flywheel keeps", "allow more")])
-    return *runs[inertia], limits, binding if limits else None
+            found_text = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
+            raise SceneError([Fault(f"flywheel.limits.{name}", found_text, "limits that one flywheel keeps", "allow more")])
+    return *run, limits, binding if limits else None
 
 
 def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:
     """The figures of limits along a stroke, those of the motor over its rated ones."""
-    sides, motor = _driving_sides(strokes, found), strokes.scene.motor
-    shown = {"irregularity": _speeds(sides)[0].irregularity}
-    if motor is not None and motor.rated is not None:
+    sides, motor, names = driving_sides(strokes, found), strokes.scene.motor, [*names]
+    shown = {IRREGULARITY: _speeds(sides)[0].irregularity} if IRREGULARITY in names else {}
+    if motor is not None and motor.rated is not None and names != [*shown]:
         load = _drive_load(strokes, sides, found.period)
         shares = _motor_shares(strokes, load)
         shown["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
@@ -841,47 +782,61 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     """The greatest rate (1/s) within all limits, the load that decides it, and its error.
 
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
-    driving side has it again is the period, so that no rate has to be tried at which no stroke returns.
+    driving side has it again is the period, so that no rate has to be tried at which no stroke returns. What the speed
+    lacks to that of idling falls nearly exponentially with the time: its logarithm is searched.
     """
     count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
     nominal, idle = run.phases.begin[0], strokes.typical * strokes.ratio
-    last = [run.phases]
+    highest, last = (idle if nominal < idle else (1.0 + _FAILS) * nominal), [run.phases]
 
-    def over(speed: float) -> float:
+    def noted(gap: float, tried: _Run) -> float:
+        excess = {each: share - 1.0 for each, share in tried.shares.items()}
+        if tried.phases.slips:
+            excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period
+        name = max(excess, key=lambda each: excess[each])
+        known[gap] = excess[name], name, tried.phases.period
+        return excess[name]
+
+    def over(gap: float) -> float:
         """The load that is greatest over its limit, less 1; infinite where the stroke fails.
 
         Of a clutch that slips under the work, the share of the period.
         """
-        if speed not in known:
+        if gap not in known:
             try:
-                tried = _Run.of(strokes, regaining(strokes, speed, last[0]))
+                tried = _Run.of(strokes, regaining(strokes, highest - math.exp(gap), last[0]))
             except SceneError as error:
-                known[speed] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
+                known[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
             else:
                 last[0] = tried.phases
-                excess = {each: share - 1.0 for each, share in tried.shares.items()}
-                if tried.phases.slips:
-                    excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period
-                name = max(excess, key=lambda each: excess[each])
-                known[speed] = excess[name], name, tried.phases.period
-        return known[speed][0]
+                noted(gap, tried)
+        return known[gap][0]
 
-    low = high = nominal
-    while over(high) > 0.0:
-        low, high = high, idle - 0.2 * (idle - high)
-        if idle - high < _NEAR_IDLE * idle:
-            return 0.0, known[low][1], 0.0
-    while over(low) <= 0.0:
-        low *= _SLOWER
-    if math.isinf(over(low)):
-        low = threshold(lambda speed: math.isfinite(over(speed)), low, high, _FAILS * high)
-        if over(low) <= 0.0:  # it fails before anything comes to its limit
-            _, _, period = known[low]
-            failing = max(each for each in known if each < low)
-            step = abs(known[high][2] - period) / max(abs(high - low), 1e-300) if high > low else 0.0
-            return count / period, known[failing][1], count / period**2 * step * (low - failing)
-    limit = root(lambda speed: over(speed) if abs(over(speed)) > _RATE else 0.0, low, high)
-    (off, name, period), others = known[limit], [each for each in known if each != limit and known[each][2] > 0.0]
-    other = min(others, key=lambda each: abs(each - limit))
+    slow = fast = math.log(highest - nominal)
+    noted(slow, run)
+    while over(slow) > 0.0:
+        slow, fast = slow - _SLOWER, slow
+        if slow < math.log(_NEAR_IDLE * idle):
+            return 0.0, known[fast][1], 0.0
+    while over(fast) <= 0.0:  # on the way of the recovery, to where the load that decides would come to its limit
+        slow, fast = fast, max(fast + _FASTER, math.log(highest - _sooner(last[0], 1.0 + over(fast))))
+    while math.isinf(over(fast)) and fast - slow > _FAILS:
+        middle = 0.5 * (slow + fast)
+        slow, fast = (middle, fast) if over(middle) <= 0.0 else (slow, middle)
+    if math.isinf(over(fast)):  # it fails before anything comes to its limit
+        period, slower = known[slow][2], max((gap for gap in known if gap < slow), default=slow)
+        step = abs(known[slower][2] - period) / max(slow - slower, 1e-300)
+        return count / period, known[fast][1], count / period**2 * step * (fast - slow)
+    limit = root(lambda gap: over(gap) if abs(over(gap)) > _RATE else 0.0, slow, fast)
+    (off, name, period), others = known[limit], [gap for gap in known if gap != limit and known[gap][2] > 0.0]
+    other = min(others, key=lambda gap: abs(gap - limit))
     steepness = abs((known[other][0] - off) / (known[other][2] - period))
     return count / period, name, count / period**2 * (abs(off) + _RATE + _ADDING * strokes.rtol) / steepness
+
+
+def _sooner(phases: Phases, share: float) -> float:
+    """The speed (rad/s), about, at which the clutch engages after a share of the period."""
+    since = max(share * phases.period, phases.stop_time) - phases.release_time
+    then = float(phases.recovery.states(np.array([min(since, float(phases.recovery.t[-1]))]))[1, 0])
+    left = 0.0 if phases.slopes is None else float(phases.slopes[0, 0])
+    return phases.begin[0] - max(phases.begin[0] - then, 0.0) / max(1.0 - left, 0.1)

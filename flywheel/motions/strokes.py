@@ -317,23 +317,38 @@ class Strokes:
 
         """
         legs, brake_time = self.engaged(speed, rest)
-        release_time, (side, crank) = legs[-1].end, self._ends(legs[-1])
-        coasting, braking, brake_time, resting = self._stop(crank, release_time, brake_time)
-        stop_time = brake_time + float(braking.t[-1])
-        lasting = math.inf if regains else self._period(stop_time)
+        coasting, braking, brake_time, resting = self._stop(self._ends(legs[-1])[1], legs[-1].end, brake_time)
+        return self._recovered(legs, coasting, braking, brake_time, resting, speed if regains else None)
+
+    def renewed(self, found: Phases) -> Phases:
+        """The stroke of another rate or `idle`, with this one's: all but the recovery is the same."""
+        return self._recovered(found.legs, found.coasting, found.braking, found.brake_time, found.resting, None)
+
+    def _recovered(
+        self,
+        legs: tuple[Leg, ...],
+        coasting: Trail | None,
+        braking: Trail,
+        brake_time: float,
+        resting: float,
+        regained: float | None,
+    ) -> Phases:
+        """A stroke with its recovery: over the rest of the period, or until a speed (rad/s) is regained."""
+        release_time, stop_time = legs[-1].end, brake_time + float(braking.t[-1])
+        lasting = self._period(stop_time) if regained is None else math.inf
         if lasting < stop_time:
             found = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
             raise SceneError([Fault("single_stroke.rate", found, "a stroke that ends before the next begins", advice)])
-        start, goals = Start(0.0, side), [straight("stop", 1, 0.0, 1.0)]
-        if regains:
-            goals.append(straight("speed", 1, speed, -1.0))
+        start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
+        if regained is not None:
+            goals.append(straight("speed", 1, regained, -1.0))
             lasting = _RECOVERING * stop_time
         recovery = self._run(self.driving, start, goals, lasting - release_time)
-        if regains and (recovery.goal != "speed" or not recovery.stretches):
-            found = f"a driving side that does not come back to {speed * _RPM:.5g} rpm"
+        if regained is not None and (recovery.goal != "speed" or not recovery.stretches):
+            found = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
             raise SceneError([Fault("drive", found, "a motor that does", "a stronger motor")])
-        if regains:
+        if regained is not None:
             lasting = release_time + float(recovery.t[-1])
         elif recovery.goal is not None or recovery.stuck is not None:
             found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
@@ -613,55 +628,107 @@ def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float
     return float(finer.place[best]), float(finer.value[best])
 
 
-def periodic(strokes: Strokes, guess: Phases | None = None) -> Phases:
+def periodic(strokes: Strokes, guess: Phases | None = None, known: Phases | None = None) -> Phases:
     """The stroke that returns: speed of the driving side and resting angle of the crank as they were when it began.
-
-    Newton's method on the whole stroke, whose derivatives are differences of neighbouring ones.
 
     Args:
         strokes: of the machine.
         guess: a stroke of nearly the same machine; from the motor's no-load speed and `stop_at` if None.
+        known: the stroke of the machine itself from where the guess begins, if it is known.
 
     Raises:
         SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke returns.
 
     """
-    turns = strokes.plan.continuous * TURN
+    return _returning(strokes, guess, known, None)[1]
 
-    def after(begin: Array) -> tuple[Array, Phases]:
-        found = strokes.stroke(float(begin[0]), float(begin[1]))
-        return np.array([found.speed, found.rest - turns]), found
 
-    state: Array = np.array([_BELOW_IDLE * strokes.typical * strokes.ratio, strokes.plan.stop_at])
+def fitted(
+    strokes: Strokes,
+    guess: Phases | None,
+    excess: Callable[[Strokes, Phases], float],
+    closest: float,
+    known: Phases | None = None,
+) -> tuple[Strokes, Phases]:
+    """The machine with the flywheel at which an excess is 0, and its stroke that returns, beside a neighbouring one.
+
+    Args:
+        strokes: of the machine with nearly that flywheel.
+        guess: as for `periodic`.
+        excess: relative, of a machine and its stroke; found to `closest`.
+        closest: of the excess.
+        known: the stroke of the machine itself from where the guess begins, if it is known.
+
+    Raises:
+        SceneError: as `periodic`.
+
+    """
+    return _returning(strokes, guess, known, excess, closest)
+
+
+def _returning(
+    strokes: Strokes,
+    guess: Phases | None,
+    known: Phases | None,
+    excess: Callable[[Strokes, Phases], float] | None,
+    closest: float = 1.0,
+) -> tuple[Strokes, Phases]:
+    """The stroke that returns, and its machine, by Newton's method on the whole stroke.
+
+    Its derivatives are at first differences of neighbouring strokes, then Broyden's. With an excess the flywheel's inertia
+    is a third unknown.
+    """
+    turns, enough = strokes.plan.continuous * TURN, _ENOUGH * strokes.rtol
+
+    def image_of(tried: Strokes, found: Phases) -> Array:
+        kept = [] if excess is None else [tried.inertia * (1.0 + excess(tried, found))]
+        return np.array([found.speed, found.rest - turns, *kept])
+
+    def after(begin: Array) -> tuple[Array, Strokes, Phases]:
+        tried = strokes if excess is None else Strokes(strokes.scene, float(begin[2]), strokes.rtol, strokes)
+        found = tried.stroke(float(begin[0]), float(begin[1]))
+        return image_of(tried, found), tried, found
+
+    own = [] if excess is None else [strokes.inertia]
+    state: Array = np.array([_BELOW_IDLE * strokes.typical * strokes.ratio, strokes.plan.stop_at, *own])
     slopes: Array | None = None
     if guess is not None:
-        state, slopes = np.array(guess.begin), guess.slopes
+        state, slopes = np.array([*guess.begin, *own]), guess.slopes
+    if slopes is not None:
+        slopes = slopes[: state.size, : state.size] if len(slopes) >= state.size else None
     for _ in range(0 if guess else _PLAIN):
         state = after(state)[0]
-    change: Array = np.zeros(2)
-    scale, before, tries, best, since = np.array([abs(state[0]), TURN]), math.inf, 0, math.inf, 0
+    scale = np.array([abs(state[0]), TURN, *(inertia * closest / enough for inertia in own)])
+    change, before, tries, best, since = np.zeros(state.size), math.inf, 0, math.inf, 0
+    last: Array | None = None
     for step in range(_MOST_STEPS):
         try:
-            image, found = after(state)
+            image, tried, found = after(state) if step or known is None else (image_of(strokes, known), strokes, known)
         except SceneError:
             if not 0 < tries < _HALVINGS:
                 raise
-            change, before, tries = 0.5 * change, math.inf, tries + 1  # back towards the stroke that went through
+            change, before, tries, last = 0.5 * change, math.inf, tries + 1, None  # back towards the last that went through
             state = state - change
             continue
         off = float(np.max(np.abs(image - state) / scale))
         best, since = (off, 0) if off < _PROGRESS * best else (best, since + 1)
         if since > _PATIENCE:
             break
-        if off <= _ENOUGH * strokes.rtol and step:  # never the guess itself, which another tolerance may have found
-            return found._replace(slopes=slopes)
-        if slopes is None or off > _SLOW * before:  # else those of the step before, or of a neighbour, still serve
-            moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP])
+        # never the guess itself, which another tolerance may have found; beside it, what returns within a step's tolerance
+        if step and off <= (enough if guess is None or step > 1 else strokes.rtol):
+            return tried, found._replace(slopes=slopes)
+        if slopes is None or (off > _SLOW * before and last is None):
+            moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP, *(_DIFFERENCE * inertia for inertia in own)])
             slopes = np.array([(image - after(state - move)[0]) / move.sum() for move in moves]).T
-        change = np.asarray(np.linalg.solve(slopes - np.eye(2), state - image), dtype=np.float64)
+        elif last is not None:
+            along = change / scale**2
+            slopes = slopes + np.outer(image - last - slopes @ change, along) / (change @ along)
+        last = None if off > _SLOW * before else image
+        change = np.asarray(np.linalg.solve(slopes - np.eye(state.size), state - image), dtype=np.float64)
         if not np.isfinite(change).all():
             break
-        change *= min(1.0, 0.5 * state[0] / max(abs(change[0]), 1e-300))
+        longest = 0.5 * np.delete(state, 1) / np.maximum(np.abs(np.delete(change, 1)), 1e-300)
+        change = change * min(1.0, float(longest.min()))
         state, before, tries = state + change, off, 1
     found_text = "no stroke after which the driving side has the speed that it began with"
     advice = "a motor whose torque falls with speed, with power enough for this rate"
@@ -747,28 +814,6 @@ def slip_heat(leg: Leg, ratio: float) -> float:
     times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
     slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
     return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
-
-
-def along_phases(times: Array, parts: Iterable[tuple[Trail | None, float, float]]) -> Array:
-    """Rows of states at times (s) by motions one after the other, each with its clock and a factor of its speeds."""
-    states = np.zeros((2, times.size))
-    for trail, clock, factor in parts:
-        if trail is None:
-            continue
-        mine = (times >= clock + trail.start.time) & (times <= clock + trail.t[-1])
-        if mine.any():
-            states[:, mine] = trail.states(times[mine] - clock)[:2] * np.array([[1.0], [factor]])
-    return states
-
-
-def crank_at(phases: Phases, times: Array) -> Array:
-    """Crank angle (rad) and speed (rad/s): two rows."""
-    legs = [(leg.driven, leg.clock, 1.0) for leg in phases.legs]
-    states = along_phases(
-        times, [*legs, (phases.coasting, phases.release_time, 1.0), (phases.braking, phases.brake_time, 1.0)]
-    )
-    states[0, times > phases.stop_time] = phases.rest
-    return states
 
 
 def _load(on: str, law: str, path: str) -> Load:

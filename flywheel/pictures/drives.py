@@ -15,7 +15,8 @@ from flywheel.scene.scene import Scene
 from flywheel.tables.rows import RPM
 
 if TYPE_CHECKING:
-    from flywheel.motions.single_stroke import Course, SingleStroke
+    from flywheel.motions.single_stroke import SingleStroke
+    from flywheel.motions.stroke_course import Course
 
 
 _CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is named, not drawn
@@ -25,9 +26,9 @@ def part_of_stroke(
     result: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
 ) -> Part:
     """A period of a machine that works stroke by stroke, at about so many times."""
-    from flywheel.motions.single_stroke import course  # a door: motions load linkages
+    from flywheel.motions.stroke_course import course  # a door: motions load linkages
 
-    along = course(result, count)
+    along = course(result.strokes, result.phases, count)
     axis = Axis(along.time, along.phi, "s")
     return Part(result.scene, None, None, axis, view or {}, rest, stroke=result, course=along)
 

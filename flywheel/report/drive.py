@@ -13,7 +13,8 @@ from flywheel.components.motors.motor import Fact
 from flywheel.components.press_work import engage
 from flywheel.language import message
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, SingleStroke, driven_inertia, driving_inertia, rate_limit, share_name
+from flywheel.motions.single_stroke import BY_KEY, SingleStroke, rate_limit, share_name
+from flywheel.motions.stroke_course import driven_inertia, driving_inertia
 from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import Quantity

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel import SceneError
 from flywheel.cli import main
-from flywheel.motions.single_stroke import course
+from flywheel.motions.stroke_course import course
 from flywheel.motions.strokes import Strokes, periodic, slip_heat
 from flywheel.numerics.units import parse_quantity
 from flywheel.page import data
@@ -265,9 +265,30 @@ def test_a_stroke_that_is_looked_for_beside_another_is_the_same(irregularity):
     assert beside.irregularity == pytest.approx(irregularity, rel=1e-4)  # the accuracy that was asked for
     assert beside.inertia == pytest.approx(alone.inertia, abs=beside.error["inertia"] + alone.error["inertia"])
     assert beside.error["inertia"] < 1e-4 * beside.inertia
+    assert (beside.compared is known) == (irregularity == 0.29)  # whose errors serve where little differs
     for name in ("speed_least", "clutch_heat", "mean_power"):
         assert beside.figures[name] == pytest.approx(alone.figures[name], abs=beside.error[name] + alone.error[name])
-        assert beside.error[name] <= 1e-4 * abs(beside.figures[name])
+        assert beside.error[name] <= 2e-4 * abs(beside.figures[name])
+
+
+@pytest.mark.parametrize("sized", [False, True])
+def test_a_rate_that_a_slider_changes_takes_few_more_strokes(sized, monkeypatch):
+    """The recovery alone is followed anew for Newton's first step; the slopes are the neighbour's."""
+    flywheel_of = {"on": "wheel", "irregularity": 0.3} if sized else {"on": "wheel", "inertia": J_WHEEL}
+    scene = rotor(flywheel=flywheel_of, single_stroke__approach="2 m/s")
+    known = flywheel.single_stroke(scene, 1e-4, rates=False)
+    beside = flywheel.single_stroke(scene.with_({"single_stroke.rate": "39 1/min"}), 1e-4, rates=False, near=known)
+    strokes, follow = [], Strokes.stroke
+    monkeypatch.setattr(Strokes, "stroke", lambda *args, **more: strokes.append(args) or follow(*args, **more))
+    other = scene.with_({"single_stroke.rate": "38.8 1/min"})
+    quick = flywheel.single_stroke(other, 1e-4, rates=False, near=beside)
+    assert len(strokes) <= (4 if sized else 2)
+    assert quick.compared is known
+    alone = flywheel.single_stroke(other, 1e-7, rates=False)
+    for name, error in quick.error.items():
+        if name not in ("shares", "energy", "greatest_rate", "keeps_up", "emergency_angle"):
+            value, right = (one.inertia if name == "inertia" else one.figures[name] for one in (quick, alone))
+            assert abs(value - right) <= error + 1e-6 * abs(right), name
 
 
 @pytest.mark.slow
@@ -344,7 +365,7 @@ def test_an_inverter_trips_where_current_or_returned_power_is_greatest(more, kin
     load = [{"on": "crank", "torque": 600.0, "from": "200 deg", "to": "290 deg"}]
     scene = rotor(drive={"on": "wheel", "motor": motor}, load=load, single_stroke__continuous=2, single_stroke__rate=0.7)
     found = flywheel.single_stroke(scene, 1e-6, rates=False)
-    along, own = course(found, 4000), found.scene.motor
+    along, own = course(found.strokes, found.phases, 4000), found.scene.motor
     current, power = own.current_share(along.driving), own.input_power(along.driving, own.torque(along.driving))
     assert found.inverter_current == pytest.approx(current.max(), rel=1e-5)
     assert found.power_returned == pytest.approx(-power.min(), rel=1e-4)
@@ -366,7 +387,7 @@ def test_windings_warm_up_by_the_losses_of_strokes_without_end(constant):
     scene = rotor(drive={"on": "wheel", "motor": {**motor, "breakdown_ratio": 2.5, "thermal": thermal}})
     found = flywheel.single_stroke(scene, rates=False)
     share = found.motor_heat / scene.motor.rated_total_heat
-    along = course(found, 4000)
+    along = course(found.strokes, found.phases, 4000)
     heat = scene.motor.heat_share(along.driving)
     grown = np.exp(along.time / constant)
     steps = 0.5 * np.diff(along.time) * ((heat * grown)[:-1] + (heat * grown)[1:])
@@ -508,7 +529,7 @@ def test_the_press_of_the_reference(tmp_path):
 
 def test_a_course_is_the_motion_with_both_sides_of_every_jump():
     found = plain()
-    along = course(found, 400)
+    along = course(found.strokes, found.phases, 400)
     assert (np.diff(along.time) >= 0.0).all()
     assert along.drive_work[-1] == pytest.approx(found.energy["motor"], rel=1e-10)
     assert along.wheel_work.max() == pytest.approx(found.wheel_energy, rel=1e-7)

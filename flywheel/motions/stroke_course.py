@@ -1,0 +1,174 @@
+"""The course of a period of a machine that works stroke by stroke: speeds, torques and works over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel.machine.dynamics import Trail
+from flywheel.motions.strokes import Phases, Ramp, Strokes, torque_at
+from flywheel.numerics.cells import Array
+
+
+def driven_inertia(strokes: Strokes, phases: Phases) -> float:
+    """I* of the driven side (kg m² at the crank) where the crank stands as the clutch engages."""
+    rest = phases.begin[1]
+    return float(strokes.driven.at(rest, rest, 0.0).inertia)
+
+
+def driving_inertia(strokes: Strokes) -> float:
+    """All that turns on the driving side (kg m² at the clutch's shaft), its flywheel included."""
+    return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
+
+
+def along_phases(times: Array, parts: Iterable[tuple[Trail | None, float, float]]) -> Array:
+    """Rows of states at times (s) by motions one after the other, each with its clock and a factor of its speeds."""
+    states = np.zeros((2, times.size))
+    for trail, clock, factor in parts:
+        if trail is None:
+            continue
+        mine = (times >= clock + trail.start.time) & (times <= clock + trail.t[-1])
+        if mine.any():
+            states[:, mine] = trail.states(times[mine] - clock)[:2] * np.array([[1.0], [factor]])
+    return states
+
+
+def crank_at(phases: Phases, times: Array) -> Array:
+    """Crank angle (rad) and speed (rad/s): two rows."""
+    legs = [(leg.driven, leg.clock, 1.0) for leg in phases.legs]
+    states = along_phases(
+        times, [*legs, (phases.coasting, phases.release_time, 1.0), (phases.braking, phases.brake_time, 1.0)]
+    )
+    states[0, times > phases.stop_time] = phases.rest
+    return states
+
+
+Side = tuple[Trail, float, float]
+"""A motion of the driving side, the factor from its speed to the clutch shaft's, and its clock (s)."""
+
+
+def driving_sides(strokes: Strokes, found: Phases) -> list[Side]:
+    """The driving side over a whole period."""
+    legs = [(leg.driving, 1.0 if leg.sense else strokes.ratio, leg.clock) for leg in found.legs]
+    return [*legs, (found.recovery, 1.0, found.release_time)]
+
+
+def motor_ratio(strokes: Strokes) -> float:
+    """The speed of the drive's shaft over that of the clutch's."""
+    drive = strokes.scene.drive
+    assert drive is not None
+    return strokes.scene.shafts[drive.on] / strokes.ratio
+
+
+def drive_torque(strokes: Strokes, speeds: Array) -> Array:
+    """The torque of the drive (N m) at speeds of its shaft, rad/s."""
+    if strokes.scene.motor is not None:
+        return np.asarray(strokes.scene.motor.torque(speeds))
+    drive = strokes.scene.drive
+    assert drive is not None
+    values = {**strokes.scene.parameters, "omega": speeds, "phi": 0.0, "x": 0.0, "v": speeds}
+    return np.asarray(drive.law.evaluate(values, np, values)) + 0.0 * speeds  # type: ignore[union-attr]
+
+
+def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """Speed (rad/s) of the clutch's shaft."""
+    speeds: Array = along_phases(times, [(trail, clock, factor) for trail, factor, clock in driving_sides(strokes, phases)])[
+        1
+    ]
+    return speeds
+
+
+def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """The torque (N m) that the clutch gives to the driven side."""
+    found = np.zeros(times.size)
+    for leg in phases.legs:
+        mine = (times >= leg.begin) & (times < leg.end)
+        on_clock = times[mine] - leg.clock
+        if leg.sense:
+            found[mine] = leg.sense * torque_at(leg.torque, on_clock)
+        elif mine.any():
+            found[mine] = strokes.locked_torque(leg.driven, on_clock, leg.driven.owners(on_clock))
+    return found
+
+
+def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
+    """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
+    brake, found = strokes.brake, np.zeros(times.size)
+    since, released = times - phases.brake_time, times < brake.fall
+    acts = (since >= 0.0) & (times <= phases.stop_time)
+    found[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
+    found[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
+    if brake.fall > 0.0:
+        found[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
+    return found
+
+
+class Course(NamedTuple):
+    """A period at times (s), each jump twice: before and after it. Works (J) count from the engagement of the clutch.
+
+    `driving` is the speed of the clutch's shaft, `crank` that of the crank as if at that shaft (rad/s), `phi` the crank
+    angle (rad). `clutch` is the torque that the clutch gives to the crank, `brake` that of the brake on its shaft, at rest
+    the holding torque, `drive` that of the drive at its own shaft (N m). `drive_work` is the work of the drive,
+    `wheel_work` the kinetic energy given by the inertia of the driving side.
+    """
+
+    time: Array
+    phi: Array
+    driving: Array
+    crank: Array
+    clutch: Array
+    brake: Array
+    drive: Array
+    drive_work: Array
+    wheel_work: Array
+
+
+_SIDE = 1e-9  # of a period: how far beside a jump a course is taken
+_GAUSS_POINTS = 4  # between neighbouring times of a course
+
+
+def course(strokes: Strokes, phases: Phases, count: int) -> Course:
+    """The course of a period, at about so many times, ends of phases among them."""
+    release, brake, stop = phases.release_time, phases.brake_time, phases.stop_time
+    trails = [(leg.driven, leg.clock) for leg in phases.legs] + [(phases.coasting, release), (phases.braking, brake)]
+    switches = np.concatenate([begin + _switches(trail) for trail, begin in trails if trail is not None])
+    ends = np.unique(
+        np.concatenate((switches, [0.0, release, brake, stop, phases.period], [leg.end for leg in phases.legs]))
+    )
+    ends = ends[np.diff(ends, prepend=-1.0) > _SIDE * phases.period]
+    shares = np.sqrt(np.diff(ends))  # short parts get more than their share
+    points = 2 + np.round(count * shares / shares.sum()).astype(int)
+    parts = [np.linspace(low, high, n) for low, high, n in zip(ends[:-1], ends[1:], points.tolist(), strict=True)]
+    time = np.concatenate(parts)
+    side = _SIDE * phases.period
+    inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
+    phi, crank = crank_at(phases, inside)
+    driving = _driving_speeds(strokes, phases, inside)
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    half = 0.5 * np.diff(time)[:, None]
+    between = (0.5 * (time[:-1] + time[1:])[:, None] + half * nodes).ravel()
+    ratio = motor_ratio(strokes)
+    speeds = ratio * _driving_speeds(strokes, phases, between)
+    power = (drive_torque(strokes, speeds) * speeds).reshape(half.shape[0], -1)
+    drive_work = np.concatenate(([0.0], np.cumsum((half * weights * power).sum(axis=1))))
+    inertia = driving_inertia(strokes)
+    return Course(
+        time,
+        phi,
+        driving,
+        strokes.ratio * crank,
+        _clutch_torque(strokes, phases, inside),
+        _brake_torque(strokes, phases, inside),
+        drive_torque(strokes, ratio * driving),
+        drive_work,
+        0.5 * inertia * (driving[0] ** 2 - driving**2),
+    )
+
+
+def _switches(trail: Trail) -> Array:
+    """The times (s) within a motion at which its laws change."""
+    pairs = zip(trail.stretches[:-1], trail.stretches[1:], strict=True)
+    return np.array([one.step.end for one, other in pairs if one.anchor != other.anchor], dtype=float)
