@@ -6,9 +6,10 @@ no global state is touched, nothing is shown. The colours are those of Okabe and
 
 from __future__ import annotations
 
+import inspect
 import re
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from colorsys import hls_to_rgb
 from html import escape
 from itertools import pairwise
@@ -263,7 +264,7 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
             words: other words for those of the explanations below the picture, such as {"rotation": "rotación"}.
 
     Raises:
-        GraphError: for another file ending, or strokes at elements that their bonds do not have.
+        GraphError: for another file ending, an unknown option, or strokes at elements that their bonds do not have.
 
     >>> from bondgraph import Builder, I, Se
     >>> figure = draw(Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build(), causality={1: "J"})
@@ -272,8 +273,7 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
 
     """
     _kind(file)
-    shown = word_picture(graph, **options) if isinstance(graph, WordGraph) else picture(as_graph(graph), **options)
-    figure = figure_of(shown)
+    figure = figure_of(_shown(graph, options))
     _save(figure, file)
     return figure
 
@@ -314,14 +314,19 @@ def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
     '<?xml'
 
     """
-    if isinstance(graph, WordGraph):
-        return svg_of(word_picture(graph, **options))
-    graph = as_graph(graph)
-    try:
-        shown = picture(graph, **options)
-    except GraphError:
-        shown = picture(graph, **options | {"causality": {}, "loops": False})
-    return svg_of(shown)
+    if isinstance(graph, BondGraph) and options.get("causality") is None and strokes_of(graph).conflicts:
+        options = options | {"causality": {}, "loops": False}
+    return svg_of(_shown(graph, options))
+
+
+def _shown(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Picture:
+    """The picture of a graph of either kind; refused for options that it does not have."""
+    writes: Callable[..., Picture] = word_picture if isinstance(graph, WordGraph) else picture
+    _, *known = inspect.signature(writes).parameters
+    refuse(
+        f"option {name!r}: no such option of a picture; they are {', '.join(known)}" for name in options if name not in known
+    )
+    return writes(graph if isinstance(graph, WordGraph) else as_graph(graph), **options)
 
 
 def svg_of(shown: Picture) -> str:

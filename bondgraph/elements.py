@@ -391,7 +391,7 @@ def full_digits(expression: Any) -> Any:
     """The expression with floats that are printed at 17 digits: compiled at SymPy's own 15, they are other numbers."""
     import sympy
 
-    return expression.xreplace({x: sympy.Float(repr(float(x)), 17) for x in expression.atoms(sympy.Float)})
+    return replaced(expression, lambda x: sympy.Float(repr(float(x)), 17) if isinstance(x, sympy.Float) else x)
 
 
 def exact(expression: Any) -> Any:
@@ -403,19 +403,37 @@ def exact(expression: Any) -> Any:
     """
     import sympy
 
-    done: dict[Any, Any] = {}  # what an expression shares with itself is visited once: it may be shared a million times
+    def half(x: Any) -> Any:
+        return sympy.Rational(int(2 * x), 2) if isinstance(x, sympy.Float) and float(2 * x).is_integer() else x
 
-    def made_exact(part: Any) -> Any:
+    return replaced(expression, half)
+
+
+def replaced(expression: Any, by: Callable[[Any], Any]) -> Any:
+    """The expression with parts replaced; what it shares with itself is visited once: it may be shared a million times."""
+    done: dict[Any, Any] = {}
+
+    def made(part: Any) -> Any:
         if part not in done:
-            if isinstance(part, sympy.Float):
-                done[part] = sympy.Rational(int(2 * part), 2) if float(2 * part).is_integer() else part
-            else:
-                inner = [made_exact(argument) for argument in part.args]
-                same = all(new is old for new, old in zip(inner, part.args, strict=True))
-                done[part] = part if same else part.func(*inner)
+            new = by(part)
+            if new is part:
+                inner = [made(argument) for argument in part.args]
+                same = all(one is old for one, old in zip(inner, part.args, strict=True))
+                new = part if same else part.func(*inner)
+            done[part] = new
         return done[part]
 
-    return made_exact(expression)
+    return made(expression)
+
+
+def parts(*expressions: Any) -> set[Any]:
+    """All parts of expressions, each once."""
+    found, todo = set[Any](), list(expressions)
+    while todo:
+        if (part := todo.pop()) not in found:
+            found.add(part)
+            todo += part.args
+    return found
 
 
 def is_symbolic(given: Any) -> bool:

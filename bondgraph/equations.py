@@ -34,11 +34,13 @@ from bondgraph.elements import (
     exact,
     full_digits,
     law_of,
+    parts,
     refuse,
+    replaced,
 )
 from bondgraph.graph import BondGraph, Builder, Scale, Sum, as_graph
 from bondgraph.motion.algebra import readable, total
-from bondgraph.motion.dynamics import Dynamics, Formulation, upstream
+from bondgraph.motion.dynamics import Dynamics, Formulation, loops_of_constants, upstream
 from bondgraph.motion.walk import Group, Port, Tables, Walk, targets
 from bondgraph.twin import Twin, twin
 
@@ -332,7 +334,7 @@ class StateEquations:
     @property
     def open(self) -> tuple[Any, ...]:
         """The parameters that have no value yet."""
-        symbols = set().union(*(self._whole(d).free_symbols for d in self.derivatives))
+        symbols = {part for part in parts(*map(self._whole, self.derivatives)) if part.is_Symbol}
         known = {*self.states, *self.inputs, *self.values}
         return tuple(sorted(symbols - known, key=str))
 
@@ -349,7 +351,7 @@ class StateEquations:
         faults = []
         if len(self.states) != len(self.derivatives):
             faults.append(f"found {len(self.derivatives)} equations for {len(self.states)} states")
-        used = set().union(*(e.free_symbols for e in (*self.derivatives, *(e for _, e in self.algebraic))))
+        used = {part for part in parts(*self.derivatives, *(e for _, e in self.algebraic)) if part.is_Symbol}
         known = {*self.values, *map(sympy.Symbol, self.graph.parameters), *self.states, *self.inputs}
         faults += [
             f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
@@ -424,9 +426,9 @@ class StateEquations:
             names = ", ".join(map(str, self.open))
             raise GraphError(f"no value for {names}: graph.with_parameters({self.open[0]}=...), then state_equations again")
         filled = {symbol: sympy.Float(value, 17) for symbol, value in self.values.items()}
-        rates = [full_digits(self._whole(d).xreplace(filled)) for d in self.derivatives]
+        rates = [full_digits(replaced(self._whole(d), lambda part: filled.get(part, part))) for d in self.derivatives]
         for state, rate in zip(self.states, rates, strict=True):
-            for function in rate.atoms(sympy.Function) if not called else ():
+            for function in parts(rate) if not called else ():
                 if hasattr(function, "_imp_"):
                     raise GraphError(
                         f"the rate of {state} holds {function.func}, which is known by values, not by a formula"
@@ -575,7 +577,7 @@ def state_equations(
     twin, finish = read.twin, read.twin.finish
     derivatives = tuple(read.rates())
     algebraic = tuple(read.algebraic())
-    used = set().union(*(d.free_symbols for d in derivatives), *(e.free_symbols for _, e in algebraic))
+    used = {part for part in parts(*derivatives, *(e for _, e in algebraic)) if part.is_Symbol}
     rates = [finish(rate) for rate in twin.rates.values()]
     signals = [finish(twin.places[name]) for name in twin.rates]
     lost = list(inert(read))
@@ -603,6 +605,8 @@ def state_equations(
 def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequential: bool = False) -> Reading:
     """The reading of a graph, by the formulation of its numbers where it has them all."""
     settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
+    if settled is not None:
+        loops_of_constants(settled)  # refuses loops without a solution, or of several
     form = settled.of if settled is not None else lambda twin: Formulation(twin, causality)
     return Reading(graph, opaque, form, sequential)
 
@@ -721,7 +725,7 @@ def _filled(given: StateEquations) -> StateEquations:
 def _endless(expression: Any) -> bool:
     import sympy
 
-    return bool(expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
+    return not parts(expression).isdisjoint((sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
 
 
 def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str | None]:

@@ -445,7 +445,8 @@ def linearize(
     numbers = dict(twin.values) | {symbol: point[name] for symbol, name in zip(states, names, strict=True)}
     numbers |= {finish(twin.places[name]): float((signals or {})[name]) for name in graph.signals}
     filled = {symbol: sympy.Float(value, 17) for symbol, value in {**numbers, finish(twin.places[TIME]): 0.0}.items()}
-    A, B, C, D = (np.array(full_digits(m.xreplace(filled)).tolist(), dtype=float).reshape(m.shape) for m in matrices)
+    numeric = [m.xreplace(filled).applyfunc(full_digits) for m in matrices]
+    A, B, C, D = (np.array(m.tolist(), dtype=float).reshape(m.shape) for m in numeric)
     _check_kinks(dynamics, point, A)
     return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven)
 

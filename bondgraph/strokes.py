@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TIME, TWO_PORTS, GraphError, Law, refuse
 from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, activated, as_graph, flow_variables
-from bondgraph.numerics import components, reached_from
+from bondgraph.numerics import components, reached_from, representatives
 
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
@@ -339,17 +339,19 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:
     """Pairs of bonds that join a 1-junction and a 0-junction both ways, each with the 1-junction as its stroke's end.
 
-    What comes by one goes by the other: such a pair decides neither the flow of the one nor the effort of the other.
+    What comes by one goes by the other: such a pair decides neither the flow of the one nor the effort of the other. Equal
+    junctions that bonds join count as one.
     """
     waiting: dict[tuple[str, str], list[Bond]] = {}
+    kind = {e.name: e.kind for e in graph.of_kind(*JUNCTIONS)}
+    one = representatives(kind, [b[1:] for b in graph.bonds if kind.get(b.tail) == kind.get(b.head) is not None])
     for bond in graph.bonds:
         if {graph.elements[bond.tail].kind, graph.elements[bond.head].kind} == JUNCTIONS:
-            back = waiting.get((bond.head, bond.tail))
+            back = waiting.get((one[bond.head], one[bond.tail]))
             if back:
-                end = bond.tail if graph.elements[bond.tail].kind == "1" else bond.head
-                yield from ((one, end) for one in (back.pop(), bond))
+                yield from ((each, each.tail if kind[each.tail] == "1" else each.head) for each in (back.pop(), bond))
             else:
-                waiting.setdefault((bond.tail, bond.head), []).append(bond)
+                waiting.setdefault((one[bond.tail], one[bond.head]), []).append(bond)
 
 
 def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:

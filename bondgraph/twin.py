@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.elements import TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact
+from bondgraph.elements import TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact, replaced
 from bondgraph.graph import BondGraph
 from bondgraph.motion.walk import displacements
 
@@ -83,24 +83,23 @@ class Twin:
         if value.is_Integer or value.is_Float or value.is_Symbol:
             return value
         symbol = sympy.Dummy(real=True)
-        self.held[symbol] = exact(value).xreplace(self.held)
+        self.held[symbol] = self.unfold(value)
         return symbol
 
     def unfold(self, expression: Any) -> Any:
         """An expression with the laws' values in it, and exact whole numbers and halves."""
         import sympy
 
-        return exact(sympy.sympify(expression, strict=True)).xreplace(self.held)
+        return replaced(exact(sympy.sympify(expression, strict=True)), lambda part: self.held.get(part, part))
 
     def finish(self, expression: Any) -> Any:
         """An expression unfolded, in plain symbols."""
         import sympy
 
-        unfolded = self.unfold(expression)
-        for symbol in unfolded.free_symbols:
-            if symbol not in self.plain:
-                self.plain[symbol] = sympy.Symbol(symbol.name)
-        return unfolded.xreplace({symbol: self.plain[symbol] for symbol in unfolded.free_symbols})
+        def plain(part: Any) -> Any:
+            return self.plain.setdefault(part, sympy.Symbol(part.name)) if part.is_Symbol else part
+
+        return replaced(self.unfold(expression), plain)
 
     def rename(self, symbol: Any, name: str) -> None:
         """Hand out a real symbol under another name, or one like it where that is taken."""

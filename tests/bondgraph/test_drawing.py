@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.patches import Rectangle
 
-from bondgraph import Bond, BondGraph, Builder, C, GraphError, I, One, R, Se, Sf, draw
+from bondgraph import Bond, BondGraph, Builder, C, GraphError, I, One, R, Se, Sf, WordGraph, draw
 from bondgraph.drawing import COLOURS, mathtext, svg
 from bondgraph.graph import activated
 from bondgraph.layout import (
@@ -526,6 +526,15 @@ def test_stores_in_derivative_causality_are_boxed_and_explained_only_where_there
     integral = draw(condensed(), causality={**STROKES, 5: "m"})
     assert "store in derivative causality" not in texts(integral)
     assert patches(integral) == []
+
+
+@pytest.mark.parametrize("call", [draw, svg])
+def test_an_option_that_there_is_none_of_is_refused_with_those_that_there_are(call):
+    line = "^option 'strokes': no such option of a picture; they are causality, numbers, title, loops, parts, words$"
+    with pytest.raises(GraphError, match=line):
+        call(condensed(), strokes=True)
+    with pytest.raises(GraphError, match=r"^option 'numbers': .* they are title$"):
+        call(WordGraph({"a": ["p"], "b": ["p"]}, [("a.p", "b.p")]), numbers=False)
 
 
 def test_without_a_causality_the_library_finds_one():

@@ -20,10 +20,13 @@ from bondgraph import (
     Se,
     Sf,
     causality,
+    equilibrium,
+    linearize,
     motion_equation,
     simulate,
     state_equations,
     table,
+    to_modelica,
 )
 
 
@@ -211,6 +214,35 @@ def test_a_field_of_resistors_in_a_loop_is_solved_in_fractions_too():
     graph = Builder().zero("a").on("a", I("m", 2.0), R("leak", leak)).field(R("K", matrix), "a", "a").build()
     conductance = Fraction(3 + 2 - 1 - 1, 5) + 1 / Fraction(leak)
     assert_allclose(Dynamics(graph).rates(0.0, 2.0), [-float(1 / conductance)], rtol=1e-15)
+
+
+def test_a_mesh_of_resistors_has_equations_in_seconds():
+    """Nested fractions share so much that as a tree they are millions of operations, which took minutes to walk."""
+    b = Builder()
+    for k in range(12):
+        b.zero(f"n{k}")
+    steps = [(k, k + 1) for k in range(12) if k % 4 < 3] + [(k, k + 4) for k in range(8)]
+    for k, (i, j) in enumerate(steps):
+        b.one(f"x{k}").bond(f"n{i}", f"x{k}").bond(f"x{k}", f"n{j}").on(f"x{k}", R(f"r{k}", 1.0 + k % 3))
+    graph = b.on("n0", C("c", 1.0)).on("n11", C("d", 2.0)).build()
+    expected = Dynamics(graph).rates(0.0, 0.6, 0.7)
+    assert_allclose(state_equations(graph).numeric()(0.0, [0.6, 0.7]), expected, rtol=1e-13)
+    assert expected[0] == -expected[1] != 0.0
+
+
+def test_bonds_that_cancel_across_equal_junctions_decide_nothing():
+    """A flow that leaves three equal junctions at one and comes back at another leaves the 0-junction between no effort."""
+    b = Builder().one("a").one("b").zero("n").bond("a", "b").bond("b", "n").bond("n", "a")
+    graph = b.on("a", I("m", 2.0), Se("u", 1.0)).on("b", R("r", 4.0)).on("n", R("s", 1.0), R("q", 3.0)).build()
+    assert_allclose(Dynamics(graph).rates(0.0, 3.0), [1.0 - 4.0 * 1.5], rtol=1e-15)
+
+
+def test_a_loop_without_a_solution_is_refused_alike_by_every_call():
+    graph = Builder().zero("n").on("n", R("d", -1.0), R("s", 1.0), I("m", 1.0)).build()
+    calls = (Dynamics, lambda g: simulate(g, 1.0), equilibrium, linearize, state_equations, to_modelica)
+    for call in calls:
+        with pytest.raises(GraphError, match=r"^the loop of R:d \(bond 1\), R:s \(bond 2\) has no solution"):
+            call(graph)
 
 
 def ladder(rungs):
