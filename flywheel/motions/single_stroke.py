@@ -81,6 +81,7 @@ _NULL = "a machine that works stroke by stroke has no steady cycle: its crank st
 _TIME = "time of the stroke"
 _MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
+_NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SAFETY = 2.0
 _HEAVIEST = 1e5  # times the inertia on either side of the clutch, of a flywheel that is searched for
 
@@ -146,6 +147,21 @@ def share_name(name: str) -> str:
     }.get(name, name)
 
 
+def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
+    """The brake with which the crank would stop at `stop_at`: put on at another crank angle (rad), or of a torque (N m).
+
+    By the work of the brake, which takes the same energy; the angle is None where the clutch still acts. None if the crank
+    stops within ten degrees.
+    """
+    strokes, overrun = result.strokes, result.overrun
+    way = result.brake_angle - overrun
+    if abs(overrun) <= _NEAR_STOP or way <= 0.0:
+        return None
+    earlier = strokes.brakes_at - overrun
+    possible = strokes.end <= earlier < strokes.brakes_at + way
+    return earlier % TURN if possible else None, strokes.brake.torque * result.brake_angle / way
+
+
 def rate_limit(found: SingleStroke) -> Iterator[str]:
     """The sentence on the greatest rate: which limit it meets."""
     if found.greatest_rate is None:
@@ -199,7 +215,7 @@ class SingleStroke:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """Sentences on an inverter that trips, loads beyond limits, and a clutch that slips under the work."""
+        """Sentences on trips, loads beyond limits, a clutch that slips under the work, and a crank far from its stop."""
         found = [*trip_messages(self.trips)]
         found += [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
         if self.phases.slips:
@@ -207,6 +223,13 @@ class SingleStroke:
             where = math.degrees(float(angle or 0.0) % TURN)
             found.append(
                 f"the clutch slips again from crank angle {where:.4g} deg on, for {time:.4g} s, and heats by {heat:.4g} J"
+            )
+        if (mended := brake_for_stop(self)) is not None:
+            side = "past" if self.overrun > 0.0 else "before"
+            earlier = "" if mended[0] is None else f"its brake put on at about {math.degrees(mended[0]):.3g} deg, or with "
+            found.append(
+                f"the crank stops {math.degrees(abs(self.overrun)):.4g} deg {side} stop_at; it would stop there with "
+                f"{earlier}a brake of about {mended[1]:.3g} N m"
             )
         return tuple(found)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from flywheel.language import message, number
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, rate_limit, share_name
+from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, brake_for_stop, rate_limit, share_name
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.drive import trip_messages
@@ -73,7 +74,12 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         machine_block(result.scene, system),
         _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
-        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=tuple(_slips_again(result, system))),
+        Block(
+            "clutch",
+            _("Clutch and brake"),
+            tuple(rows(_OF_CLUTCH)),
+            sentences=(*_slips_again(result, system), *_off_stop(result, system)),
+        ),
         Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(result))),
         _shares(result),
         _formulas(result, system),
@@ -84,6 +90,27 @@ def _slips_again(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
     for leg in result.phases.slips[:1]:
         angle = system.read(float(leg.driven.start.phi) % TURN, "angle")
         yield _("THE CLUTCH SLIPS AGAIN under the work from {angle} on: it needs a greater torque.", angle=angle)
+
+
+def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
+    if (mended := brake_for_stop(result)) is None:
+        return
+    off = system.read(math.radians(round(math.degrees(abs(result.overrun)), 1)), "angle")
+    yield (
+        _("THE CRANK STOPS {angle} PAST stop_at.", angle=off)
+        if result.overrun > 0.0
+        else _("The crank stops {angle} before stop_at.", angle=off)
+    )
+    torque = system.read(float(f"{mended[1]:.3g}"), "torque")
+    if mended[0] is None:
+        yield _("It would stop there with a brake of about {torque}.", torque=torque)
+    else:
+        angle = system.read(math.radians(round(math.degrees(mended[0]))), "angle")
+        yield _(
+            "It would stop there with its brake put on at about {angle}, or with one of about {torque}.",
+            angle=angle,
+            torque=torque,
+        )
 
 
 def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:

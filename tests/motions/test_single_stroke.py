@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel import SceneError
 from flywheel.cli import main
+from flywheel.motions.single_stroke import brake_for_stop
 from flywheel.motions.stroke_course import course
 from flywheel.motions.strokes import Strokes, periodic, slip_heat
 from flywheel.numerics.units import parse_quantity
@@ -304,6 +305,26 @@ def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     given = flywheel.single_stroke(scene.with_({"flywheel": {"on": "wheel", "inertia": found.inertia}}), 1e-7)
     assert given.irregularity == pytest.approx(found.limits["irregularity"].reached, rel=1e-6)
     assert given.motor_torque_peak / 14.0 == pytest.approx(found.limits["motor_torque"].reached, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        (400.0, r"25\.05 deg before stop_at; .* put on at about 335 deg, or"),
+        (100.0, "past stop_at; it would stop there with a brake"),
+    ],
+)
+def test_a_crank_that_stops_far_from_its_stop_is_a_remark_with_what_mends_it(torque, words):
+    result = flywheel.single_stroke(rotor(brake__0__torque=torque), 1e-4, rates=False)
+    (said,) = (line for line in result.verdicts if "stop_at" in line)
+    assert re.search(words, said)
+    engage, other = brake_for_stop(result)
+    mended = {"brake__0__torque": other} if engage is None else {"brake__0__torque": torque, "brake__0__engage": engage}
+    again = flywheel.single_stroke(rotor(**mended), 1e-4, rates=False)
+    assert abs(again.overrun) < 0.1 * abs(result.overrun)
+    assert brake_for_stop(again) is None
+    (clutch,) = (block for block in blocks(result) if block.name == "clutch")
+    assert any("stop_at" in line for line in clutch.sentences)
 
 
 @pytest.mark.parametrize("touch", [0.02, 0.2])
