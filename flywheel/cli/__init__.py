@@ -120,7 +120,7 @@ def _known(context: click.Context, parameter: click.Parameter, value: str | None
 
     near = nearest(value, names)
     advice = f"did you mean {near!r}?" if near else f"known: {', '.join(names)}."
-    raise click.BadParameter(f"{value!r} is no {parameter.name}; {advice}")
+    raise click.BadParameter(f"{value!r} is not a {parameter.name}; {advice}")
 
 
 def _names(what: str) -> list[str]:

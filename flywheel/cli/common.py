@@ -55,8 +55,8 @@ def within(low: float, high: float) -> Callable[[click.Context, click.Parameter,
 
 
 _PLACES = {
-    "angle": 'angle with its unit, such as "30 deg" or "0.5 rad"',
-    "length": 'position with its unit, such as "190 mm"',
+    "angle": 'an angle with its unit, such as "30 deg" or "0.5 rad"',
+    "length": 'a position with its unit, such as "190 mm"',
 }
 
 
@@ -64,7 +64,7 @@ def places(context: click.Context, parameter: click.Parameter, texts: tuple[str,
     """Texts that are angles or positions; the scene decides which of the two is expected."""
     for text in texts:
         if all(quantity(text, dimension) is None for dimension in _PLACES):
-            raise click.BadParameter(f"{text!r} is no {_PLACES['angle']}, nor a {_PLACES['length']}.")
+            raise click.BadParameter(f"{text!r} is not {_PLACES['angle']}, nor {_PLACES['length']}.")
     return texts
 
 
@@ -85,7 +85,7 @@ def speed(text: str, sliding: bool, option: str) -> float:
     value = quantity(text, "velocity" if sliding else "speed")
     if value is None:
         kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
-        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint=option)
+        raise click.BadParameter(f"{text!r} is not a {kind}.", param_hint=option)
     return value
 
 
@@ -95,7 +95,7 @@ def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
     values = [quantity(text, dimension) for text in texts]
     for text, value in zip(texts, values, strict=True):
         if value is None:
-            raise click.BadParameter(f"{text!r} is no {_PLACES[dimension]}.", param_hint="--at")
+            raise click.BadParameter(f"{text!r} is not {_PLACES[dimension]}.", param_hint="--at")
     return [value for value in values if value is not None]
 
 
@@ -126,7 +126,7 @@ def plot_option(help: str) -> Callable[[Any], Any]:
     return lambda command: plot(style_option(command))
 
 
-def language_option(help: str = "Of the picture (default en).", **settings: Any) -> Callable[[Any], Any]:
+def language_option(help: str = "Language of picture and messages (default en).", **settings: Any) -> Callable[[Any], Any]:
     """The option --language: the language of a command's pictures, faults and remarks, and of what its help says."""
     return click.option("--language", type=click.Choice([*LANGUAGES]), callback=_spoken, help=help, **settings)
 
@@ -344,7 +344,7 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
         return None
     value = quantity(text, "inertia")
     if value is None or value < 0.0:
-        raise click.BadParameter(f'{text!r} is no inertia with its unit, such as "2 kg m^2".')
+        raise click.BadParameter(f'{text!r} is not an inertia with its unit, such as "2 kg m^2".')
     return value
 
 

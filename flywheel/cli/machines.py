@@ -158,7 +158,9 @@ def _stroke_by_stroke(
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
     if text is None or quantity(text, "speed", "velocity") is not None:
         return text
-    raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
+    raise click.BadParameter(
+        f'{text!r} is not a speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.'
+    )
 
 
 def _angle(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
@@ -166,7 +168,7 @@ def _angle(context: click.Context, parameter: click.Parameter, text: str | None)
         return None
     angle = quantity(text, "angle")
     if angle is None:
-        raise click.BadParameter(f'{text!r} is no angle with its unit, such as "30 deg" or "0.5 rad".')
+        raise click.BadParameter(f'{text!r} is not an angle with its unit, such as "30 deg" or "0.5 rad".')
     return angle
 
 
@@ -250,7 +252,7 @@ def reduce(
 @click.option(
     "--map", "mapped", is_flag=True, help="Print the element that each part became; the picture has parts in colours."
 )
-@language_option("Of the map (default en).")
+@language_option("Language of map and messages (default en).")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool, language: str | None) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     if mapped and form == "latex":
@@ -285,7 +287,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool
 @json_flag()
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Required relative accuracy of every figure.")
 @plot_option("Draw the Sankey diagram from the motor to the tool into a file.")
-@language_option("Of table and picture (default en).")
+@language_option("Language of table, picture and messages (default en).")
 def power(scene: Path, at: float | None, as_json: bool, rtol: float | None, plot: Path | None, language: str | None) -> None:
     """Print the power flow of SCENE from its input through every mesh to the loads, with all losses.
 
@@ -328,7 +330,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     names = comma_names(context, parameter, values)
     for name in names:
         if name not in COMPONENTS:
-            raise click.BadParameter(f"{name!r} is no component; {suggestion(name, COMPONENTS)}")
+            raise click.BadParameter(f"{name!r} is not a component; {suggestion(name, COMPONENTS)}")
     return names
 
 
@@ -363,7 +365,7 @@ def _components(context: click.Context, parameter: click.Parameter, values: tupl
     callback=_components,
     metavar="NAME",
     help="x, y, normal, moment, resultant, driving, friction, ...; repeatable, or with commas (default: all but x and y of "
-    "joints that are no pins).",
+    "joints that are not pins).",
 )
 @click.option("--together", is_flag=True, help="Draw one panel for each component with all joints, not one for each joint.")
 @click.option("--hodograph", is_flag=True, help="Draw the reactions as hodographs instead of curves.")
@@ -541,7 +543,7 @@ _EVERY, _EVERY_ON_TERMINALS = 5.0, 0.25  # seconds between two words
 
 def _seconds(context: click.Context, parameter: click.Parameter, budget: float) -> float:
     if not (isfinite(budget) and budget > 0.0):
-        raise click.BadParameter(f"{budget:g} is no number of seconds above 0.")
+        raise click.BadParameter(f"{budget:g} is not a number of seconds above 0.")
     return budget
 
 

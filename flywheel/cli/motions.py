@@ -43,7 +43,7 @@ _ROWS = 4  # positions of a motion whose instant centres are printed by default
 def _place(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
     if text is None or quantity(text, "angle", "length") is not None:
         return text
-    raise click.BadParameter(f'{text!r} is no angle such as "90 deg", nor a position such as "190 mm".')
+    raise click.BadParameter(f'{text!r} is not an angle such as "90 deg", nor a position such as "190 mm".')
 
 
 @click.command(short_help="Follow a machine in time: run-up, run-down, load step, stall.")
@@ -63,7 +63,7 @@ def _place(context: click.Context, parameter: click.Parameter, text: str | None)
 )
 @click.option("--breaks", is_flag=True, help="Add to CSV and JSON the times at which laws switch, once for each side.")
 @click.option(
-    "--rtol", type=float, default=1e-9, show_default=True, callback=within(*_RTOL), help="Error allowed of the motion."
+    "--rtol", type=float, default=1e-9, show_default=True, callback=within(*_RTOL), help="Allowed error of the motion."
 )
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text or JSON to a file instead.")
 def simulate(
@@ -246,7 +246,7 @@ def motion(
 def _duration(text: str) -> float:
     time = quantity(text, "time")
     if time is None or time <= 0.0:
-        raise click.BadParameter(f'{text!r} is no duration such as "2 s".', param_hint="--until")
+        raise click.BadParameter(f'{text!r} is not a duration such as "2 s".', param_hint="--until")
     return time
 
 
@@ -255,7 +255,7 @@ def _times(texts: list[str]) -> list[float]:
     times = [quantity(text, "time") for text in texts]
     for text, value in zip(texts, times, strict=True):
         if value is None:
-            raise click.BadParameter(f'{text!r} is no time with its unit, such as "0.2 s".', param_hint="--at")
+            raise click.BadParameter(f'{text!r} is not a time with its unit, such as "0.2 s".', param_hint="--at")
     return [value for value in times if value is not None]
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
 
 _RTOL = (1e-14, 0.1)
-_EXPECTED = "is no PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
+_EXPECTED = "is not a PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
 _MOST_VALUES = 1_000_000  # values of one number
 _ROWS = 20
 _ENGINE = "Engine that sizes many designs at once, or size for one by one (default: numpy)."
@@ -56,7 +56,7 @@ def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str,
             continue
         count = int(parts[2]) if parts[2].isdecimal() and len(parts[2]) < 9 else 0
         if not 2 <= count <= _MOST_VALUES:
-            raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count from 2 to {_MOST_VALUES}.")
+            raise click.BadParameter(f"{parts[2]!r} in {text!r} is not a count from 2 to {_MOST_VALUES}.")
         columns.append((path.strip(), parts[:2], count))
     return columns
 
@@ -105,7 +105,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     multiple=True,
     help="A number of the scene and its values, such as mechanism.crank.length=50mm:120mm:50; repeatable, all combinations.",
 )
-@click.option("--samples", type=click.IntRange(1), help="Spread so many designs over --vary PATH=LOW:HIGH.")
+@click.option("--samples", type=click.IntRange(1), help="Number of designs spread over --vary PATH=LOW:HIGH.")
 @click.option(
     "--method",
     type=click.Choice(["latin", "sobol", "random"]),
@@ -113,7 +113,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     show_default=True,
     help="How to spread samples: Latin hypercube, Sobol sequence, at random.",
 )
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Seed of the samples.")
 @click.option(
     "--designs",
     "rows_of",
@@ -177,7 +177,7 @@ def sweep(
         raise click.UsageError("Missing option '--vary', or '--designs'." if not asked else "--vary excludes --designs.")
     for path, texts, count in asked:
         if (count == 1) != (samples is not None and len(texts) > 1):
-            told = "is no PATH=LOW:HIGH, as --samples takes it" if samples is not None else _EXPECTED
+            told = "is not a PATH=LOW:HIGH, as --samples takes it" if samples is not None else _EXPECTED
             raise click.BadParameter(f"'{path}={':'.join(texts)}' {told}.", param_hint="--vary")
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, table, plot, npz, parquet)
@@ -267,7 +267,7 @@ def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, 
         parts = (sigma,) if sigma and alone else tuple(part.strip() for part in values.split(":"))
         if not equals or not path or not all(parts) or (len(parts) != 2 and not sigma):
             expected = "PATH=LOW:HIGH, such as mechanism.rod.length=590mm:610mm"
-            raise click.BadParameter(f"{text!r} is no {expected}{', nor PATH=±SIGMA' if alone else ''}.")
+            raise click.BadParameter(f"{text!r} is not a {expected}{', nor PATH=±SIGMA' if alone else ''}.")
         if path in intervals:
             raise click.BadParameter(f"{path} is given twice.")
         values_found = [_value(part) for part in parts]
@@ -281,7 +281,7 @@ def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str,
     for text in texts:
         parts, signs = [part.strip() for part in _COMPARED.split(text)], [sign[0] for sign in _COMPARED.findall(text)]
         if len(parts) not in (2, 3) or not all(parts) or len(set(signs)) != 1:
-            raise click.BadParameter(f"{text!r} is no limit such as power<=5kW, power>=2kW or 2kW<=power<=5kW.")
+            raise click.BadParameter(f"{text!r} is not a limit such as power<=5kW, power>=2kW or 2kW<=power<=5kW.")
         if signs[0] == ">":
             parts = parts[::-1]  # from the lowest on
         if len(parts) == 3:
@@ -363,7 +363,7 @@ def sensitivities(
 )
 @_OF
 @click.option("--samples", type=int, default=512, show_default=True, help="A power of two; twice as many samples are taken.")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Seed of the samples.")
 @click.option(
     "--keep",
     callback=limits,
@@ -574,10 +574,10 @@ def motor(
     exclusive(json=as_json, csv=as_csv)
     angle = 0.0 if at is None else at if at == "worst" else quantity(at, "angle")
     if angle is None:
-        raise click.BadParameter(f'{at!r} is no angle with its unit, such as "30 deg".', param_hint="--at")
+        raise click.BadParameter(f'{at!r} is not an angle with its unit, such as "30 deg".', param_hint="--at")
     longest = None if start_time is None else quantity(start_time, "time")
     if start_time is not None and longest is None:
-        raise click.BadParameter(f'{start_time!r} is no time with its unit, such as "10 s".', param_hint="--start-time")
+        raise click.BadParameter(f'{start_time!r} is not a time with its unit, such as "10 s".', param_hint="--start-time")
     with reported(scene):
         from flywheel.designs import catalogue as study
         from flywheel.numerics.faults import SceneError

@@ -492,7 +492,7 @@ def _figures(transient: Transient) -> list[str]:
     way = f"{figure(transient.way, most=7)} m" if transient.scene.sliding else f"{figure(transient.turns, most=7)} turns"
     rows = [
         ("time", f"{figure(transient.time, most=7)} s"),
-        ("way", way),
+        ("travel", way),
         ("speed at the end", _speed(transient, transient.omega)),
     ]
     if transient.regime_speed is not None:

@@ -254,7 +254,7 @@ def test_the_map_speaks_spanish_and_wants_to_be_asked_for(tmp_path):
     assert "momento de inercia" in output
     assert "par press.crank_pin" in output
     assert file.stat().st_size > 5_000
-    assert "--language is that of the map: add --map" in run_graph(MACHINES / "press.toml", "--language", "es").output
+    assert "--language es la lengua del mapa: añada --map" in run_graph(MACHINES / "press.toml", "--language", "es").output
     assert "--format latex is for the table" in run_graph(MACHINES / "press.toml", "--map", "--format", "latex").output
 
 
@@ -476,14 +476,14 @@ def test_a_transient_begins_where_it_is_told(motion_scene):
         (["--of", "sldier"], 1, 'did you mean "slider"?'),
         (["--over", "time"], 1, "time without a motion in time"),
         (["--law", "sin(t)"], 1, "a law without an end"),
-        (["--law", "sin(t)", "--until", "2 turns"], 2, "is no duration"),
+        (["--law", "sin(t)", "--until", "2 turns"], 2, "is not a duration"),
         (["--law", "sin(t)", "--regime"], 2, "exclude each other"),
-        (["--law", "sin(t)", "--until", "2 s", "--at", "30 deg"], 2, "is no time with its unit"),
+        (["--law", "sin(t)", "--until", "2 s", "--at", "30 deg"], 2, "is not a time with its unit"),
         (["--at", "30 deg", "--points", "5"], 2, "exclude each other"),
         (["--flywheel", "2 kg m^2"], 2, "--regime or --from"),
         (["--from", "rest", "--at", "1 deg", "--at", "2 deg"], 2, "give --at once"),
         (["--regime"], 1, "flywheel"),
-        (["--speed", "5 kg"], 2, "is no speed"),
+        (["--speed", "5 kg"], 2, "is not a speed"),
         (["--csv", "--json"], 2, "exclude each other"),
     ],
 )
@@ -801,7 +801,7 @@ def test_json_has_the_components_asked_for_with_their_errors(reactions_scene: Pa
         (["--from", "rest", "--at", "1 deg", "--at", "2 deg"], "starts at one place"),
         (["--flywheel", "2 kg m^2"], "belongs to a motion in time"),
         (["--hodograph", "--together"], "--hodograph and --together exclude each other"),
-        (["--component", "z"], "'z' is no component"),
+        (["--component", "z"], "'z' is not a component"),
     ],
 )
 def test_what_does_not_go_together_is_told(reactions_scene: Path, options: list[str], said: str) -> None:

@@ -446,7 +446,7 @@ def test_csv_runs_from_end_to_end_with_its_units():
 
 
 @pytest.mark.parametrize(
-    ("at", "code", "words"), [("30 deg", 2, "no position"), ("0.2 m", 1, "x: found 0.2 m"), ("5", 2, "no")]
+    ("at", "code", "words"), [("30 deg", 2, "not a position"), ("0.2 m", 1, "x: found 0.2 m"), ("5", 2, "not")]
 )
 def test_places_that_a_stroke_does_not_have(at, code, words):
     result = run("reduce", EXAMPLE, "--at", at)
@@ -457,7 +457,7 @@ def test_places_that_a_stroke_does_not_have(at, code, words):
 def test_a_crank_has_angles(lever):
     result = run("reduce", lever, "--at", "30 mm")
     assert result.exit_code == 2
-    assert "'30 mm' is no angle with its unit" in result.stderr
+    assert "'30 mm' is not an angle with its unit" in result.stderr
 
 
 def test_sizing_refuses_in_one_line():
