@@ -32,7 +32,7 @@ from flywheel.motions.starting import RunUp, load_at_rest, mapped_run_up, maps, 
 from flywheel.motions.transients import Until, transient
 from flywheel.numerics.cells import TIE
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.units import QuantityError, figure, parse_quantity
+from flywheel.numerics.units import QuantityError, figure, parse_quantity, parse_range
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
 from flywheel.reading.motors import MOTORS
 from flywheel.regime.free_motion import neighbours
@@ -372,7 +372,7 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
             advice = "give it speed with torque or power, or take --ratio fixed"
             expected = "one, for which the ratio of its shaft is chosen"
             raise SceneError([Fault(f"shafts.{on}.ratio", f"a {motor.motor.title} without a rated point", expected, advice)])
-        own = parse_quantity(tables["shafts"][on]["ratio"], "number")
+        own = parse_range(tables["shafts"][on]["ratio"], "number")
         speed = rated.speed if found.peak(0.0) is None else found.no_load_speed or rated.speed  # of a servo, that it holds
         changes[f"shafts.{on}.ratio"] = own * speed / crank_speed / scene.shafts[on]
     return scene.with_(changes)

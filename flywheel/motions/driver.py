@@ -27,7 +27,16 @@ from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
-from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit, round_speed
+from flywheel.numerics.units import (
+    QuantityError,
+    Unit,
+    convert,
+    figure,
+    parse_quantity,
+    parse_range,
+    parse_unit,
+    round_speed,
+)
 from flywheel.reading.fields import Faults
 from flywheel.reading.scenes import build_scene, load
 from flywheel.reading.tables import read_columns
@@ -364,7 +373,7 @@ def scene_moved(path: Path, law: object, until: float | None) -> Scene:
         kept: dict[str, Any] = {
             name: tables[name] for name in ("title", "source", "parameters", "shafts", "mechanism") if name in tables
         }
-        numbers = {name: parse_quantity(value, None) for name, value in tables.get("parameters", {}).items()}
+        numbers = {name: parse_range(value, None) for name, value in tables.get("parameters", {}).items()}
         course = imposed(Scene(None, parameters=numbers), law, until)
     except (OSError, ValueError, AttributeError):
         raise failed from None

@@ -388,6 +388,66 @@ def exact_ratio(value: object, dimension: str | None) -> tuple[int, int]:
     return _ratio(match, _unit(rest, dimension) if rest else Unit())
 
 
+_RANGE = re.compile(r"(?P<open>\()?(?P<middle>.+?)\s*(?:±|\+/-)\s*(?P<half>[^()]+?)(?(open)\)\s*(?P<unit>.*))")
+
+
+def split_range(value: object) -> tuple[str, str] | None:
+    """The middle of a range and half its width, as texts of quantities; None for anything else.
+
+    A unit that only one of them has is that of both; half of the width in % is a share of a middle in another unit.
+
+    >>> split_range("80 mm ± 0.1 mm"), split_range("(80 ± 0.1) mm"), split_range("80 ± 0.1 mm")
+    (('80 mm', '0.1 mm'), ('80 mm', '0.1 mm'), ('80 mm', '0.1 mm'))
+    >>> split_range("2 kN ± 5 %"), split_range("-2 kN")
+    (('2 kN', '5 %'), None)
+    """
+    match = _RANGE.fullmatch(value.translate(_LOOKALIKES).strip()) if isinstance(value, str) else None
+    parts = [split_quantity(match[name]) for name in ("middle", "half")] if match else []
+    if match is None or None in parts:
+        return None
+    (middle, own), (half, other) = (part for part in parts if part is not None)
+    unit = match["unit"] or ""
+    texts = (middle, unit or own or (other if other != "%" else "")), (half, unit or other or own)
+    return tuple(" ".join(filter(None, text)) for text in texts)  # type: ignore[return-value]
+
+
+def parse_range(value: object, dimension: str | None) -> float:
+    """The SI value of a quantity, or of the middle of a range such as "80 mm ± 0.1 mm".
+
+    Raises QuantityError for anything else.
+    """
+    if (parts := split_range(value)) is None:
+        return parse_quantity(value, dimension)
+    half_width(value, dimension)
+    return parse_quantity(parts[0], dimension)
+
+
+def middle_of(value: object) -> object:
+    """The middle of a range, or a value itself."""
+    parts = split_range(value)
+    return parts[0] if parts else value
+
+
+def half_width(value: object, dimension: str | None) -> tuple[int, int]:
+    """Half the width of a range in SI as it is written, a ratio of two integers; 0 for a value without a range.
+
+    Raises QuantityError for half of a width that is no quantity of the dimension, or not above 0.
+
+    >>> half_width("80 mm ± 0.1 mm", "length"), half_width("80 mm ± 0.5 %", "length"), half_width("80 mm", "length")
+    ((1, 10000), (400, 1000000), (0, 1))
+    """
+    parts = split_range(value)
+    if parts is None:
+        return 0, 1
+    middle, half = parts
+    share = half.endswith("%") and not middle.endswith("%")
+    top, bottom = exact_ratio(half, "number" if share else dimension)
+    if not top > 0:
+        raise QuantityError(quote(half), "half the width of a range, above 0", 'such as "80 mm ± 0.1 mm"')
+    of = [abs(each) for each in exact_ratio(middle, dimension)] if share else [1, 1]
+    return top * of[0], bottom * of[1]
+
+
 def _ratio(match: re.Match[str], unit: Unit) -> tuple[int, int]:
     """Decimal times unit. Raises where digits or powers of ten are too many."""
     if not (match[2] or match[3]) or abs(int(match[4] or 0)) > 400:

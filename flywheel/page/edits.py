@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.units import QuantityError, parse_quantity, parse_unit, split_quantity
+from flywheel.numerics.units import QuantityError, parse_quantity, parse_range, parse_unit, split_quantity
 from flywheel.page.form import Field, Form, More, form_of
 from flywheel.page.places import example_of, places_of
 from flywheel.reading.loads import LOAD_MODELS
@@ -302,7 +302,7 @@ def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Map
         scene = tomllib.loads(starter(kind))
     example = scene.get("mechanism", {})
     with suppress(QuantityError, KeyError, TypeError, ZeroDivisionError):
-        share = parse_quantity(table["crank"]["length"], "length") / parse_quantity(example["crank"]["length"], "length")
+        share = parse_range(table["crank"]["length"], "length") / parse_range(example["crank"]["length"], "length")
     begun: dict[KeyPath, str] = {}
     for part in family.parts:
         for key in part.keys:

@@ -17,7 +17,7 @@ from flywheel.numerics.units import (
     DIMENSIONS,
     QuantityError,
     Unit,
-    parse_quantity,
+    parse_range,
     parse_unit,
     plain_number,
     split_quantity,
@@ -339,7 +339,7 @@ def read_unit(item: Item, name: str, dimension: str | None) -> Unit | None:
 def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Faults) -> float | None:
     """A quantity within its key's range; None after noting a fault."""
     try:
-        number = parse_quantity(value, dimension)
+        number = parse_range(value, dimension)
     except QuantityError as error:
         expected = error.expected.replace(DIMENSIONS[dimension].expected, _quantity(dimension, key))
         is_balance = isinstance(value, str) and value.strip().lower() == "balance"
@@ -519,7 +519,7 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     parts = split_quantity(value) if isinstance(value, str) else None
     is_weight = parts is not None and re.search("N|kgf|lbf", parts[1]) and "s" not in parts[1]
     try:
-        found = parse_quantity(value, "moment of weight") / _STANDARD if is_weight else parse_quantity(value, "inertia")
+        found = parse_range(value, "moment of weight") / _STANDARD if is_weight else parse_range(value, "inertia")
     except QuantityError as error:
         expected = 'a GD² such as "48 kg m^2" or "48 kgf m^2", or a bare number in kg m^2'
         faults.add(path, error.found, expected, error.advice)

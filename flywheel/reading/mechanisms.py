@@ -14,7 +14,7 @@ import numpy as np
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Kind, build, stroke_ranges
 from flywheel.numerics.faults import Fault, SceneError, quote, show, suggestion, told
-from flywheel.numerics.units import QuantityError, parse_quantity, plain_number
+from flywheel.numerics.units import QuantityError, parse_range, plain_number
 from flywheel.reading.fields import (
     Faults,
     Fields,
@@ -608,7 +608,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
         return unread
     if slides is None:  # the mechanism does not give it, but perhaps the stroke's own unit
         try:
-            parse_quantity(table.get("to"), "angle")
+            parse_range(table.get("to"), "angle")
             slides = False
         except QuantityError:
             slides = True

@@ -48,7 +48,7 @@ from flywheel.components.motors.synchronous import damper_slope, saliency_of
 from flywheel.components.motors.thermal import CLASSES
 from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
 from flywheel.numerics.faults import Fault, SceneError, quote, show
-from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity
+from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity, parse_range
 from flywheel.reading.fields import (
     Faults,
     Fields,
@@ -780,7 +780,7 @@ def _machine(scene: Scene, item: Item) -> Scene:
             continue
         index = int(load.path.removeprefix("load[").removesuffix("]"))
         try:
-            own = parse_quantity(raw[index].get("factor", 1.0), "number")
+            own = parse_range(raw[index].get("factor", 1.0), "number")
         except QuantityError:  # found wrong when it was read
             own = 1.0
         factors[f"load.{index}.factor"] = share * own

@@ -26,11 +26,13 @@ from flywheel.numerics.units import (
     QuantityError,
     Unit,
     is_quantity,
-    parse_quantity,
+    middle_of,
+    parse_range,
     parse_unit,
     plain_number,
     quantity_text,
     split_quantity,
+    split_range,
 )
 from flywheel.reading.fields import (
     Faults,
@@ -99,6 +101,9 @@ def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
     """A quantity that is out of proportion as it stands, for its unit was left out or is another."""
     value, number, dimension, many_turns = quantity
     bare = plain_number(value)
+    if (parts := split_range(value)) is not None:
+        advice = "--accuracy proof gives the range of every figure"
+        yield Remark(path, f"figures hold for {parts[0]}, the middle of a range", advice)
     if dimension == "speed" and bare is not None and bare >= 30 and bare.is_integer():
         found = f"{bare:.10g} without a unit is in rad/s, {number * _RPM:.4g} rpm"
         yield Remark(path, found, f'write "{bare:.10g} rpm" if turns a minute are meant')
@@ -698,13 +703,13 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str
             unknowns.append(name)
         else:
             try:
-                values[name] = parse_quantity(value, None)
+                values[name] = parse_range(value, None)
             except QuantityError as error:
                 values[name] = math.nan
                 faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
                 continue
             faults.quantities[path] = Quantity(value, values[name], "number", False)
-            parts = split_quantity(value) if isinstance(value, str) else None
+            parts = split_quantity(middle) if isinstance(middle := middle_of(value), str) else None
             if parts is not None and parts[1]:
                 with suppress(QuantityError):
                     units[name] = Unit(1, 1, *parse_unit(parts[1], None)[2:])  # the value is in SI by now

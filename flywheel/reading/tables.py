@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flywheel.numerics.expressions import RESERVED, Expression, ExpressionError, parse
 from flywheel.numerics.faults import nearest, quote, show, suggestion
-from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, product, split_quantity
+from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, middle_of, parse_range, product, split_quantity
 from flywheel.reading.fields import (
     REPORTED,
     TOLERANCE,
@@ -360,14 +360,15 @@ _WORDS = re.compile(r"\b(?:if|else|and|or|not)\b|[+(<>=]")
 
 def read_effort(value: object, dimension: str, path: str, setting: Setting) -> float | Expression | None:
     """A force or torque: a number in SI, a quantity, or any other text as an expression; None after noting a fault."""
-    parts = split_quantity(value) if isinstance(value, str) else None
+    middle = middle_of(value)
+    parts = split_quantity(middle) if isinstance(middle, str) else None
     if isinstance(value, str):
         unit = "" if parts is None else parts[1] or DIMENSIONS[dimension].si
         if not re.match(r"[^\W\d_]|[%°,]|1\s*/", unit) or _WORDS.search(unit):
             return read_expression(value, path, setting)
     try:  # a text that is a number alone is SI, as it would be in an expression
         alone = parts is not None and isinstance(value, str) and value.strip() == parts[0]
-        number = convert(parts[0], Unit()) if parts is not None and alone else parse_quantity(value, dimension)
+        number = convert(parts[0], Unit()) if parts is not None and alone else parse_range(value, dimension)
     except QuantityError as error:
         advice = product(str(value), setting.names | RESERVED) or error.advice
         setting.faults.add(path, error.found, f"{error.expected}, or an expression", advice)

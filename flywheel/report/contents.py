@@ -25,7 +25,7 @@ from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.single_stroke import SingleStroke, single_stroke
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.units import QuantityError, parse_quantity
+from flywheel.numerics.units import QuantityError, middle_of, parse_quantity
 from flywheel.report import document as documents
 from flywheel.report import drive, regime, solutions, wheel
 from flywheel.report.document import (
@@ -439,11 +439,11 @@ def _in_si(value: Any) -> str:
         return ""
     from flywheel.numerics.units import DIMENSIONS, parse_unit, split_quantity
 
-    parts = split_quantity(value)
+    parts = split_quantity(middle := str(middle_of(value)))
     if parts is None or not parts[1]:
         return ""
     try:
-        unit, found = parse_unit(parts[1], None), parse_quantity(value, None)
+        unit, found = parse_unit(parts[1], None), parse_quantity(middle, None)
     except (QuantityError, SceneError):
         return ""
     for dimension in DIMENSIONS.values():
@@ -574,7 +574,9 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
     elif proof is not None:
         ends = tuple((name, f"{low!r}", f"{high!r}") for name, (low, high) in proof.figures.items())
         parts.append(Table(_("Proven intervals, SI"), (_("figure"), _("from"), _("to")), ends))
-        parts.append(Note(_("Each interval holds the figure for the scene's numbers as written; the model is not proven.")))
+        of_ranges = _("Each interval holds the figure for all numbers in the scene's ranges; the model is not proven.")
+        as_written = _("Each interval holds the figure for the scene's numbers as written; the model is not proven.")
+        parts.append(Note(of_ranges if proof.ranges else as_written))
     return Section(_("What is approximate, and by how much"), tuple(parts))
 
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from bondgraph.recording import Program
-from flywheel.machine.programs import RATE, Structure, recorded
-from flywheel.numerics.units import exact_ratio
+from flywheel.machine.programs import RATE, StretchWalk, Structure, recorded
+from flywheel.numerics.units import exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Scene, Table
 from flywheel.sizing.results import Proof
@@ -33,13 +33,15 @@ _PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomi
 _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 1  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
-_PROVEN = "for the scene's numbers as written in decimals"
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 60  # of a motion, above the first precision: more would take a thousand times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
 _SECANT, _APART = 1e-8, 2e-14  # of a flywheel: from which its irregularity is followed, and between which it is proven
 _ROWS = ("inertia", "slope", "moment", "per_unknown")
 _INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
+_HALF = 0.5
+_OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
+_MOST_WIDER = 6  # tries to enclose the irregularities over ranges
 
 
 class Motion(NamedTuple):
@@ -75,7 +77,9 @@ def proven(scene: Scene, motion: Motion | None = None) -> Proof:
             reason = f"a function that balls do not have ({error.name})"
         except (ValueError, ArithmeticError) as error:
             reason = str(error)
-    return Proof(figures, reason, _statement(scene, figures, same), time.process_time() - started)
+    written = () if scene.document is None else scene.document.quantities.values()
+    ranges = any(split_range(quantity.value) for quantity in written)
+    return Proof(figures, reason, _statement(scene, figures, same, ranges), time.process_time() - started, ranges)
 
 
 def _refusal(scene: Scene) -> str:
@@ -96,13 +100,14 @@ def _refusal(scene: Scene) -> str:
     return ""
 
 
-def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int) -> str:
+def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int, ranges: bool) -> str:
     """A line on what is proven and what is not."""
     if not figures:
         return "nothing is proven"
     taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""
     only = "; not proven: that no lighter flywheel will do, and that no other motion is steady" * scene.depends_on_speed
-    return f"proven {_PROVEN}: {', '.join(figures)}{taken}{only}; not proven: that the model is the machine"
+    numbers = "for all numbers in the scene's ranges" if ranges else "for the scene's numbers as written in decimals"
+    return f"proven {numbers}: {', '.join(figures)}{taken}{only}; not proven: that the model is the machine"
 
 
 # -- the machine over balls ------------------------------------------------------------------------------------------------
@@ -118,20 +123,23 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     open_still = balls.UnprovenError("nothing")
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
-            columns = [_as_written(*each) for each in quantities.items()]
-            same = _kept(structure, columns)
+            columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
+            if ranges and scene.depends_on_speed:
+                raise balls.UnprovenError("ranges of numbers where torques depend on speed")
+            same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
                 found = (
                     _moving(scene, structure, columns, (order, left), motion)
                     if scene.depends_on_speed
                     else _cycle(scene, structure, columns, order, left)
                 )
+                width = max(_widths(found).values())
+                if width <= WIDTH:
+                    found |= _cycle_over_ranges(scene, structure, columns, ranges, order, left) if ranges else {}
+                    return {name: balls.ends(ball) for name, ball in found.items()}, same
             except balls.UnprovenError as error:
                 open_still = error
                 continue
-            width = max(_widths(found).values())
-            if width <= WIDTH:
-                return {name: balls.ends(ball) for name, ball in found.items()}, same
             open_still = balls.UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
     raise open_still
 
@@ -152,20 +160,32 @@ def _as_written(path: str, quantity: Any) -> Any:
     """The ball of a number as the scene writes it."""
     from flywheel.numerics.balls import UnprovenError, rational
 
-    ball = rational(*exact_ratio(quantity.value, None if path.startswith("parameters.") else quantity.dimension))
+    ball = rational(*exact_ratio(middle_of(quantity.value), _dimension(path, quantity)))
     if abs(float(ball.mid()) - quantity.number) > _READ * abs(quantity.number):
         raise UnprovenError(f"{path}: {quantity.value!r} is not taken as it is written")
     return ball * (1 + _OF_PI * rational(1, 10**60).union(rational(-1, 10**60)))
 
 
-def _over_balls(program: Program, outputs: int | None = None) -> Callable[..., Any]:
-    """A recorded program as a function of balls, and of series of them: of its first outputs."""
+def _dimension(path: str, quantity: Any) -> str | None:
+    return None if path.startswith("parameters.") else quantity.dimension
+
+
+def _ranges(quantities: Mapping[str, Any]) -> dict[Any, Any]:
+    """Half the width of the range that a number is written with, by its place among all; none for numbers without one."""
+    from flywheel.numerics.balls import rational
+
+    halves = (half_width(each.value, _dimension(path, each)) for path, each in quantities.items())
+    return {k: rational(*half) for k, half in enumerate(halves) if half[0]}
+
+
+def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = False) -> Callable[..., Any]:
+    """A recorded program as a function of balls, and of series of them, or of jets of these: of its first outputs."""
     from flywheel.numerics import balls
 
     part = program if outputs is None else program.only(outputs)
     if not part.plain:
         raise balls.UnprovenError("a function or a table that is not arithmetic")
-    return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.NAMESPACE)
+    return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
 
 
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
@@ -203,35 +223,59 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     """The balls of the figures of a cycle, by their keys."""
     from flywheel.numerics import balls
 
-    zero = balls.rational(0, 1)
-    asked = scene.irregularity is not None
-    given = [structure.numbers.outputs[k] for k in ((0, 2, 1) if asked else (0, 2, 5))]
-    speed, ratio, last = _over_balls(structure.numbers._replace(outputs=tuple(given)), 3)(zero, *columns)
-    square = ratio * ratio
+    speed, ratio, last = map(balls.ball, _over_balls(_numbers(scene, structure))(balls.rational(0, 1), *columns))
+    sums, balance = _sums(structure, columns, order, left)
+    figures = {"balance.value": balance} if structure.unknown else {}
+    return {"speed": speed} | figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
+
+
+def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[_Sums, Any]:
+    """The extremes of a cycle, and its balance, 0 without one."""
     edges = _edges(structure, columns)
     walks = [_over_balls(walk.program, len(_ROWS)) for walk in structure.walks]
     cells = _cells([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
-    figures = {"speed": balls.ball(speed)}
-    balance = zero
-    if structure.unknown:
-        net, effect = (sum((_gain(cell, k) for cell in cells), zero) for k in (_MOMENT, _UNKNOWN))
-        balance = -net / effect
-        figures["balance.value"] = balance
-    sums = _Sums(cells, _works(cells, balance))
-    work, low_work = sums.greatest(zero, left), -sums.greatest(zero, left, -1)
-    inertia, least = sums.inertia(left), -sums.inertia(left, -1)
-    figures |= {"accumulated_max": work, "accumulated_min": low_work, "energy_fluctuation": work - low_work}
+    net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (_MOMENT, _UNKNOWN))
+    balance = -net / effect if structure.unknown else 0 * net
+    return _Sums(cells, _works(cells, balance)), balance
+
+
+def _numbers(scene: Scene, structure: Structure) -> Program:
+    """The program of the speed, the flywheel's ratio to the crank, and its irregularity or inertia."""
+    outputs = structure.numbers.outputs
+    last = outputs[5 if scene.irregularity is None else 1]
+    return structure.numbers._replace(outputs=(outputs[0], outputs[2], last)).only(3)
+
+
+def _of_cycle(
+    sums: _Sums | _SumsOverRanges, speed: Any, ratio: Any, last: Any, left: float, *, asked: bool
+) -> dict[str, Any]:
+    """The figures of a cycle, by their keys, from its extremes.
+
+    Args:
+        sums: the extremes.
+        speed: mean of the extreme speeds, rad/s.
+        ratio: of the flywheel to the crank.
+        last: the irregularity asked for, or the flywheel's inertia (kg m²).
+        left: what cells leave open, relative.
+        asked: whether it is the irregularity.
+
+    """
+    from flywheel.numerics import balls
+
+    square = ratio * ratio
+    work, low_work = sums.greatest(1, 0, left), -sums.greatest(1, 0, left, -1)
+    inertia, least = sums.greatest(0, 1, left), -sums.greatest(0, 1, left, -1)
+    figures = {"accumulated_max": work, "accumulated_min": low_work, "energy_fluctuation": work - low_work}
     figures |= {"reduced_inertia.min": least, "reduced_inertia.max": inertia}
     if not asked:
-        eps = sums.irregularity(balls.ball(speed), last * square, (least, inertia), left)
+        eps = sums.irregularity(speed, last * square, (least, inertia), left)
         figures |= {"simulation.irregularity": eps, "simulation.speed_max": speed * (1 + eps / 2)}
         return figures | {"simulation.speed_min": speed * (1 - eps / 2)}
     eps = last
-    unit = eps * speed**2
-    fast, slow, even = (-(speed**2) * factor / 2 for factor in ((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, 1))
-    exact = (sums.greatest(fast, left) + sums.greatest(slow, left, -1)) / unit
-    torque = (sums.greatest(even, left) + sums.greatest(even, left, -1)) / unit
-    total = (work - low_work) / unit
+    per_square = 1 / speed**2
+    exact = _unevenness(sums, eps, per_square, left) / eps
+    torque = (sums.greatest(per_square, -_HALF, left) + sums.greatest(per_square, -_HALF, left, -1)) / eps
+    total = (work - low_work) * per_square / eps
     figures["flywheel.exact"] = balls.positive(exact) / square
     figures["flywheel.approximate"] = balls.positive(total - least) / square
     figures["flywheel.approximate_total"] = total / square
@@ -240,12 +284,19 @@ def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: in
     return figures
 
 
-def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
-    """Balls of the edges of smooth pieces.
+class _Mark(NamedTuple):
+    """An edge of a smooth piece: where it is nearly (rad), and its formula, or the function with its slope whose zero it is.
 
-    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float which it began
-    at does not count. An edge inside a piece is wherever it is: nothing breaks there.
+    An edge inside a piece has neither: it is wherever it is, as nothing breaks there.
     """
+
+    angle: Any
+    formula: Program | None = None
+    zero: Program | None = None
+
+
+def _marks(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
+    """The edges of smooth pieces."""
     from flywheel.numerics import balls
 
     zero, marks = balls.rational(0, 1), structure.landmarks
@@ -255,19 +306,32 @@ def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
         found = part._replace(places=tuple(map(_threshold, part.places))).function(balls.NAMESPACE)(zero, *columns)
         return balls.ball(found[0])
 
-    zeros = [(loosely(program), program._replace(outputs=program.outputs[1:])) for program in structure.zeros]
-    edges = []
+    zeros = [(loosely(program), program._replace(outputs=program.outputs[1:]).only(2)) for program in structure.zeros]
     for k, output in enumerate(marks.outputs):
-        program = marks._replace(outputs=(output,))
+        program = marks._replace(outputs=(output,)).only(1)
         angle = loosely(program)
         followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
         if 0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]:
-            edges.append(angle)
-        elif followed is None:
-            edges.append(balls.ball(_over_balls(program, 1)(zero, *columns)[0]))
+            yield _Mark(angle)
         else:
-            function = _over_balls(followed, 2)
+            yield _Mark(angle, program if followed is None else None, followed)
+
+
+def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
+    """Balls of the edges of smooth pieces.
+
+    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float which it began
+    at does not count.
+    """
+    from flywheel.numerics import balls
+
+    edges = []
+    for angle, formula, zero in _marks(structure, columns):
+        if zero is not None:
+            function = _over_balls(zero)
             edges.append(balls.zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
+        else:
+            edges.append(balls.ball(_over_balls(formula)(balls.rational(0, 1), *columns)[0]) if formula else angle)
     return edges
 
 
@@ -288,17 +352,13 @@ def _cells(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], orde
     return found
 
 
-def _gain(cell: Model, k: int) -> Any:
-    return cell.integral(k)(cell.high - cell.middle)
-
-
 def _works(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
     """W and M* in each cell, with the unknown's share."""
     start = 0 * balance
     for cell in cells:
         rising = cell.integral(_MOMENT) + balance * cell.integral(_UNKNOWN) + start
         yield rising, cell.polynomials[_MOMENT] + balance * cell.polynomials[_UNKNOWN]
-        start = rising(cell.high - cell.middle)
+        start = cell.at_end(rising)
 
 
 class _Sums:
@@ -310,26 +370,27 @@ class _Sums:
         self._size = max(float(end.mid()) for end in ends)
         self._largest = max(abs(float(cell.polynomials[_INERTIA][0].mid())) for cell in cells)
 
-    def greatest(self, factor: Any, left: float, sign: int = 1) -> Any:
-        """The greatest of sign (W + factor I*)."""
+    def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
+        """The greatest of sign (energy W + inertia I*)."""
         from flywheel.numerics.balls import Curve, greatest
 
         curves = [
             Curve(
                 cell.low - cell.middle,
                 cell.high - cell.middle,
-                sign * (rising + factor * cell.polynomials[_INERTIA]),
-                sign * (moment + factor * cell.polynomials[_SLOPE]),
+                sign * (energy * rising + inertia * cell.polynomials[_INERTIA]),
+                sign * (energy * moment + inertia * cell.polynomials[_SLOPE]),
             )
             for cell, rising, moment in self._curves
         ]
-        return greatest(curves, _LOOSE * left * (self._size + abs(float(factor)) * self._largest))
+        size = abs(float(energy)) * self._size + abs(float(inertia)) * self._largest
+        return greatest(curves, _LOOSE * left * size)
 
     def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
         """The irregularity e with a given flywheel J, by the mean value theorem.
 
-        g(e) = max(W - ½ w² (1 + e/2)² (I* + J)) - min(W - ½ w² (1 - e/2)² (I* + J)) falls by w² (I* + J) of some angles for
-        each unit of e. So e = e' + g(e')/(w² K) for any e', K between the least and the greatest I* + J.
+        g(e) = max(W/w² - ½ (1 + e/2)² (I* + J)) - min(W/w² - ½ (1 - e/2)² (I* + J)) falls by I* + J of some angles for each
+        unit of e. So e = e' + g(e')/K for any e', K between the least and the greatest I* + J.
 
         Args:
             speed: w, the mean of the extreme speeds, rad/s.
@@ -342,30 +403,204 @@ class _Sums:
         """
         from flywheel.numerics import balls
 
-        def gap(at: Any) -> Any:
-            fast, slow = (-(speed**2) * (1 + side * at / 2) ** 2 / 2 for side in (1, -1))
-            return self.greatest(fast, left) + self.greatest(slow, left, -1) + wheel * (fast - slow)
-
-        slope = speed**2 * (bounds[0].union(bounds[1]) + wheel)
-        eps = balls.falling_zero(gap, slope, balls.rational(0, 1))
+        slope, per_square = bounds[0].union(bounds[1]) + wheel, 1 / speed**2
+        eps = balls.falling_zero(lambda e: _unevenness(self, e, per_square, left) - e * wheel, slope, balls.rational(0, 1))
         if not (slope > 0 and eps < 2):
             raise balls.UnprovenError("the motion with a flywheel so light")
         return eps
 
-    def inertia(self, left: float, sign: int = 1) -> Any:
-        """The greatest of sign I*."""
-        from flywheel.numerics.balls import Curve, greatest
 
-        curves = [
-            Curve(
-                cell.low - cell.middle,
-                cell.high - cell.middle,
-                sign * cell.polynomials[_INERTIA],
-                sign * cell.polynomials[_SLOPE],
-            )
-            for cell, *_ in self._curves
+def _unevenness(sums: _Sums | _SumsOverRanges, eps: Any, per_square: Any, left: float) -> Any:
+    """max(W/w² - ½ (1 + e/2)² I*) - min(W/w² - ½ (1 - e/2)² I*), which is e J for the exact flywheel J at the crank."""
+    fast, slow = (-((1 + side * eps / 2) ** 2) / 2 for side in (1, -1))
+    return sums.greatest(per_square, fast, left) + sums.greatest(per_square, slow, left, -1)
+
+
+# -- over ranges of numbers ------------------------------------------------------------------------------------------------
+
+
+def _cycle_over_ranges(
+    scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
+) -> dict[str, Any]:
+    """The balls of the figures of a cycle all over the ranges of numbers, by their keys.
+
+    Args:
+        scene: with its numbers at the middles.
+        structure: of its machine.
+        middles: of all its numbers.
+        ranges: half the width of the range of a number, by its place.
+        order: of polynomials.
+        left: what cells leave open, relative.
+
+    """
+    from flywheel.numerics import balls
+
+    halves = dict(ranges)
+    columns = [
+        balls.Centred(one, {k: balls.rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)
+    ]
+    origin = balls.Centred(balls.rational(0, 1), {}, halves)
+    speed, ratio, last = _over_ranges(_numbers(scene, structure), origin, columns)
+    sums = _SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
+    figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
+    figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
+    return {name: figure.value for name, figure in figures.items()}
+
+
+def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:
+    from flywheel.numerics import balls
+
+    return balls.over_ranges(_over_balls(program), _over_balls(program, jets=True), at, columns)
+
+
+def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any) -> Iterator[Any]:
+    """Edges of smooth pieces all over the ranges of numbers; of the zero x of a function f the slopes are -f_k/f_x."""
+    from flywheel.numerics import balls
+
+    middles, wide = ([getattr(one, part, one) for one in columns] for part in ("middle", "value"))
+    edges = _edges(structure, middles)
+    for edge, (_, formula, zero) in zip(edges, _marks(structure, middles), strict=True):
+        if zero is not None:
+            function = _over_balls(zero)
+            place = balls.zero_near(lambda phi, at=function: at(phi, *wide), edge)  # type: ignore[misc]
+            value, slope = _over_ranges(zero, balls.Centred(place, {}, origin.halves), columns)
+            yield balls.Centred(edge, {k: -part / slope.value for k, part in value.slopes.items()}, origin.halves)
+        else:
+            yield _over_ranges(formula, origin, columns)[0] if formula else balls.Centred(edge, {}, origin.halves)
+
+
+class _SumsOverRanges:
+    """The extremes of a cycle all over the ranges of numbers, with `balance`.
+
+    Positions are shares of the smooth pieces between edges, which move with the numbers, so that all that is summed varies
+    smoothly with them.
+    """
+
+    def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: _Sums, order: int) -> None:
+        from flywheel.numerics import balls
+
+        self._middle, self._halves = middle, origin.halves
+        edges = list(_edges_over_ranges(structure, columns, origin))
+        for low, high in pairwise(edges):
+            if not high - low > 0:
+                raise balls.UnprovenError("ranges of numbers in which angles at which loads break change their order")
+        walks = structure.walks
+        pieces = [_piece(k, *each, columns) for k, each in enumerate(zip(walks, pairwise(edges), strict=True))]
+        cells = _cells(pieces, [balls.rational(k, 1) for k in range(len(edges))], order, _OVER_RANGES)
+        energies, totals, parts = [origin, origin], [origin, origin], list[tuple[Any, ...]]()
+        for cell in cells:
+            k = int(float(cell.middle))
+            if cell.low == k > 0:
+                totals = [
+                    total + jump
+                    for total, jump in zip(totals, _jumps(walks[k - 1], walks[k], edges[k], columns), strict=True)
+                ]
+            inertia, slope, *moments = self._rows(cell)
+            energies = [moment.each(cell.rising) + total for moment, total in zip(moments, totals, strict=True)]
+            totals = [energy.each(cell.at_end) for energy in energies]
+            parts.append((cell, *_moved(cell, edges), energies, moments, inertia, slope))
+        net, effect = totals
+        self.balance = -net / effect if structure.unknown else origin
+        self._curves = list[tuple[Any, ...]]()
+        for *place, energies, moments, inertia, slope in parts:
+            work, moment = (own + self.balance * of_unknown for own, of_unknown in (energies, moments))
+            self._curves.append((*place, work, moment, inertia, slope))
+
+    def _rows(self, cell: Model) -> list[Any]:
+        """The rows of a machine as polynomials in a cell."""
+        from flywheel.numerics import balls
+
+        middles, wholes, *slopes = (
+            cell.polynomials[k : k + len(_ROWS)] for k in range(0, len(cell.polynomials), len(_ROWS))
+        )
+        rows = zip(middles, wholes, *slopes, strict=True)
+        return [
+            balls.Centred(one, dict(zip(self._halves, own, strict=True)), self._halves, all_over)
+            for one, all_over, *own in rows
         ]
-        return greatest(curves, _LOOSE * left * self._largest)
+
+    def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
+        """The greatest of sign (energy W + inertia I*)."""
+        from flywheel.numerics import balls
+
+        found = []
+        middle = self._middle.greatest(*(getattr(factor, "middle", factor) for factor in (energy, inertia)), left, sign)
+        for cell, breaks, moved, inverse, work, moment, own, own_slope in self._curves:
+            value, slope = sign * (energy * work + inertia * own), sign * (energy * moment + inertia * own_slope)
+            curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, value.middle, slope.middle)
+            found.append(balls.CurveOverRanges(curve, value.slopes, slope.value * inverse, moved, breaks))
+        return balls.Centred(middle, balls.slopes_at_greatest(found, self._halves), self._halves)
+
+    def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
+        """The irregularity e with a given flywheel (as in `_Sums`).
+
+        Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all that they lead to.
+        """
+        from flywheel.numerics import balls
+
+        least, most = (bound.middle for bound in bounds)
+        middle = self._middle.irregularity(speed.middle, wheel.middle, (least, most), left)
+        reach, per_square = balls.rational(0, 1), 1 / speed**2
+        try:
+            for _ in range(_MOST_WIDER):
+                self._halves["eps"] = reach
+                at = balls.Centred(middle, {"eps": balls.rational(1, 1)}, self._halves)
+                slopes = (_unevenness(self, at, per_square, left) - at * wheel).slopes
+                steep = slopes.pop("eps")
+                if not steep < 0:
+                    break
+                eps = balls.Centred(middle, {k: -slope / steep for k, slope in slopes.items()}, self._halves)
+                apart = (eps.value - middle).abs_upper()
+                if apart < reach:
+                    return eps
+                reach = 2 * apart
+        finally:
+            del self._halves["eps"]
+        raise balls.UnprovenError("the motions over ranges so wide")
+
+
+def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any], Any]:
+    """The ends of a cell that are edges, as distances from its middle; phi_k by which edges move it, and ds/dphi."""
+    from flywheel.numerics import balls
+
+    k = int(float(cell.middle))
+    low, length = edges[k], edges[k + 1] - edges[k]
+    breaks = [end - cell.middle for end in (cell.low, cell.high) if end in (k, k + 1)]
+    moved = (low + (cell.middle - k) * length).slopes
+    return breaks, {n: balls.line(moved.get(n, 0), length.slopes.get(n, 0)) for n in moved | length.slopes}, 1 / length.value
+
+
+def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence[Any]) -> list[Any]:
+    """By how much the works of M* and of the unknown's share of it grow at a position beyond an edge that moves."""
+    from flywheel.numerics import balls
+
+    sides = (_over_ranges(walk.program.only(len(_ROWS)), edge, columns)[_MOMENT:] for walk in (before, after))
+    steps = [left.value - right.value for left, right in zip(*sides, strict=True)]
+    return [
+        balls.Centred(0 * step, {k: step * part for k, part in edge.slopes.items()}, edge.halves, 0 * step) for step in steps
+    ]
+
+
+def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[Any]) -> Callable[[Any], list[Any]]:
+    """I*, dI*/ds, M* dphi/ds and the unknown's share of it at s from k to k + 1, where phi runs from end to end.
+
+    At the middles of ranges of numbers, then all over them, then their slopes at a given phi by one number after another.
+    """
+    from flywheel.numerics import balls
+
+    program, (low, high) = walk.program.only(len(_ROWS)), ends
+    plain, of_jets = _over_balls(program), _over_balls(program, jets=True)
+    length, zero = high - low, balls.rational(0, 1)
+    wide = length.value
+
+    def rows(place: Any) -> list[Any]:
+        found = balls.over_ranges(plain, of_jets, low + (place - k) * length, columns)
+        middles, wholes = ([1, span, span, span] for span in (length.middle, wide))
+        values = [row.middle * factor for row, factor in zip(found, middles, strict=True)]
+        values += [row.value * factor for row, factor in zip(found, wholes, strict=True)]
+        return values + [row.slopes.get(n, zero) * wide ** (m > 0) for n in length.halves for m, row in enumerate(found)]
+
+    return rows
 
 
 # -- the motion where torques depend on speed --------------------------------------------------------------------------
@@ -459,7 +694,7 @@ class _Motions:
             places = [balls.variable(centre) for centre in (cell.middle, cell.low.union(cell.high))]
             self._laws.append([(inertia(phi, *columns)[0], early(phi, *columns), late) for phi in places])
         sums = _Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
-        self.bounds = -sums.inertia(left, -1), sums.inertia(left)
+        self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
 
     def at(self, wheel: Any, unknown: Any) -> _Speeds:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
@@ -494,7 +729,7 @@ class _Motions:
 
         def extreme(sign: int) -> Any:
             def gap(square: Any) -> Any:
-                return sign * (sums.greatest(-square, self._left, sign) + open_by) - square * wheel
+                return sign * (sums.greatest(1, -square, self._left, sign) + open_by) - square * wheel
 
             return (2 * balls.falling_zero(gap, slope, omega**2 / 2)).sqrt()
 

@@ -61,13 +61,15 @@ class Proof(NamedTuple):
     """Proven intervals of figures, (low, high) in SI by their keys in JSON, for a scene's numbers as written in decimals.
 
     `reason` says why nothing is proven; it is empty if something is. `statement` says what is proven and what is not,
-    and `seconds` is the processor's time that it took.
+    and `seconds` is the processor's time that it took. `ranges` is true if the intervals hold for all numbers in the
+    ranges that the scene gives.
     """
 
     figures: Mapping[str, tuple[float, float]]
     reason: str
     statement: str
     seconds: float
+    ranges: bool = False
 
 
 class Confirmation(NamedTuple):

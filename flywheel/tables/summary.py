@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from math import atan2, degrees, hypot, isnan
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -53,7 +54,6 @@ _LEAST = 6  # least lines for the machine, however long the rest is
 _SAME_FLYWHEEL = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
 _MILLION = 1e-6
-_PROVEN_FIRST = ("flywheel.exact", "simulation.irregularity", "energy_fluctuation")  # the figure whose proven width is told
 
 
 class Block(NamedTuple):
@@ -582,6 +582,15 @@ def _where(sizing: Sizing) -> str:
     return _("least at {least}, greatest at {greatest}", least=least, greatest=greatest)
 
 
+def _proven() -> dict[str, tuple[str, str]]:
+    """The figures of whose proof the summary tells the first that there is, with name and unit."""
+    return {
+        "flywheel.exact": (_("exact flywheel"), "kg m²"),
+        "simulation.irregularity": (_("irregularity"), ""),
+        "energy_fluctuation": (_("energy fluctuation"), "J"),
+    }
+
+
 def _confirmed(sizing: Sizing) -> Iterator[str]:
     """Sentences on the confirmation of the irregularity, its accuracy, and a required accuracy that was not reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
@@ -605,12 +614,24 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         if proof.reason:
             yield _("NOT proven: {reason}.", reason=proof.reason)
         else:
-            low, high = next(proof.figures[key] for key in _PROVEN_FIRST if key in proof.figures)
-            yield _(
-                "Proven for the numbers as written: {n} figures, to {width} of their size. The model itself is not proven.",
-                n=len(proof.figures),
-                width=few_digits((high - low) / max(abs(high), 1e-300), 2),
-            )
+            name, unit, low, high = next((*each, *proof.figures[k]) for k, each in _proven().items() if k in proof.figures)
+            count = len(proof.figures)
+            if proof.ranges:
+                yield _(
+                    "Proven for all numbers in their ranges: {n} figures; {name} from {least} to {most}. "
+                    "The model itself is not proven.",
+                    n=count,
+                    name=name,
+                    least=number(str(Context(6, ROUND_FLOOR).create_decimal_from_float(low))),
+                    most=f"{number(str(Context(6, ROUND_CEILING).create_decimal_from_float(high)))} {unit}".strip(),
+                )
+            else:
+                yield _(
+                    "Proven for the numbers as written: {n} figures, to {width} of their size. "
+                    "The model itself is not proven.",
+                    n=count,
+                    width=few_digits((high - low) / max(abs(high), 1e-300), 2),
+                )
     if sizing.reached:
         return
     worst = max(filter(None, sizing.error[:6]), default=0.0)
