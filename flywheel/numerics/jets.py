@@ -139,6 +139,10 @@ def _rules(ns: Any) -> dict[str, Callable[[Any, Any], Derivatives]]:
         slope, bend = arcsine(u, f)
         return -slope, lambda: -bend()
 
+    def hyperbolic_arccosine(u: Any, f: Any) -> Derivatives:
+        slope = ns.divide(1.0, ns.sqrt((u - 1.0) * (u + 1.0)))
+        return slope, lambda: -u * ns.power(slope, 3.0)
+
     def arctangent(u: Any, f: Any) -> Derivatives:
         slope = ns.divide(1.0, 1.0 + ns.power(u, 2.0))
         return slope, lambda: -2.0 * u * ns.power(slope, 2.0)
@@ -161,6 +165,7 @@ def _rules(ns: Any) -> dict[str, Callable[[Any, Any], Derivatives]]:
         "sqrt": root,
         "exp": lambda u, f: (f, lambda: f),
         "log": logarithm,
+        "acosh": hyperbolic_arccosine,
     }
 
 
@@ -239,7 +244,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         u = exponent()
         return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value
 
-    functions = {name: lifted(name, rule) for name, rule in _rules(ns).items()}
+    functions = {name: lifted(name, rule) for name, rule in _rules(ns).items() if hasattr(ns, name)}
     comparisons = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
     return SimpleNamespace(
         **functions,

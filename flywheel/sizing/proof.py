@@ -42,6 +42,8 @@ _INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
 _HALF = 0.5
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
+_MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
+_NARROW = 1e-6  # of a figure: a width that does not count
 
 
 class Motion(NamedTuple):
@@ -424,6 +426,8 @@ def _cycle_over_ranges(
 ) -> dict[str, Any]:
     """The balls of the figures of a cycle all over the ranges of numbers, by their keys.
 
+    Ranges are halved, those first that leave most open, until the figures are wider by little than their slopes make them.
+
     Args:
         scene: with its numbers at the middles.
         structure: of its machine.
@@ -433,6 +437,35 @@ def _cycle_over_ranges(
         left: what cells leave open, relative.
 
     """
+    boxes = [_over_box(scene, structure, middles, ranges, order, left)]
+    while len(boxes) < _MOST_BOXES and (worst := max(boxes, key=lambda box: box.excess)).excess > _EXCESS:
+        boxes.remove(worst)
+        half = {**worst.ranges, worst.widest: worst.ranges[worst.widest] / 2}
+        for side in (-1, 1):
+            moved = list(worst.middles)
+            moved[worst.widest] += side * half[worst.widest]
+            boxes.append(_over_box(scene, structure, moved, half, order, left))
+    first, *others = boxes
+    figures = dict(first.figures)
+    for name, box in ((name, box) for box in others for name in figures):
+        figures[name] = figures[name].union(box.figures[name])
+    return figures
+
+
+class _Box(NamedTuple):
+    """Figures over a part of the ranges; the share of their width that slopes leave open, and by which number."""
+
+    figures: dict[str, Any]
+    middles: Sequence[Any]
+    ranges: Mapping[Any, Any]
+    excess: float
+    widest: Any
+
+
+def _over_box(
+    scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
+) -> _Box:
+    """The figures of a cycle over ranges that are taken as they are."""
     from flywheel.numerics import balls
 
     halves = dict(ranges)
@@ -444,7 +477,14 @@ def _cycle_over_ranges(
     sums = _SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
     figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
     figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
-    return {name: figure.value for name, figure in figures.items()}
+    values = {name: figure.value for name, figure in figures.items()}
+    shares = dict.fromkeys(ranges, 0.0)
+    for name, width in _widths(values).items():
+        slopes = figures[name].slopes
+        steep = sum(abs(float(slope.mid())) * float(ranges[k]) for k, slope in slopes.items())
+        for k, slope in slopes.items() if width > _NARROW and steep else ():
+            shares[k] = max(shares[k], float(slope.rad()) * float(ranges[k]) / steep)
+    return _Box(values, middles, ranges, max(shares.values()), max(shares, key=lambda k: shares[k]))
 
 
 def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:

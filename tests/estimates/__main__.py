@@ -11,6 +11,7 @@ from itertools import count
 import numpy as np
 
 from tests.estimates.checking import FLOOR, PROVEN, Outcome, outcome
+from tests.estimates.ranges import ranged
 
 SPAN = 1_000_000  # seeds of scenes belong to a seed of runs by this
 
@@ -64,6 +65,20 @@ def shown(item: Outcome) -> str:
     return "\n".join([f"seed {item.seed}" + (f", refused: {item.refused}" if item.refused else ""), *rows, *item.faults])
 
 
+def over_ranges(wanted: int, seed: int) -> int:
+    """Prints a run of scenes with numbers in ranges; exit status 1 where a design lies outside a proven interval."""
+    outcomes = {k: one for k in range(SPAN * seed, SPAN * seed + 8 * wanted) if (one := ranged(k)) is not None}
+    widths = np.array([width for one in outcomes.values() for width in one.widths])
+    middle, most = np.quantile(widths, [0.5, 0.9])
+    print(
+        f"{len(outcomes)} scenes, {widths.size} figures: width over that of designs {middle:.3g} at the median, "
+        f"{most:.3g} at 90 %"
+    )
+    bad = [f"seed {k}: {text}" for k, one in outcomes.items() for text in one.outside]
+    print("\n".join([*bad, f"{len(bad)} figures outside"]))
+    return int(bool(bad))
+
+
 def main() -> int:
     """Exit status 1 where an estimate is below the true error."""
     parser = argparse.ArgumentParser(prog="python -m tests.estimates", description=__doc__)
@@ -73,7 +88,12 @@ def main() -> int:
     parser.add_argument(
         "--against", choices=("proof",), help="hold the intervals of --accuracy proof against the reference too"
     )
+    parser.add_argument(
+        "--ranges", action="store_true", help="prove scenes with numbers in ranges instead, beside designs in them"
+    )
     chosen = parser.parse_args()
+    if chosen.ranges:
+        return over_ranges(chosen.count, chosen.seed)
     accuracy = chosen.against or "normal"
     if chosen.only is not None:
         found = [outcome(chosen.only, accuracy)]
