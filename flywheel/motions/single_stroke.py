@@ -50,7 +50,8 @@ from flywheel.regime.state import DRIVE
 from flywheel.scene.scene import TURN, Scene, rtol_faults
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import Finding
-from flywheel.sizing.limits import IRREGULARITY, asked_of
+from flywheel.sizing.limits import asked_of
+from flywheel.sizing.motor import IRREGULARITY
 from flywheel.sizing.results import Limit, Trip
 
 if TYPE_CHECKING:
@@ -329,7 +330,7 @@ def single_stroke(
             loose = _Run.of(rougher, periodic(rougher, phases))
             loose.figures.update(_while_locked(rougher, loose.phases))
             signal = loose.figures["emergency_angle"]
-        tight.figures.update(_while_locked(strokes, phases, signal))
+        tight.figures.update(_while_locked(strokes, phases, signal if isinstance(signal, float) else None))
         greatest, decides, off = None, None, 0.0
         if loose is not None and rates:
             roughest = Strokes(scene, strokes.inertia, max(_LOOSER * tolerance, _COARSEST), strokes)
@@ -390,7 +391,8 @@ def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | N
     if like.strokes.rtol != strokes.rtol or [*missing] != [known[name] is None for name in figures]:
         return None
     pairs = ((value, known[name]) for name, value in {**figures, "inertia": strokes.inertia}.items() if name in _LIKENESS)
-    return like if all(abs(one - other) <= _NEIGHBOUR * abs(other) for one, other in pairs) else None
+    numbers = ((float(one), float(other)) for one, other in pairs if one is not None and other is not None)
+    return like if all(abs(one - other) <= _NEIGHBOUR * abs(other) for one, other in numbers) else None
 
 
 def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:

@@ -471,10 +471,10 @@ class Centred:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Centred:
-        return self + -other
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Centred:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Centred:
         if not isinstance(other, Centred):

@@ -564,7 +564,8 @@ class _SumsOverRanges:
         from flywheel.numerics import balls
 
         found = []
-        middle = self._middle.greatest(*(getattr(factor, "middle", factor) for factor in (energy, inertia)), left, sign)
+        of_energy, of_inertia = (getattr(factor, "middle", factor) for factor in (energy, inertia))
+        middle = self._middle.greatest(of_energy, of_inertia, left, sign)
         for cell, breaks, moved, inverse, work, moment, own, own_slope in self._curves:
             value, slope = sign * (energy * work + inertia * own), sign * (energy * moment + inertia * own_slope)
             curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, value.middle, slope.middle)
@@ -611,7 +612,7 @@ def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any]
 
 
 def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence[Any]) -> list[Any]:
-    """By how much the works of M* and of the unknown's share of it grow at a position beyond an edge that moves."""
+    """Growth of the works of M* and of the unknown's share of it at a position beyond an edge that moves."""
     from flywheel.numerics import balls
 
     sides = (_over_ranges(walk.program.only(len(_ROWS)), edge, columns)[_MOMENT:] for walk in (before, after))
