@@ -89,9 +89,9 @@ class SwitchingTimes:
 
 def switching_times(machine: Machine, until: float) -> SwitchingTimes:
     """The switching times of a machine; the last ones are kept with it, as motions up to the same end follow one another."""
-    if "switching times" not in machine.kept or machine.kept["switching times"].until != until:
-        machine.kept["switching times"] = SwitchingTimes(machine, until)
-    found: SwitchingTimes = machine.kept["switching times"]
+    if "switching_times" not in machine.kept or machine.kept["switching_times"].until != until:
+        machine.kept["switching_times"] = SwitchingTimes(machine, until)
+    found: SwitchingTimes = machine.kept["switching_times"]
     return found
 
 

@@ -85,7 +85,7 @@ def test_optimize_with_a_limit(scene):
     options = ("--over", "load.0.to=60deg:120deg", "--subject-to", "power>=0.6kW", "--starts", 1)
     result = run_design("optimize", scene, "--minimize", "flywheel.exact", *options)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "Held by a limit: 600 W <= power." in result.stdout
+    assert "At a limit: 600 W <= power." in result.stdout
     assert any(line.split()[:3] == ["load.0.to", "72", "deg"] for line in result.stdout.splitlines())
     assert max(map(len, result.stdout.splitlines())) <= 80
 

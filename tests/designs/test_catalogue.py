@@ -457,7 +457,7 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     for options, told in (
         (("--wheel-limit", "weight=3 kg"), "'weight=3 kg': one of inertia, mass, diameter once, with its bound"),
         (("--wheel-price", "mass=3 kg"), "'mass=3 kg': one of inertia, mass, diameter once, with its price"),
-        (("--start-time", "soon"), "'soon' is no time with its unit"),
+        (("--start-time", "soon"), "'soon' is not a time with its unit"),
     ):
         wrong = run(*options)
         assert (wrong.exit_code, told in " ".join(wrong.stderr.split())) == (2, True)

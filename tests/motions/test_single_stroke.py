@@ -364,7 +364,7 @@ def test_heat_an_hour_decides_the_rate_where_it_is_least():
     found = flywheel.single_stroke(scene)
     assert found.decides == "clutch heat an hour"
     assert found.shares["clutch heat an hour"] == pytest.approx(found.clutch_heat_per_hour / 500e3)
-    assert (found.verdicts != ()) == (found.shares["clutch heat an hour"] > 1.0)
+    assert any("clutch" in text for text in found.verdicts) == (found.shares["clutch heat an hour"] > 1.0)
     there = flywheel.single_stroke(scene.with_({"single_stroke.rate": found.greatest_rate}))
     assert there.clutch_heat_per_hour == pytest.approx(500e3, rel=1e-3)
 
