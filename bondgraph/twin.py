@@ -1,24 +1,27 @@
-"""A graph with a symbol in place of every number, for the equations that are read from it.
+"""A graph with a symbol in place of every number, and the walk over it, for the equations that are read from them.
 
-The twin has the structure of the graph it comes from, so that `bondgraph.motion.walk.Walk` runs on it unchanged. A
-number becomes a symbol named after its element, parameters, displacements, signals and the time become symbols of their own
-names. Inside, the symbols are real, so that |x| has a slope; `Twin.finish` hands out plain ones, and whole numbers and
-halves exactly.
+The twin has the structure of the graph it comes from, so that `bondgraph.motion.walk.Walk` runs on it; `SymbolicWalk` keeps
+values of laws as symbols, and solves loops of resistors in fractions. A number becomes a symbol named after its element,
+parameters, displacements, signals and the time become symbols of their own names. Inside, the symbols are real, so that |x|
+has a slope; `Twin.finish` hands out plain ones, and whole numbers and halves exactly.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from bondgraph.elements import TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact, replaced
-from bondgraph.graph import BondGraph
-from bondgraph.motion.walk import displacements
+from bondgraph.graph import BondGraph, Scale, Sum
+from bondgraph.motion.algebra import total
+from bondgraph.motion.walk import Port, Tables, Walk, displacements, targets, upstream
 
+_ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
 
 
@@ -257,3 +260,123 @@ def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) ->
     if slope is not None:
         body["fdiff"] = lambda self, argument=1: slope(*self.args)
     return type(name, (sympy.Function,), body)
+
+
+class SymbolicWalk(Walk):
+    """A walk on symbols that keeps every value of a law as one symbol, unfolded at the end."""
+
+    def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False) -> None:
+        self.twin, self.sequential = twin, sequential
+        self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
+        self.nested = False  # whether a loop was solved by elimination
+        self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
+        super().__init__(tables, twin.places[TIME], state, {})
+
+    def _moving_effort(self, name: str, law: Law) -> Any:
+        return self.twin.hold(exact(super()._moving_effort(name, law)))
+
+    def _rate_of_source(self, name: str) -> Any:
+        import sympy  # type: ignore[import-untyped]
+
+        if self.driven is None or not self.graph.is_linear(name):
+            return super()._rate_of_source(name)
+        return self.driven.setdefault(name, sympy.Symbol(f"{name}'", real=True))
+
+    def _closed(self, ports: Sequence[Port]) -> list[Any]:
+        """The outputs of a loop of resistors: of a few as one fraction; of many, or in sequence, by elimination.
+
+        The flows and efforts between are unknowns too, so that what has few neighbours keeps few.
+        """
+        import sympy
+
+        if any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
+            return super()._closed(ports)
+        form, columns = self.form, {self.form.column[p.output] for p in ports}
+        steps = [form.steps[k] for k in upstream(form, {p.input for p in ports})]
+        needed = {v for step in steps for v in targets(step)} | set(form.column)
+        unknown = {v for v in needed if columns.intersection(form.support[v])}
+        made: list[list[tuple[int, Any]]] = []
+        for step in (step for step in steps if unknown.intersection(targets(step))):
+            if isinstance(step, Scale):
+                made.append([(step.target, -1), (step.source, self._ratio(step.ratio))])
+            elif isinstance(step, Sum):
+                made.append([(step.target, -1), *step.terms])
+            else:
+                made += [[(v, sign * self._ratio(ratio)) for v, ratio, sign in r.terms] for r in step.relations]
+        for port in ports:
+            resistance = port.sign * self._resistance(port.element.name)
+            effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
+            made.append([(effort, -1), (flow, resistance)])
+        rows: list[dict[int, Any]] = []
+        right: list[Any] = []
+        for terms in made:
+            rows.append({v: self.twin.unfold(a) for v, a in terms if v in unknown})
+            right.append(self.twin.unfold(-total(a * self.value(v) for v, a in terms if v not in unknown)))
+        few = not self.sequential and len(ports) <= _ONE_FRACTION
+        flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
+        field, entries = sympy.construct_domain(flat if few else [], field=True)
+        if few := few and field.is_Exact and not field.is_EX:
+            given = iter(entries)
+            rows, right = [{v: next(given) for v in row} for row in rows], list(given)
+        self.nested = self.nested or not few
+        zero: Any = field.zero if few else 0
+        named: Callable[[Any], Any] = (lambda a: a) if few else self._step
+        order, left = list[tuple[int, int]](), set(range(len(rows)))
+        while left:  # numbers come first, and what nothing drives, then what has the fewest neighbours
+            beside = Counter(v for k in left for v in rows[k])
+            weights = ((k, v, (len(rows[k]) - 1) * (beside[v] - 1)) for k in left for v, a in rows[k].items() if a != 0)
+            pivots = [(fill, bool(getattr(rows[k][v], "free_symbols", ())), k, v) for k, v, fill in weights]
+            if not pivots:
+                return super()._closed(ports)
+            *_, i, pivot = min(pivots)
+            left.remove(i)
+            order.append((i, pivot))
+            for k in (k for k in left if pivot in rows[k]):
+                factor = named(rows[k].pop(pivot) / rows[i][pivot])
+                for v in (v for v in rows[i] if v != pivot):
+                    rows[k][v] = named(rows[k].get(v, zero) - factor * rows[i][v])
+                right[k] = named(right[k] - factor * right[i])
+        found: dict[int, Any] = {}
+        for i, pivot in reversed(order):
+            known = sum((a * found[v] for v, a in rows[i].items() if v != pivot), zero)
+            found[pivot] = named((right[i] - known) / rows[i][pivot])
+        solved = [found[port.output] for port in ports]
+        return [self.twin.hold(sympy.factor_terms(field.to_sympy(z))) for z in solved] if few else solved
+
+    def _step(self, value: Any) -> Any:
+        """A symbol for an intermediate result, if it is more than one."""
+        import sympy
+
+        value = sympy.sympify(value)
+        if not value.args or not self.sequential:
+            return self.twin.hold(value) if value.args else value
+        symbol = sympy.Dummy(real=True)
+        self.steps[symbol] = value
+        return symbol
+
+    def inverse(self, port: Port, given: Any) -> Any:
+        """The momentum (displacement) at which a store of a straight line gives a flow (effort)."""
+        import sympy
+
+        name, law = port.element.name, port.element.law
+        if not self.graph.is_curve(name) or not isinstance(law, Function):
+            return super().inverse(port, given)
+        own = sympy.Dummy(real=True)
+        arguments = self._arguments(law, name, own)
+        value, partials = super()._symbolic_partials(law, arguments)
+        slope = partials[arguments.index(own)]
+        if slope.has(own):
+            of = "momentum" if port.element.kind == "I" else "displacement"
+            raise GraphError(
+                f"{self.graph.where(name)}: its law is not linear, and no formula gives its {of}; "
+                "let it lead, by state_equations(graph, causality=causality(graph, {NAME: 'derivative'})) of those that it "
+                "follows, or use Dynamics"
+            )
+        return (port.sign * given if port.element.kind == "I" else given) / slope - value.subs(own, 0) / slope
+
+    def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
+        return self.twin.hold(super()._symbolic(law, arguments))
+
+    def _symbolic_partials(self, law: Function, arguments: list[Any]) -> tuple[Any, tuple[Any, ...]]:
+        value, partials = super()._symbolic_partials(law, arguments)
+        return self.twin.hold(value), tuple(map(self.twin.hold, partials))

@@ -66,6 +66,7 @@ from bondgraph.motion.walk import (
     ratios,
     sources,
     targets,
+    upstream,
 )
 from bondgraph.numerics import components, reached_from
 from bondgraph.recording import Recorder
@@ -473,17 +474,6 @@ def _weighed(form: Formulation) -> tuple[int, ...]:
     near = {k: {places[n] for n in form.graph.coupled(p.element.name)} for k, p in enumerate(form.stores)}
     tied = {other for k in tied for other in reached_from(k, near)}
     return tuple(sorted(tied | {places[name] for name in form.massless}))
-
-
-def upstream(form: JunctionStructure, wanted: set[int]) -> tuple[int, ...]:
-    """The places of the steps that variables follow by."""
-    needed, found = set(wanted), list[int]()
-    for k in reversed(range(len(form.steps))):
-        step = form.steps[k]
-        if needed.intersection(targets(step)):
-            found.append(k)
-            needed.update(sources(step))
-    return tuple(reversed(found))
 
 
 def _check_rates(tables: Tables) -> None:

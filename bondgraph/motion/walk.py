@@ -177,6 +177,17 @@ def sources(step: Step) -> tuple[int, ...]:
     return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
 
 
+def upstream(form: JunctionStructure, wanted: set[int]) -> tuple[int, ...]:
+    """The places of the steps that variables follow by."""
+    needed, found = set(wanted), list[int]()
+    for k in reversed(range(len(form.steps))):
+        step = form.steps[k]
+        if needed.intersection(targets(step)):
+            found.append(k)
+            needed.update(sources(step))
+    return tuple(reversed(found))
+
+
 def ratios(step: Step) -> Iterator[Ratio]:
     """The ratios that a step uses."""
     if isinstance(step, Scale):
