@@ -286,7 +286,8 @@ Balance = tuple[list[Any], list[list[Any]]]  # residuals, and their slopes by ro
 Equations = Callable[[list[Any]], Balance]
 
 _STARTS = (1e-3, 1.0)  # not 0, where laws like f |f| have no slope and those like a root have a vertical one
-_MOST, _MOST_IDLE = 200, 3  # iterations, and a quarter as many halvings of a step; iterations that leave the residual
+_MOST = 200  # iterations, and a quarter as many halvings of a step
+_MOST_IDLE, _IDLE = 6, 1e-6  # iterations in turn that lessen the residual by no more than this share: none will
 _SMALL, _ROUNDING = 1e-11, 1e-7  # of a flow: a step that leaves no error behind, one that rounding may make
 _NOTHING = 1e-30
 
@@ -331,7 +332,7 @@ SOUGHT = tuple(sign * size for size in (1e-3, 1.0, 1e3) for sign in (1.0, -1.0))
 
 
 def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:
-    balance, before, idle = _evaluated(equations, flows), np.inf, 0
+    balance, before, idle = _evaluated(equations, flows), np.inf, np.int64(0)
     for _ in range(_MOST):
         residual, slopes = balance
         try:
@@ -352,8 +353,9 @@ def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:
             if not np.any(worse):
                 break
             part = np.where(worse, 0.5 * part, part) if np.ndim(worse) else 0.5 * part
-        idle = idle + 1 if np.any(worse & (length > _ROUNDING * reach)) else 0
-        if idle > _MOST_IDLE:  # no step in Newton's direction is short enough, time and again: there is no solution near
+        still = ~(_norm(balance[0]) < (1.0 - _IDLE) * _norm(residual)) & (length > _ROUNDING * reach)
+        idle = (idle + 1) * still
+        if np.any(idle > _MOST_IDLE):  # each state by itself: there is no solution near
             return None
         flows, before = trial, length
     return None
