@@ -84,7 +84,7 @@ _MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
 _NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SAFETY = 2.0
-_HEAVIEST = 1e5  # times the inertia on either side of the clutch, of a flywheel that is searched for
+_HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 
 
 FINDINGS: tuple[Finding, ...] = (
@@ -712,11 +712,21 @@ def _sized(
         """The machine with the flywheel that comes to one limit, beside another."""
 
         def excess(tried: Strokes, found: Phases) -> float:
+            if tried.inertia < _LIGHTEST * scale:
+                raise kept_by_all(name)
             return _limited(tried, found, [name])[name] / asked[name] - 1.0
 
         found = fitted(start, guess, excess, close, known)
         runs[found[0].inertia, start.rtol] = found
         return found[0]
+
+    def kept_by_all(name: str) -> SceneError:
+        found = f"{100.0 * asked[name]:.4g} %, which every flywheel keeps, and no other inertia on the driving side"
+        advice = "give the motor's inertia, or the flywheel"
+        return SceneError([Fault(path_of(name), found, "a limit that a flywheel decides on", advice)])
+
+    def path_of(name: str) -> str:
+        return f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
 
     def reached(inertia: float, rtol: float) -> Mapping[str, float]:
         """The values compared with the limits; none if the stroke is not completed."""
@@ -750,10 +760,11 @@ def _sized(
             if high > _HEAVIEST * scale:
                 value = 100.0 * (1.0 + above(low)) * asked[name]
                 found = f"{100.0 * asked[name]:.4g} %, and {value:.4g} % with {low:.3g} kg m²"
-                path = f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
-                raise SceneError([Fault(path, found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")])
+                raise SceneError(
+                    [Fault(path_of(name), found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")]
+                )
         while above(low) <= 0.0:
-            if low < high and own > 0.0 and above(0.0) <= 0.0:
+            if low < _LIGHTEST * scale or (low < high and own > 0.0 and above(0.0) <= 0.0):
                 return 0.0
             low, high = low / _WIDER, low
         while math.isinf(above(low)):  # the least flywheel that carries the stroke through
@@ -780,6 +791,8 @@ def _sized(
         except SceneError:
             alone[name] = smallest(name)
     binding = max(alone, key=lambda name: alone[name])
+    if alone[binding] == 0.0 and not own > 0.0:
+        raise kept_by_all(binding)
     values, run = reached(alone[binding], tolerance), runs[alone[binding], tolerance]
     assert run is not None
     limits = {name: Limit(asked[name], values[name], alone[name]) for name in scene.limits}

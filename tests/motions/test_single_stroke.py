@@ -369,6 +369,22 @@ def test_heat_an_hour_decides_the_rate_where_it_is_least():
     assert there.clutch_heat_per_hour == pytest.approx(500e3, rel=1e-3)
 
 
+@pytest.mark.slow
+def test_a_limit_that_every_flywheel_keeps_decides_on_none():
+    """The driving side has no inertia but the flywheel: lighter and lighter ones would be tried for ever."""
+    motor = {"type": "induction", "power": 800.0, "speed": "38 rad/s", "poles": 2, "frequency": "6.3 Hz"}
+    limits = {"motor_rms": 1.5, "irregularity": 0.3}
+
+    def scene(names):
+        wheel = {"on": "wheel", "limits": {name: limits[name] for name in names}}
+        return rotor(drive={"on": "wheel", "motor": motor | {"breakdown_ratio": 2.5}}, flywheel=wheel)
+
+    with pytest.raises(flywheel.SceneError, match=r"flywheel\.limits\.motor_rms: found 150 %, which every flywheel keeps"):
+        flywheel.single_stroke(scene(["motor_rms"]), 1e-5, rates=False)
+    found = flywheel.single_stroke(scene(limits), 1e-5, rates=False)
+    assert (found.binding, found.limits["motor_rms"].alone) == ("irregularity", 0.0)
+
+
 @pytest.mark.parametrize(
     ("more", "kinds"),
     [
