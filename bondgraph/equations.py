@@ -89,7 +89,7 @@ class Reading:
 
     def _check_closed(self, graph: BondGraph, group: Group) -> None:
         """Refuse a resistor whose law would have to be solved for its own flow or effort."""
-        import sympy
+        import sympy  # type: ignore[import-untyped]
 
         for port in (self.form.acting[k] for k in group.members):
             law, own = port.element.law, graph.own(port.element.name)

@@ -276,7 +276,7 @@ class SymbolicWalk(Walk):
         return self.twin.hold(exact(super()._moving_effort(name, law)))
 
     def _rate_of_source(self, name: str) -> Any:
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         if self.driven is None or not self.graph.is_linear(name):
             return super()._rate_of_source(name)

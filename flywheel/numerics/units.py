@@ -444,7 +444,11 @@ def half_width(value: object, dimension: str | None) -> tuple[int, int]:
     top, bottom = exact_ratio(half, "number" if share else dimension)
     if not top > 0:
         raise QuantityError(quote(half), "half the width of a range, above 0", 'such as "80 mm ± 0.1 mm"')
-    of = [abs(each) for each in exact_ratio(middle, dimension)] if share else [1, 1]
+    whole = exact_ratio(middle, dimension)
+    own, other = (_unit((split_quantity(each) or ("", ""))[1] or "%", dimension).powers for each in parts)
+    if own != other and not share:  # of a quantity that may have any dimension
+        raise QuantityError(quote(half), "half the width of a range, in a unit of its middle", 'such as "80 mm ± 0.1 mm"')
+    of = [abs(each) for each in whole] if share else [1, 1]
     return top * of[0], bottom * of[1]
 
 

@@ -382,6 +382,12 @@ def test_a_faulty_range_is_a_fault(written: str, fault: str) -> None:
         flywheel.load(scene)
 
 
+def test_both_parts_of_a_range_have_one_dimension() -> None:
+    scene = copy.deepcopy(PRESS) | {"parameters": {"F": "40 kN ± 1 mm"}}
+    with pytest.raises(flywheel.SceneError, match=r"parameters\.F.*in a unit of its middle"):
+        flywheel.load(scene)
+
+
 @pytest.mark.parametrize("language", ["en", "es"])
 def test_a_range_has_a_remark_and_its_interval_in_the_summary(language: str) -> None:
     scene = copy.deepcopy(PRESS)
