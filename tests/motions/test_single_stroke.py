@@ -269,7 +269,7 @@ def test_a_stroke_that_is_looked_for_beside_another_is_the_same(irregularity):
     assert (beside.compared is known) == (irregularity == 0.29)  # whose errors serve where little differs
     for name in ("speed_least", "clutch_heat", "mean_power"):
         assert beside.figures[name] == pytest.approx(alone.figures[name], abs=beside.error[name] + alone.error[name])
-        assert beside.error[name] <= 2e-4 * abs(beside.figures[name])
+        assert beside.error[name] <= 1.5e-4 * abs(beside.figures[name])  # 1.5 times those of the other stroke
 
 
 @pytest.mark.parametrize("sized", [False, True])
