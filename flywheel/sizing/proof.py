@@ -39,7 +39,6 @@ _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its e
 _SECANT, _APART = 1e-8, 2e-14  # of a flywheel: from which its irregularity is followed, and between which it is proven
 _ROWS = ("inertia", "slope", "moment", "per_unknown")
 _INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
-_HALF = 0.5
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
 _MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
@@ -276,7 +275,7 @@ def _of_cycle(
     eps = last
     per_square = 1 / speed**2
     exact = _unevenness(sums, eps, per_square, left) / eps
-    torque = (sums.greatest(per_square, -_HALF, left) + sums.greatest(per_square, -_HALF, left, -1)) / eps
+    torque = (sums.greatest(per_square, -0.5, left) + sums.greatest(per_square, -0.5, left, -1)) / eps
     total = (work - low_work) * per_square / eps
     figures["flywheel.exact"] = balls.positive(exact) / square
     figures["flywheel.approximate"] = balls.positive(total - least) / square
