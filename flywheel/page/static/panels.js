@@ -267,8 +267,7 @@ async function file(id, kind) {
 async function raster(drawing, width, height) {
   const address = URL.createObjectURL(drawing);
   const image = new Image();
-  image.src = address;
-  await image.decode();
+  await new Promise((loaded, failed) => Object.assign(image, { onload: loaded, onerror: failed, src: address }));
   const canvas = element("canvas", { width: PNG_SCALE * width, height: PNG_SCALE * height });
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   URL.revokeObjectURL(address);
