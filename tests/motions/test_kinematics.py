@@ -389,6 +389,17 @@ def test_the_steady_regime_over_time_is_the_derivative_of_itself():
 # -- extremes, dead centres, names -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("longer", [1e-9, 1e-6, 1e-3])
+def test_errors_grow_towards_a_lock(longer):
+    """With a rod hardly longer than its crank a rounded angle near a quarter turn moves the slider far more."""
+    rod = 1.0 + longer
+    scene = {"mechanism": CRANK | {"rod": {"length": rod}}}
+    angles = np.array([1.5, 1.57, 1.5707, 1.570796, 1.58, 4.7, 4.7124])
+    curve = flywheel.motion(flywheel.load(scene), of=["guide"], at=angles).curves["guide"]
+    for k, q in enumerate(angles):
+        holds(curve, k, derivatives(partial(slider, 1.0, rod, 0.0), float(q)), loose=np.inf)
+
+
 def test_extremes_and_dead_centres_are_within_their_errors():
     x = partial(slider, 1.0, 2.0, 0.0)
     found = flywheel.motion(flywheel.load(ALONE), points=5)  # however few positions are listed

@@ -87,6 +87,16 @@ def test_crossings_find_roots_jumps_and_the_ends_of_zero_stretches():
     assert_allclose(found.angles(mesh), [0.3, 2.0, 4.0], atol=1e-14)
 
 
+def test_jumps_stand_at_the_edges_themselves():
+    """The middle and half the width of a cell give its end to rounding only."""
+    edges = np.concatenate(([0.0], np.cumsum(0.1 + 0.07 * (np.arange(41) % 7))))
+    mesh = cells.cells(edges)
+    steps = np.where(np.arange(41) % 2, 1.0, -1.0)[:, None] + 0 * mesh.phi
+    found = cells.crossings(cells.fit(steps)[None], np.full((1, 1), 1e-12))
+    assert (mesh.middle[:-1, 0] + mesh.half[:-1, 0] != edges[1:-1]).any()
+    assert found.angles(mesh).tolist() == edges[1:-1].tolist()
+
+
 def test_crossings_keep_functions_apart_and_in_order():
     mesh, series = fitted(np.sin, np.linspace(0.0, 10.0, 8))
     other = cells.fit(np.cos(mesh.phi))

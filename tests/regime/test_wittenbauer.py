@@ -19,7 +19,7 @@ import flywheel
 from flywheel import Machine, SceneError
 from flywheel.machine.equation import Moments, NoMotionError
 from flywheel.numerics import cells as piecewise
-from flywheel.regime import constant_speed, turning_moment
+from flywheel.regime import constant_speed, turning_moment, wittenbauer
 from tests import regimes, scenes
 from tests.limits import sample
 from tests.regimes import SECTION_C
@@ -49,6 +49,39 @@ def test_exact_equals_approximate_where_the_inertia_is_constant():
     assert result.flywheel.exact == pytest.approx(result.flywheel.approximate, rel=1e-14)
     assert result.flywheel.inertia_torque == pytest.approx(result.flywheel.approximate_total, rel=1e-14)
     assert_allclose(result.reduced_inertia, 0.25, rtol=1e-14)
+
+
+def test_the_least_inertia_may_be_in_another_cell():
+    """A dip between the nodes of a wide cell is lower than the least value of a fine one: its error counts."""
+    middle, width, depth = 0.35, 0.05, 0.02
+    mesh = piecewise.cells(np.array([0.0, 1.0, 1.5, 2.0]))
+
+    def inertia(phi):
+        return 1.01 + 0.01 * np.cos(pi * phi) * (phi > 1.0) - depth / (1 + ((phi - middle) / width) ** 2)
+
+    values = np.stack((0 * mesh.phi, np.zeros_like(mesh.phi), inertia(mesh.phi), 0 * mesh.phi, 0 * mesh.phi))
+    extent = turning_moment.inertia_extent(turning_moment.assembled(mesh, values, None))
+    fine = inertia(np.linspace(0.0, 2.0, 200_001))
+    assert extent.least - float(fine.min()) > 1e-4
+    assert abs(extent.least - float(fine.min())) <= extent.error
+    assert abs(extent.greatest - float(fine.max())) <= extent.greatest_error
+
+
+@pytest.mark.parametrize(("share", "certain"), [(0.5, False), (0.0, False), (-0.5, False), (-3.0, True), (-1e6, True)])
+def test_a_flywheel_of_nothing_has_no_error_only_where_that_is_certain(share, certain):
+    """The machine's own inertia is dialled so that the exact flywheel is a share of its own error."""
+    mesh = piecewise.cells(np.linspace(0.0, 2 * pi, 17))
+    zero, eps, speed = 0 * mesh.phi, 0.04, 10.0
+
+    def figures(inertia):
+        values = np.stack((100.0 * np.sin(mesh.phi), zero, zero + inertia, 100.0 * np.abs(np.sin(mesh.phi)), zero))
+        return wittenbauer.figures_of(turning_moment.assembled(mesh, values, None), speed, eps)
+
+    total = 200.0 / (eps * speed**2)
+    error = figures(total).error
+    near = figures(total - share * error)
+    assert abs(near.total - near.cycle.inertia_at_start - share * error) < 0.4 * error
+    assert (near.error == 0.0) == certain
 
 
 @pytest.mark.parametrize("offset", [0.2, 0.5, 2.0])
