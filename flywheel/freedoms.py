@@ -565,7 +565,7 @@ class Run(NamedTuple):
 
     kinetic, potential (of weights and springs), work (of all else since the start): J, (n,). energy_residual: the greatest
     |energy gained - work| over the greatest kinetic energy or swing of potential energy. error: estimated, of q and qdot
-    anywhere in the run, over the greatest travel and speed. closure: greatest gap (m or rad) that loops were left with.
+    anywhere in the run, over the greatest travel and speed. closure: greatest residual gap of a loop (m or rad).
     stopped: None for the whole motion. Otherwise the run is partial: it ends at t[-1], before `until`, for the reason in
     this fault, such as a lock; the first of `messages` says so. Close to a lock the influence coefficients grow without
     bound, and energy_residual with them. `at(times)` gives (q, qdot), (g, ...), at any times within, by dense output.
@@ -600,8 +600,8 @@ def simulate(
 ) -> Run:
     """Motion from a given state, by an explicit Runge-Kutta method of order 8 on (q, qdot), loops closed at every instant.
 
-    Where the linkage locks or branches on the way, such as a five-bar with its rods in line, the motion until there is
-    returned: `stopped` holds the reason with the place of all drivers.
+    Where the linkage locks or branches on the way, such as a five-bar with its rods in line, the motion up to there is
+    returned: `stopped` holds the reason and the positions of all drivers.
 
     Args:
         linkage: bodies, joints, couplings and drivers; joints without friction.
@@ -612,8 +612,8 @@ def simulate(
         gravity: as in `equations`.
         loads: as in `equations`; functions should be smooth: end the run where they jump.
         springs: as in `equations`.
-        rtol: error allowed of q and qdot, relative as `Run.error`, which is the difference of two runs; where they keep
-            differing, `messages` say so.
+        rtol: error allowed of q and qdot, relative like `Run.error`, the difference of two runs; `messages` report a larger
+            one.
 
     Raises:
         SceneError: as `equations`; for friction; where the motion cannot begin.

@@ -1,8 +1,8 @@
 """Point masses in place of a rigid body: with its mass and centre (static), with its inertia too (complete).
 
 Places are coordinates (m) from the body's centre of mass, one row a point: (n, 1) on a line, (n, 2) in the plane of motion,
-(n, 3) in space. Each condition is linear in the masses, so that as many points as conditions decide them. Of more points
-the others' masses are chosen at will: n - 3 of n points on a line, n - 4 in the plane, n - 10 in space.
+(n, 3) in space. Each condition is linear in the masses, so that as many points as conditions decide them. With more points
+the masses of the others are free: n - 3 of n points on a line, n - 4 in the plane, n - 10 in space.
 
 | | conditions | static | complete | no answer if the points lie |
 | --- | --- | --- | --- | --- |
@@ -65,8 +65,8 @@ class Residual(NamedTuple):
 class Equivalent(NamedTuple):
     """Point masses (kg), shape (n,), at `places` (m from the centre of mass), shape (n, dimensions).
 
-    `residual` is the check against the body, `complete` whether inertia agrees with it too; `messages` say which masses
-    are negative, and how far inertia is out where the equivalence is static alone.
+    `residual` is the check against the body, `complete` whether inertia agrees with it too; `messages` say which masses are
+    negative, and by how much inertia differs if the equivalence is only static.
     """
 
     masses: Array
@@ -80,8 +80,8 @@ def two_masses(mass: float, inertia: float, r_a: float, r_b: float | None = None
     """Two masses on a line through the centre, at -r_a and r_b: m_A = m r_b/(r_a + r_b), m_B = m r_a/(r_a + r_b).
 
     Their inertia is m r_a r_b. So the set is complete only where r_a r_b = k² = I/m: B is then A's centre of percussion.
-    Two masses forced to other places are static alone: inertia is out by m (r_a r_b - k²), which `residual` holds,
-    `messages` say, and `correction_couple` makes good.
+    Two masses at other places are only static: their inertia is too large by m (r_a r_b - k²), which `residual` contains,
+    `messages` report, and `correction_couple` corrects.
 
     Args:
         mass: m, kg.
@@ -90,7 +90,7 @@ def two_masses(mass: float, inertia: float, r_a: float, r_b: float | None = None
         r_b: from the centre to B, m, positive on the other side; k²/r_a, for a complete set, if None.
 
     Raises:
-        SceneError: if the places coincide, or mass or inertia is no body's.
+        SceneError: if the places coincide, or no body has this mass and inertia.
 
     Valid for plane motion, of a body whose centre lies on the line. Source: the course's equivalent masses (5a).
 
@@ -116,7 +116,7 @@ def conjugate(mass: float, inertia: float, r_a: float) -> float:
         r_a: from the centre to A, m.
 
     Raises:
-        SceneError: if A is the centre itself, or mass or inertia is no body's.
+        SceneError: if A is the centre itself, or no body has this mass and inertia.
 
     Source: the course's equivalent masses (5a), with m_G = 0.
 
@@ -143,7 +143,7 @@ def three_masses(mass: float, inertia: float, r_a: float, r_b: float) -> Equival
         r_b: from the centre to B, m, positive on the other side.
 
     Raises:
-        SceneError: if two places coincide, or mass or inertia is no body's.
+        SceneError: if two places coincide, or no body has this mass and inertia.
 
     Valid for plane motion, of a body whose centre lies on the line. Source: the course's equivalent masses (5a).
 
@@ -166,7 +166,7 @@ def four_masses(mass: float, inertia: float, places: ArrayLike) -> Equivalent:
         places: x, y (m) from the centre, shape (3, 2) or (4, 2).
 
     Raises:
-        SceneError: if the points lie on one circle or line, or mass or inertia is no body's.
+        SceneError: if the points lie on one circle or line, or no body has this mass and inertia.
 
     Source: the course's equivalent masses (5b).
 
@@ -185,7 +185,7 @@ def four_masses(mass: float, inertia: float, places: ArrayLike) -> Equivalent:
 def ten_masses(mass: float, tensor: ArrayLike, places: ArrayLike | None = None) -> Equivalent:
     """Ten masses in space: complete.
 
-    Ten conditions (mass, three first moments, six second moments S) ask for ten points on which no polynomial of second
+    Ten conditions (mass, three first moments, six second moments S) need ten points on which no polynomial of second
     degree vanishes. Where none are given: the centre; a pair ± a_i on each axis, a_i = sqrt(3 S_ii/m); and one point in
     each plane of two axes, (a_i, ± a_j), on the side where its mass |S_ij|/(a_i a_j) is positive. The products of inertia
     decide those three alone, the pairs then follow from first and second moments, the centre has the rest. On principal
@@ -198,7 +198,7 @@ def ten_masses(mass: float, tensor: ArrayLike, places: ArrayLike | None = None) 
         places: x, y, z (m) from the centre, shape (10, 3).
 
     Raises:
-        SceneError: if the points lie on one surface of second degree, or the tensor is no body's.
+        SceneError: if the points lie on one surface of second degree, or no body has this tensor.
 
     Source: the course's equivalent masses (5c), which leaves the points open; the choice is this library's own.
 
@@ -213,10 +213,10 @@ def ten_masses(mass: float, tensor: ArrayLike, places: ArrayLike | None = None) 
 def equivalent_masses(
     mass: float, inertia: ArrayLike, places: ArrayLike, chosen: Mapping[int, float] | None = None
 ) -> Equivalent:
-    """Masses at n given places, some of them chosen: those to be found are static or complete by their number.
+    """Masses at n given places, some of them chosen; the number of the others makes the set static or complete.
 
     sum m_i = m, sum m_i p_i = 0 and the sums of second powers are the body's; what the chosen masses contribute goes to the
-    right-hand side. To be found: 2 on a line, 3 in a plane, 4 in space (static), or 3, 4 and 10 (complete).
+    right-hand side. Unknown masses: 2 on a line, 3 in a plane, 4 in space (static), or 3, 4 and 10 (complete).
 
     Args:
         mass: of the body, kg.
@@ -226,7 +226,7 @@ def equivalent_masses(
 
     Raises:
         SceneError: if the number of points without a chosen mass decides no masses, these points lie on the surface that
-            leaves them open (see the module), or mass or inertia is no body's.
+            leaves them open (see the module), or no body has this mass and inertia.
 
     Source: the course's equivalent masses (5a), n points on a line; plane and space by the same argument.
 
@@ -298,12 +298,12 @@ def compare(masses: ArrayLike, places: ArrayLike, mass: float, inertia: ArrayLik
 def correction_couple(residual: Residual, alpha: ArrayLike, omega: ArrayLike = 0.0) -> Array:
     """Couple (N m) to add to the inertia forces of point masses, so that they have the body's own moment.
 
-    In the plane dI alpha; in space dI alpha + omega x (dI omega); dI is what the masses have too much of (kg m²).
+    In the plane dI alpha; in space dI alpha + omega x (dI omega); dI is the excess inertia of the masses (kg m²).
 
     Args:
         residual: that of the masses.
         alpha: angular acceleration, rad/s²: any shape in the plane, (3,) in space.
-        omega: angular velocity, rad/s; matters in space alone, shape (3,).
+        omega: angular velocity, rad/s; needed only in space, shape (3,).
 
     Source: T = I alpha of body and masses, subtracted; d'Alembert's couples are opposite to both.
 
@@ -339,7 +339,7 @@ def _second_moments(inertia: Array, dimensions: int) -> Array:
 
 
 def _judged(masses: Array, points: Array, mass: float, inertia: ArrayLike) -> Equivalent:
-    """The set with its residual, and with what must be said about it."""
+    """The set with its residual and messages."""
     residual = compare(masses, points, mass, inertia)
     negative = np.flatnonzero(masses < -_EXACT * mass)
     messages = [
@@ -404,7 +404,7 @@ def _check_line(mass: float, inertia: float, r_a: float, r_b: float) -> None:
 
 
 def _tensor_fault(tensor: Array) -> Fault | None:
-    """A tensor is a body's if it is symmetric and no principal moment is above the sum of the other two."""
+    """A tensor belongs to a body if it is symmetric and no principal moment is above the sum of the other two."""
     if tensor.shape != (3, 3):
         return Fault("inertia", f"an array of shape {tensor.shape}", "a tensor of shape (3, 3), kg m²")
     scale = float(np.abs(tensor).max())

@@ -1,6 +1,6 @@
 """A machine at instants of a motion: its equation (see `machine.equation`) at any position, speed and time, for stepping.
 
-The record of a motion so stepped (`Trail`) is a row of stretches of smooth laws, each a step with its dense output.
+The record of such a motion (`Trail`) is a sequence of stretches with smooth laws, each a step with its dense output.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ PlainInstant = Callable[[float, float, float, Any], tuple[float, float, float, t
 class Stiction(NamedTuple):
     """Friction that holds a machine at rest: M* without it (N m), and the friction against a motion from there.
 
-    The latter is infinite where no driving action would move the mechanism. `locking` are the loads, by path, that push but
-    do not move it at any size: the friction due to each alone is as large as its push.
+    The latter is infinite where no driving action would move the mechanism. `locking` lists the loads, by path, that cannot
+    move it however large they are: each alone causes friction as large as its push.
     """
 
     moment: float
@@ -156,8 +156,8 @@ class Dynamics:
         """The instant at a position within the smooth piece around `middle`; `ends` are that piece's.
 
         Branches that depend on speed or time are decided at `anchor` if there is one, else here. Where a law stops being
-        defined at a piece's end, it is read just inside. Past the end of a stroke, which a step may try,
-        there is no mechanism: I* continues along its tangent.
+        defined at a piece's end, it is read just inside. Beyond the end of a stroke, where a trial step may lie, the
+        mechanism has no position: I* continues along its tangent.
         """
         place = anchor or Anchor(middle, None, None)
         phi, beyond = self._inside(phi)
@@ -186,8 +186,8 @@ class Dynamics:
         """The result of `at` in the piece of an anchor as a function of plain numbers.
 
         From phi, omega, t and a motor's states to acceleration, moment, inertia and their rates (see `Instant`). Where a law
-        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None if joints have friction, on
-        a stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
+        is not defined it raises ValueError or ArithmeticError, or returns values that are not finite. None if joints have
+        friction, on a stroke, where the anchor does not give the sides of meshes, or where the walk cannot be recorded.
         """
         machine, circuit, ratio = self.machine, self.circuit, self.ratio
         if (
@@ -232,7 +232,7 @@ class Dynamics:
         """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers.
 
         With the `ends` of a piece, a law that is not defined there is read just inside, as by `at`. The signs that decide
-        branches of friction is told where it is `watched`.
+        branches of friction are included if it is `watched`.
         """
         phi = np.asarray(self._inside(phi)[0])
         parts, table = self._parts(phi, anchor, omega, time, states)
@@ -273,7 +273,7 @@ class Dynamics:
     ) -> dict[str, Array]:
         """The moments (N m, on the crank) by part: loads, weights, springs, dampers.
 
-        now: the instants there, as `along` gives them, if they are known; rubbing: with friction in joints.
+        now: the instants there, as `at_many` gives them, if they are known; rubbing: with friction in joints.
         """
         phi = np.asarray(self._inside(phi)[0])
         found: dict[str, Any] = {}
@@ -468,9 +468,9 @@ class Dynamics:
     ) -> Array:
         """The accelerations (rad/s²) with which a machine at rest would move forwards, and with which backwards: (2, n).
 
-        At times (n,) it does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the
-        pieces on either side of the position, and branches by time are decided at `decided` (s), or at every time itself.
-        0 if friction leaves no motion.
+        At times (n,) it starts forwards where the first is above 0, backwards where the second is below; `ahead` and
+        `behind` lie in the pieces on either side of the position, and branches by time are decided at `decided` (s), or at
+        every time itself. 0 if friction leaves no motion.
         """
         onset, found = ONSET * self.machine.typical_speed, list[Array]()
         deciding = times if decided is None else np.full(times.shape, decided)
@@ -621,10 +621,10 @@ class Along(NamedTuple):
 class Trail(NamedTuple):
     """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
 
-    `goal` is the kind of its end, if that was not time; `stuck` says where it stands still for ever; `cycles` is how
-    often it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by
-    which the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from. `left` is
-    the share of the typical speed left in a decaying swing that counts as rest.
+    `goal` is the kind of event that ended it, if it was not time; `stuck` says where it stands still for good; `cycles` is
+    the number of complete cycles, `repeated` the number of these copied from the one before; `drift` is the relative change
+    of the kinetic energy at phi = 0 over the copied cycle. `left` is the share of the typical speed left in a decaying swing
+    that counts as rest.
     """
 
     dynamics: Dynamics

@@ -48,8 +48,8 @@ GREATEST_VALUE = 1e150  # of forces and inertias in SI: their squares and produc
 class Rate(NamedTuple):
     """dE/dphi = F of the whole machine's kinetic energy (J/rad), at given speeds, on (cells, nodes).
 
-    `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0 but
-    for losses), `by_states` that by each state of a motor's own, (states, cells, nodes). `exchanged` is the sum of
+    `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0
+    without losses), `by_states` that by each state of a motor's own, (states, cells, nodes). `exchanged` is the sum of
     |contributions|.
     """
 
@@ -78,7 +78,7 @@ class _Part(NamedTuple):
 def balanced(inertias: Sequence[Any], bare: Sequence[Any], factors: Sequence[Any]) -> tuple[Any, tuple[Any, ...]]:
     """The equation of motion: the alpha with sum K (I alpha + bare) = 0, and the residual I alpha + bare of every part.
 
-    bare: ½ I' omega² - M of every part (N m), or what a change adds to it. All may be numbers or arrays.
+    bare: ½ I' omega² - M of every part (N m), or its change. All may be numbers or arrays.
     """
     weight = sum(k * i for k, i in zip(factors, inertias, strict=True))
     acceleration = -sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
@@ -155,7 +155,7 @@ def passed_by(
 class Moments:
     """A machine on a mesh, which gives F at any speeds, flywheels and values of its unknown.
 
-    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
+    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of all
     contributions to the latter. Branches of laws and meshes at a speed are decided in the middle of every cell, or, if cells
     do not end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
     """
@@ -275,7 +275,7 @@ class Moments:
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
         """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.
 
-        Of a motor that keeps step at one speed alone they are those that carry the mean load there.
+        For a motor that runs in step at one speed only, they are those that carry the mean load there.
         """
         if self.circuit is None:
             return ()
@@ -390,8 +390,8 @@ def _together(acting: list[Rate]) -> Rate:
 def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[Array]) -> tuple[Array, Array, Array]:
     """The moment of all parts on the crank through their meshes, its slope by the unknown, and the sum of sizes.
 
-    M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, an efficiency of
-    negligible, keeps its digits.
+    M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, of a very low
+    efficiency, keeps its digits.
     """
     rows = list(zip(factors, acting, moved, strict=True))
     return (
@@ -441,4 +441,4 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
 
 
 class NoMotionError(ValueError):
-    """No periodic motion has the required mean of extremes: the machine would stop within the cycle."""
+    """No periodic motion has the required mean of the extreme speeds: the machine would stop within the cycle."""

@@ -254,7 +254,7 @@ class Effort:
         return active
 
     def crank_breakpoints(self, cycle: float, *, switching: bool = False) -> Iterator[float]:
-        """Crank angles (rad) where the load breaks: ends of its period and window, its table's knots, its dead centres.
+        """Crank angles (rad) where the load is not smooth: ends of period and window, knots of its table, dead centres.
 
         switching: without ends of a period at which the law does not restart.
         """
@@ -291,7 +291,7 @@ def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
 
 
 def moving_switches(law: Expression) -> tuple[Expression, ...]:
-    """The switches of a law that depend on speed or time, so that position alone does not tell where they lie."""
+    """The switches of a law that depend on speed or time, so that position alone does not determine where they lie."""
     return tuple(part for part in law.switches() if part.uses_speed or part.uses_time)
 
 
@@ -299,7 +299,7 @@ class FrictionCurve:
     """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
 
     It is not smooth at `breakpoints`. `error` (J) bounds the error of its fit in the work of the cycle. `speed` is the
-    constant one (rad/s) at which it was computed; None if along a motion with speeds of its own.
+    constant one (rad/s) at which it was computed; None along a motion of varying speed.
     """
 
     def __init__(self, mesh: Cells, values: Array, corners: Array, speed: float | None = None) -> None:
@@ -313,7 +313,7 @@ class FrictionCurve:
         return cells.value(self.series[cell], t)
 
     def apart(self, other: FrictionCurve) -> float:
-        """Integral of the difference to another curve over the cycle, whatever its sign (J)."""
+        """Integral of the absolute difference from another curve over the cycle, J."""
         here = Here(self.mesh.phi, None, np)
         return float(cells.integral(np.abs(self(here, here) - other(here, here)), self.mesh.half).sum())
 

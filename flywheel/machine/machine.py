@@ -1,7 +1,8 @@
 """From a scene to its machine: loads as laws of position, the bond graph, and the angles between which everything is smooth.
 
 Breakpoints and steep places come from proven bounds (intervals) of positions, influence coefficients and expressions,
-computed through the same bond graph; nothing is sampled. Only scenes with expressions, or loads that act one way, need it.
+computed through the same bond graph; nothing is sampled. Only scenes with expressions, or loads that act in one direction,
+need it.
 """
 
 from __future__ import annotations
@@ -82,11 +83,11 @@ class Anchor(NamedTuple):
     """Point at which branches are decided: a position (rad), a crank speed (rad/s) and a time (s) in a smooth stretch.
 
     Without a speed and a time those that depend on them are decided at every instant itself.
-    `factors` are those of the meshes there (see `Instant`); None if they are to be found at every instant. `sides` are
+    `factors` are those of the meshes there (see `Instant`); None if they are to be computed at every instant. `sides` are
     signs in rough joints there, (..., 3 actions): of their rates, against which friction acts, and of the forces
-    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None if they are to be found
-    at every instant. `direction` is that of the motion: 1, -1, or 0 for a machine held at rest by dry laws; None
-    where it is the sign of the speed at every instant.
+    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None if they are to be computed
+    at every instant. `direction` is that of the motion: 1, -1, or 0 for a machine held at rest by dry laws; None where it is
+    the sign of the speed at every instant.
     """
 
     phi: Any
@@ -350,7 +351,7 @@ class Machine:
 
     @cached_property
     def switches(self) -> Array:
-        """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends for resolution alone."""
+        """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
         found = [*self._own_breakpoints(switching=True), *self._switch_angles(self._unswitched)]
         return merged([0.0, self.scene.cycle, *(angle for _, angle in found)], self.scene.cycle)
 

@@ -5,8 +5,8 @@ times as fast, for one position or arrays of them.
 
 `Programs` are those of one machine, one for each smooth piece. Loads that do not act in a piece cost nothing there. Branches
 are decided at the piece's anchor, as by the walk itself; where speed or time decide them, a program holds for all anchors
-that keep its guards. What cannot be recorded is left to the walk, and `why` is the reason. The program of the motion is
-compared with the walk as soon as it is recorded, at positions all over its piece, and refused where it differs.
+that keep its guards. Laws that cannot be recorded are left to the walk, and `why` is the reason. The program of the motion
+is compared with the walk as soon as it is recorded, at positions all over its piece, and refused where it differs.
 
 `RecordedMachine` is a machine whose numbers are recorded too. Where a plain machine proves by bounds at which angles a law
 switches or a place reverses, the recorded one starts from those angles of its plain twin, the machine at the values that
@@ -16,7 +16,7 @@ others test the order of all angles, and every decision there.
 `Structure` serves designs of one scene: its pieces, and the walk in each as a program of the numbers that vary, recorded
 all the way from reading. Every comparison that reading, mechanisms and breakpoints make with them is a guard. Designs that
 keep all guards have the same pieces with the same programs; the first that does not is recorded again. A structure is
-accepted if at two more designs it agrees with the plain machine: no breakpoint of that lies inside a cell, and all
+accepted if at two more designs it agrees with the plain machine: no breakpoint of the latter lies inside a cell, and all
 values at the nodes are the same. Where a design cannot be recorded, the reason is given in words, and it is sized alone.
 """
 
@@ -96,7 +96,7 @@ class Programs:
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
         """The recorded `machine.reduce` at angles and anchors of any pieces: only the anchors distinguish pieces.
 
-        None if more than a choice of values does.
+        None if pieces differ by more than a choice of values.
         """
         if any(mechanism.linkage is not None for mechanism in self.machine.scene.mechanisms):
             return None  # of these every piece follows a branch of its own
@@ -337,7 +337,7 @@ class DesignValues(NamedTuple):
 
     `unknown` is true if there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
     torque (N m), None if that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
-    its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
+    its irregularity is then unknown. `loose` is the relative error of the squares of the extreme speeds.
     """
 
     speed: Array
@@ -562,11 +562,11 @@ def recorded(
 ) -> Structure:
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
 
-    fixed: paths whose numbers designs of the structure have in common. zeros: whether the functions are wanted whose zeros
-    the edges follow.
+    fixed: paths whose numbers designs of the structure have in common. zeros: True includes the functions whose zeros the
+    edges follow.
 
     Raises:
-        SceneError: for a scene with these values that is at fault.
+        SceneError: if the scene with these values is at fault.
         LostError: if the numbers at these paths cannot be recorded.
         UnrecordedError: if the machine cannot be followed with any recorded numbers.
 

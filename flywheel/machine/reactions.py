@@ -80,9 +80,9 @@ _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
 class MachineMotion(NamedTuple):
     """The motion of the forces: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
 
-    `time` (s) is known of a motion in time; `gone` is the part of the angle in complete cycles. Branches of laws are decided
-    at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it moves
-    forwards so slowly that its speed counts for nothing but the sense of friction.
+    `time` (s) is given for a motion in time; `gone` is the part of the angle in complete cycles. Branches of laws are
+    decided at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it
+    moves forwards so slowly that its speed matters only for the direction of friction.
     """
 
     phi: Array
@@ -266,7 +266,7 @@ class Pressed:
 
     @cached_property
     def scale(self) -> Array:
-        """The largest of what adds up, N, (n,)."""
+        """The largest term of the sums, N, (n,)."""
         largest = [np.abs(rows * inputs[:, None, None, :]).max(axis=(1, 2, 3)) for rows, inputs, _ in self.known]
         return np.asarray(np.max(largest, axis=0))
 
@@ -298,8 +298,8 @@ class Rubbing(NamedTuple):
 
     moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
     (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none if it is not watched.
-    Of a single instant without initial sides, `solutions` is the number of motions, and `joint` the joint for which
-    that does not exist one.
+    Of a single instant without initial sides, `solutions` is the number of motions, and `joint` the joint for which there is
+    none, or more than one.
     """
 
     moments: Array
@@ -492,7 +492,7 @@ class JointFriction:
     def _sliding(self, phi: Array, ways: Array, sense: Any) -> Array:
         """Sign (n, forces) of each joint's motion where the crank, at angles (n,), moves in a sense (1, -1).
 
-        Of a joint that reverses there it is that to come; 0 if the crank is at rest, and of joints that never move.
+        For a joint that reverses there it is the sign afterwards; 0 if the crank is at rest, and of joints that never move.
         """
         moving = np.abs(ways) > _SIZE_ROUNDING * self.rates
         if (turning := (~moving & (self.strengths > 0.0)).any(axis=1)).any():
@@ -526,7 +526,7 @@ class JointFriction:
         return Resisted(pressed.ways * pressed.factors * sizes, signed, matrix, directions)
 
     def rubbing(self, pressed: Pressed, found: Resisted, acceleration: Any, shares: Array, *, watched: bool) -> Rubbing:
-        """Friction at instants: how it acts, and where it is watched or undecided, the values that end this."""
+        """Friction at instants; where it is watched or undecided, also the values whose change of sign ends a stretch."""
         signs, directions, sliding = pressed.signs, pressed.directions, pressed.sliding
         solutions, decisive = (1, ""), np.empty((0, len(sliding)))
         if watched or signs is None or directions is None:
@@ -553,10 +553,10 @@ class JointFriction:
         efforts: Mapping[str, Any],
         pushing: Mapping[str, float],
     ) -> tuple[float, tuple[str, ...]]:
-        """The friction (N m) that a machine meets that sets out in a sense from rest at a position (1,), and what locks.
+        """The friction (N m) on a machine that starts in a sense from rest at a position (1,), and the loads that lock it.
 
-        inertia: of the whole machine (kg m²), (1,); efforts: of all loads, by path; pushing: what each that pushes in the
-        sense gives of M* (N m). Those lock whose own friction is as large as what they push with.
+        inertia: of the whole machine (kg m²), (1,); efforts: of all loads, by path; pushing: the share of M* (N m) of each
+        load that pushes in that sense. A load locks if its own friction is as large as its push.
         """
 
         def against(efforts: Mapping[str, Any], always: float, moment: float, share: Array) -> float:

@@ -1,7 +1,7 @@
 """From a mechanism's record to positions and influence coefficients, a file for each family.
 
 Uses `scene` and what is below it. A family is one file, with its tables, ports, formulas, locks and joints in a `Kind`
-(`flywheel.mechanisms.families`), and one line of `KINDS`; a family of one's own is added by `register`.
+(`flywheel.mechanisms.families`), and one line of `KINDS`; `register` adds a family from outside the package.
 """
 
 from __future__ import annotations

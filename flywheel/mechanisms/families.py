@@ -574,8 +574,9 @@ _FLAT = 1e-12  # of a stroke: rounding
 class Ends(NamedTuple):
     """A port's stroke: every place where it may reverse, as coordinate psi of its mechanism and displacement x.
 
-    Between neighbours it moves one way. psi is the mechanism's own crank angle (rad; m where the driver slides), x is in m
-    or rad. `period` (rad) is that after which the rows repeat, None on a one-way stroke; `displacement` gives x at any psi.
+    Between neighbours it moves in one direction. psi is the mechanism's own crank angle (rad; m where the driver slides), x
+    is in m or rad. `period` (rad) is that after which the rows repeat, None on a one-way stroke; `displacement` gives x at
+    any psi.
     """
 
     psi: Array

@@ -1,4 +1,4 @@
-"""Linkage of any make as a chain: crank -> every unknown angle and displacement -> the centres of mass, by arms.
+"""Any linkage as a chain: crank -> every unknown angle and displacement -> the centres of mass, by arms.
 
 Over a whole stretch of the driver, variables, influence coefficients and slopes have proven bounds. The argument is that of
 the continuation (`linkages.positions`), about the middle of each stretch: where the followed assembly is the only one near
@@ -54,7 +54,7 @@ def linkage_of(mechanism: Mechanism) -> Linkage:
     and of the shaper's block the rocker's line. The frame's origin is the crank's pivot, or the rocker's in a shaper.
 
     Args:
-        mechanism: of any type but `law`; that of a mechanism of type `linkage` is given back as it is.
+        mechanism: of any type but `law`; that of a mechanism of type `linkage` is returned unchanged.
 
     Raises:
         SceneError: for a law, which has no bodies to join; for lengths with which the mechanism locks.
@@ -159,7 +159,7 @@ def followed(mechanism: Mechanism) -> Cyclic:
 def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, float]) -> SceneError:
     """The lock that a motion between two ends meets with the one on the other side of its start, if there is one.
 
-    On the other side a turn is followed, or where the driver slides what is left of the motion.
+    On the other side a turn is followed, or where the driver slides the rest of the motion.
     """
     (fault, *more) = error.faults
     if more or not fault.locks:
@@ -254,7 +254,7 @@ class Variable(NamedTuple):
 
 
 class LinkagePosition:
-    """All variables of a linkage at the driver's coordinate psi, found together when the first is read.
+    """All variables of a linkage at the driver's coordinate psi, computed together when the first is read.
 
     psi is reduced to one period by the turn that the anchor lies in. With intervals every variable is a proven enclosure.
     """
@@ -298,7 +298,7 @@ class LinkagePosition:
 
 
 class PositionCache:
-    """Positions of a linkage at any psi. The last few single ones are kept: every modulus of a graph asks for them again."""
+    """Positions of a linkage at any psi. The last few single ones are kept: every modulus of a graph needs them again."""
 
     def __init__(self, cycle: Cyclic) -> None:
         self._cycle = cycle
@@ -552,7 +552,7 @@ def _switches(cycle: Cyclic) -> tuple[float, ...]:
 
 
 def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator[float]:
-    """Coordinates of the driver at which a form passes an angle, whatever the turn."""
+    """Coordinates of the driver at which a form passes an angle, on any turn."""
     solution, period, _ = cycle
     low, high = (solution.low, solution.high) if period is None else (0.0, period)
     nodes = np.unique(np.concatenate((solution.trace.z[:, 0] * solution.scale, np.linspace(low, high, 181))))

@@ -19,7 +19,7 @@ class SliderPosition(f.Position):
     """Positions of a slider-crank with crank r, rod l and offset e (m).
 
     `height` is that of the crank's pin above the line of travel, h = r sin psi - e; `reach` is the rod's extent along
-    that line, q = sqrt(l² - h²) = l cos(rod). Every ratio is the crank's; none is taken through the rod, which stands
+    that line, q = sqrt(l² - h²) = l cos(rod). Every ratio is relative to the crank; none goes through the rod, which stands
     still at psi = 90 deg.
     """
 

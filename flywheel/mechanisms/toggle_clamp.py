@@ -58,7 +58,7 @@ def bars(mechanism: Mechanism) -> ClampLengths:
 
 
 def rounded(mechanism: Mechanism) -> ClampLengths:
-    """The same as floats, which limits are found with whatever the numbers of the geometry."""
+    """The same as floats, for finding limits whatever the type of numbers of the geometry."""
     return bars(replace(mechanism, geometry={name: float(value) for name, value in mechanism.geometry.items()}))
 
 
@@ -84,7 +84,7 @@ def _crossings(lengths: ClampLengths) -> Iterator[tuple[float, float]]:
 
 
 def breakpoints(lengths: ClampLengths, stroke: tuple[float, float] | None) -> tuple[float, ...]:
-    """Displacements (m) inside the stroke where cells shorten, because a lock is near its ends or hovers above it."""
+    """Displacements (m) inside the stroke where cells shorten, because a lock is near its ends or just off the real axis."""
     if stroke is None:
         return ()
     start, end = sorted(stroke)
@@ -284,7 +284,7 @@ def locks(mechanism: Mechanism) -> list[Fault]:
     """A clamp that cannot go through its stroke: it names the length to change and the displacements where it locks.
 
     Drive arm and coupler must reach the block and not lie on one line. A rod longer than the clamp arm always reaches;
-    another locks where it stands across.
+    a shorter one locks where it is normal to the platen's line.
     """
     path = mechanism.path
     if mechanism.stroke is None:

@@ -1,4 +1,4 @@
-"""Curves of everything that moves in a machine: bodies, joints, points, centres of mass, slides, shafts.
+"""Curves of all moving quantities of a machine: bodies, joints, points, centres of mass, slides, shafts.
 
 Every motion is computed once over the driver's coordinate q: the position x, the influence coefficient g = dx/dq and
 g' = d²x/dq². With the driver's rate and acceleration they give v = g q̇ and a = g q̈ + g' q̇².
@@ -213,7 +213,7 @@ class Curve(NamedTuple):
 
     @property
     def direction_error(self) -> Array:
-        """Estimated error of the tangential and of the normal acceleration, (n,): theirs, and that of the direction."""
+        """Estimated error of the tangential and of the normal acceleration, (n,): their own and the direction's."""
         speed, off = amount(self.velocity), amount(self.errors[1])
         turned = np.divide(2 * off, speed, out=np.full_like(speed, np.nan), where=speed > off)
         return np.asarray(amount(self.errors[2]) + turned * self.total)

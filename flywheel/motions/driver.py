@@ -356,7 +356,7 @@ def imposed(
 
 
 def scene_moved(path: Path, law: object, until: float | None) -> Scene:
-    """The scene in a file for a motion by a law of time: also of a mechanism that moves along the law's way, but no further.
+    """The scene in a file for a motion by a law of time: the mechanism needs to move only as far as the law goes.
 
     Raises:
         SceneError: of the scene; for a law that drives its mechanism into a lock, with the first instant.

@@ -1,4 +1,4 @@
-"""Forces in the joints of a scene's mechanisms, as the machine runs: kinetostatics with the scene's own loads.
+"""Forces in the joints of a scene's mechanisms while the machine runs: kinetostatics with the scene's own loads.
 
 Every mechanism is taken as a linkage, and the loads on its ports act on its bodies. The torque that its crank needs
 is the driving action. The motion is the steady regime, the stroke's own, one at a constant speed, or one followed
@@ -117,8 +117,8 @@ def joint_forces(
             outside the motion.
 
     At a constant speed time counts from crank angle 0 (from where a stroke begins), at a negative one from the other end.
-    Friction in joints opposes the motion of the instant; in a standstill that lasts it takes no side, and is left out. A
-    joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
+    Friction in joints opposes the motion of the instant; in a lasting standstill it is undetermined, and left out. A joint's
+    reaction acts from its first body on its second; see `flywheel.kinetostatics`.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
@@ -249,7 +249,7 @@ def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
 
 
 def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) -> JointForces:
-    """Forces in the joints of a machine's mechanisms, or of some, in the steady regime that its sizing has found.
+    """Forces in the joints of a machine's mechanisms, or of some, in the steady regime of its sizing.
 
     Args:
         sizing: of a machine.
@@ -320,7 +320,7 @@ def _along(
 def along_run(
     run: Transient, times: Array, owners: Indices | None = None, *, inertia: bool = True, friction: bool = True
 ) -> JointForces:
-    """Forces in the joints at times (s) of a motion that was followed; at a switch `owners` tell the stretch (the side)."""
+    """Forces in the joints at times (s) of a motion in time; at a switch `owners` select the stretch (the side)."""
     trail = run.motion.trail
     assert trail is not None
     owners = trail.owners(times) if owners is None else owners
@@ -397,8 +397,8 @@ def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequen
 
     Args:
         forces: as `joint_forces` found them.
-        of: joints and couplings by name (with the mechanism's before it where several have that name); all if empty.
-        components: of `COMPONENTS`; what each joint has, and the resultant, if empty.
+        of: names of joints and couplings (after the mechanism's name where several have that name); all if empty.
+        components: of `COMPONENTS`; those of each joint, and the resultant, if empty.
 
     Raises:
         SceneError: for a joint that does not exist, with the nearest; for a component that none of the joints has.
@@ -440,7 +440,8 @@ def close_angles(forces: JointForces, count: int) -> Array:
 def closely(forces: JointForces, along: Callable[[Array], JointForces], count: int) -> JointForces:
     """Forces at coordinates close to one another (see `close_angles`), and where every curve is least and greatest.
 
-    along: gives forces at coordinates. Extremes are found to about 1e-9 of the largest force: on either side of a jump, too.
+    along: gives forces at coordinates. Extremes are accurate to about 1e-9 of the largest force, also on either side of a
+    jump.
     """
     phi = close_angles(forces, count)
     found = along(phi)
@@ -586,10 +587,10 @@ def joint_errors(
 ) -> dict[str, dict[str, Any]]:
     """Estimated absolute errors of forces in joints, by mechanism, in the arrangement of `figures_of`.
 
-    As with `flywheel.regime.state.state_errors` they are found again a few roundings aside, with lengths a few roundings
-    off: linkages' positions and the equations of equilibrium then answer by other roundings. What it makes of them that
-    angle, speed, acceleration or unknown have errors is added, each by itself, and the residuals of equilibrium and of
-    the iteration of friction leave.
+    As with `flywheel.regime.state.state_errors` the forces are computed again with angles and lengths changed by a few
+    roundings, which gives linkages' positions and the equations of equilibrium other rounding errors. Added to that
+    difference are the effects of the errors of angle, speed, acceleration and unknown, one by one, and of the residuals of
+    equilibrium and of the iteration of friction.
 
     Args:
         machine: the machine.

@@ -1,6 +1,6 @@
 """Position, velocity and acceleration of everything in a machine over a course of its driver, with their extremes.
 
-`motion` takes the course and the curves of what moves; a survey of cells finds where each curve is least and greatest.
+`motion` takes the course and the curves of what moves; a survey of cells finds the extremes of each curve.
 """
 
 from __future__ import annotations
@@ -184,13 +184,13 @@ def motion(
         of: names of the selected curves; all if empty.
         over: "driver" or "time"; time of a law and of a transient, else the driver, if None.
         at: positions of the driver (rad, or m where it slides), or times (s) where it is over time.
-        points: how many, evenly from the beginning to the end, in place of `at`; 361 if None.
+        points: number of evenly spaced positions or times, in place of `at`; 361 if None.
         speed: constant speed of the driver, rad/s, or m/s where it slides; "scene": that of the scene, on a stroke with its
             acceleration.
         law: the driver's coordinate (rad or m) in time: an expression of `t`, the path of a CSV file with times and
             positions or a pair of such arrays (cubic spline), or a function of t that gives position, rate, acceleration.
-        until: how long a law lasts, s.
-        regime: along the steady regime with the flywheel that is given or sized.
+        until: duration of a law, s.
+        regime: True for the steady regime with the given or sized flywheel.
         transient: along a motion that `flywheel.transient` or `flywheel.simulate` followed.
 
     Raises:
@@ -334,7 +334,7 @@ def _noise(curve: Curve, row: _Row) -> float:
 
 
 def _cell_edges(moving: Moving, course: Course, most: int) -> tuple[Array, bool]:
-    """Edges of the first cells over a course: where it or what moves goes over, and between these; whether close enough."""
+    """Edges of the first cells over a course: its and the mechanisms' switches, and between; True if close enough."""
     scene = moving.scene
     fastest = max(1.0, *map(abs, scene.shafts.values())) if scene.stroke is None else 1.0
     grid = np.linspace(course.start, course.end, 2001)
@@ -376,7 +376,7 @@ def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array,
 
 
 def _axis_errors(course: Course, over: str, at: Array, off: Array) -> Array:
-    """Errors on the axis of values of the variable that are off by so much: over a motion in time by the driver's place."""
+    """Errors on the axis from errors of the variable; for a motion in time on the driver's axis, those of its position."""
     if over == course.variable or not at.size:
         return off
     driver = course.at(at)
@@ -451,7 +451,7 @@ class _Turning(NamedTuple):
 
 
 def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> _Turning:
-    """Ends of cells and zeros of slopes, in the cells whose terms may reach beyond what the ends of all cells hold."""
+    """Ends of cells and zeros of slopes, in the cells whose terms may exceed the values at the ends of all cells."""
     left, right = (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1), series.sum(axis=-1)
     reach = np.abs(series[..., 1:]).sum(axis=-1)
     reach += 64 * ROUNDING * (reach + np.abs(series[..., 0]))  # all of a cell's terms may add up at its end

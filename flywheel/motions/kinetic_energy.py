@@ -137,8 +137,8 @@ class StoredEnergy(NamedTuple):
     """Energy of every store of a machine at n positions (J), by name: the energy forms E(p) and E(q).
 
     kinetic: of every body with mass or inertia, and of what is fixed on places; p²/(2 m), as ½ I_j* omega².
-    potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, which is
-        where a weight's is zero. A law, whose outputs have no position in the frame, has no weights.
+    potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, where it is
+        zero. A law, whose outputs have no position in the frame, has no weights.
     errors: estimated absolute errors under the same names.
     """
 
@@ -165,7 +165,7 @@ def stored_energy(
         flywheel: inertia of a flywheel at its own shaft, kg m², counted as one more body.
 
     Raises:
-        SceneError: for positions that are not there, speeds of another number.
+        SceneError: for positions outside the stroke, or a number of speeds that does not match.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3.0}, "rod": {"length": 5.0}, "slider": {"mass": 2.0}}

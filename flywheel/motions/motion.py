@@ -47,15 +47,15 @@ class Motion(NamedTuple):
     every flow, effort and its power audit.
 
     On a stroke phi is the driver's coordinate (m and omega in m/s where it slides). The motion ends where the stroke does,
-    or where the machine stands still permanently, and `ended` says so; it is None for a motion that lasts until the time
-    asked. `at` refuses later times.
+    or where the machine stands still permanently, and `ended` says so; it is None for a motion that lasts until the required
+    time. `at` refuses later times.
 
-    `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
-    difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
-    If the speed at phi = 0 must return, each cycle starts from that speed: `drift` is the relative change of kinetic energy
-    in one stepped cycle, which then does not accumulate.
-    `states` are a motor's own by name, such as its `current` (A). `trail` is the motion as it was stepped, `rough` the run
-    before it and `share` the part of the difference to that run that may remain.
+    `error` is the estimated error of phi (relative to the travel, at least a radian) and of omega (to the greatest speed):
+    the difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times). If
+    the speed at phi = 0 must return, each cycle starts from that speed: `drift` is the relative change of kinetic energy in
+    one stepped cycle, which then does not accumulate. `states` are a motor's own by name, such as its `current` (A). `trail`
+    is the motion as it was stepped, `rough` the run before it and `share` the part of the difference to that run that may
+    remain.
     """
 
     t: Array
@@ -197,7 +197,7 @@ def _current(motor: Motor | None, circuit: Circuit | None, ratio: float, here: A
 
 
 def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:
-    """The motion at times within it; at an end of a stretch `owners` tell the side (the one before, where they are None)."""
+    """The motion at times within it; at an end of a stretch `owners` select the side (the stretch before if None)."""
     dynamics, parts, own = trail.dynamics, list[Any](), list[Array]()
     motor, ratio, circuit = dynamics.machine.scene.motor, dynamics.ratio, dynamics.circuit
     for portion, states, here in trail.along(times, trail.owners(times) if owners is None else owners):
@@ -294,7 +294,7 @@ def column(samples: Samples, name: str) -> Array:
 
 
 def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
-    """A column of samples, with only the necessary laws: a speed needs none, a drive no friction in joints."""
+    """A column of samples, with only the laws it needs: a speed needs none, a drive no friction in joints."""
     dynamics = trail.dynamics
     if name == "omega":
         return np.asarray(np.abs(trail.states(times, owners)[1]))
@@ -528,7 +528,7 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
 
 
 def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
-    """The steady regime that a sizing has found at crank angles from 0 to the cycle (rad), without its errors."""
+    """The steady regime of a sizing at crank angles from 0 to the cycle (rad), without its errors."""
     if sizing.cycle is None or sizing.run is None:
         return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size))
     omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)

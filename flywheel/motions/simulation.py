@@ -2,7 +2,7 @@
 
 A machine with compliant shafts, which one angle does not describe, is followed by its whole bond graph. Along a motion are
 its samples (`sampled`), works and heats (`energy_of`) and greatest values (`peak`); along the steady cycle that a machine
-comes to, its speed and time (`regime_of`, `speed_at`, `time_along`).
+reaches, its speed and time (`regime_of`, `speed_at`, `time_along`).
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def simulate(
 ) -> Motion:
     """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
 
-    M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping restarts at every breakpoint:
-    of position, of time, and where a law switches at a speed. A motor adds the states of its own, such as its current.
+    M* holds loads, drive and dampers, less the losses of meshes. Stepping restarts at every breakpoint:
+    of position, of time, and where a law switches at a speed. A motor adds its own states, such as its current.
     Dry laws, and friction in joints with the reactions of the same instant, act against the motion either way; at rest
     they keep the machine there until a force exceeds them; otherwise the motion ends there. A motor runs in its own
     connection from the first instant: its `start` is followed by `flywheel.transient`.
@@ -80,16 +80,16 @@ def simulate(
         omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and reverse. On a stroke the driver's
             speed, m/s where it slides.
         until: time to simulate, s.
-        inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None. On a stroke
+        inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 if it is to be sized) if None. On a stroke
             mass or inertia that moves with the driver in addition: 0 if None, kg if it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
-        rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
+        rtol: error allowed of the whole motion; its `error` is the estimate reached.
         states: a motor's own at t = 0 by name (SI); 0 if they are not given.
         current: of a motor with inductance at t = 0, A: that state.
 
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
-            stroke, or at an end of it that it is pushed out of; if friction in joints never lets it start, or leaves no
+            stroke, or at an end of it and is pushed outwards; if friction in joints never lets it start, or leaves no
             acceleration or several; if shafts twist where joints have friction.
 
     >>> import flywheel

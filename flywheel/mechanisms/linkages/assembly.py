@@ -1,4 +1,4 @@
-"""Positions with the driver at one coordinate: degrees of freedom, locks and change points, assemblies and the choice.
+"""Positions with the driver at one coordinate: degrees of freedom, locks and change points, choice of an assembly.
 
 Degrees of freedom: the count of Gruebler (in space: Kutzbach), checked against the rank of the Jacobian at the position.
 
@@ -196,7 +196,7 @@ def _in_families(equations: Equations, z: Array) -> NDArray[np.bool_]:
     """Mask of the assemblies (n, variables) that are members of a continuous family.
 
     Where the Jacobian has a null vector v, the plane v · (x - z) = 0.05 holds another solution close by if the assembly is
-    one of a family; at a lock or a change point the equations stay open there by the order of that distance squared.
+    one of a family; at a lock or a change point the equations have a residual there of the order of that distance squared.
     """
     values, rows = _singular_values(equations, z)
     free = values <= _SINGULAR * values[:, :1]
@@ -645,8 +645,8 @@ def assemblies(equations: Equations) -> Array:
 
     Angles lie from -pi to pi, except for those that a coupling ties: its relation holds for the turns that they have made.
 
-    Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
-    of them miss would stay unknown, so there are many.
+    Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all of them
+    miss is not found, so there are many.
     """
     loops = equations.loops
     z, square = _starts(loops), loops.equations == loops.unknowns and not loose_everywhere(equations)

@@ -100,7 +100,7 @@ class Model:
     Its relations are the components that joints keep at zero, then the second coordinates of all couplings, which they tie
     to the first, then those first ones, then the driver's, then those of all joints with friction.
     Each is the component e · d of the gap d from the joint's point on the first body to that on the second, or the second
-    body's angle less the first's. The direction e stands still, or turns with the first body.
+    body's angle less the first's. The direction e is fixed, or turns with the first body.
     """
 
     def __init__(self, linkage: Linkage, actions: Actions, start: Array) -> None:
@@ -390,8 +390,8 @@ def coordinates(poses: Poses) -> Array:
 def components(linkage: Linkage) -> list[tuple[str, str]]:
     """Joint and component of every reaction, in the order of the closure equations; couplings have one `effort` each.
 
-    A coupling's effort is that on its second coordinate: a moment (N m) at a pin, a force (N) along a slide. It stands for
-    the contact force by its work alone: the pins' reactions are those of the contact force only with it.
+    A coupling's effort is that on its second coordinate: a moment (N m) at a pin, a force (N) along a slide. It replaces the
+    contact force in its work only: the pins' reactions are right only with the contact force itself.
     """
     found = [(joint.name, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
     return found + [(coupling.name, "effort") for coupling in linkage.couplings]
@@ -482,7 +482,7 @@ _TERMS = np.arange(float(ORDER))
 
 
 class Quantity(NamedTuple):
-    """Values at many poses, shape (n, k), and the sizes that their rounding errors go by, shape (k,)."""
+    """Values at many poses, shape (n, k), and the scales of their rounding errors, shape (k,)."""
 
     values: Array
     sizes: Array
@@ -637,7 +637,7 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
 
 
 def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
-    """Sizes by which rounding errors of the driver's acceleration go, for every column of right sides (n, equations, c).
+    """Scales of the rounding errors of the driver's acceleration, for every column of right sides (n, equations, c).
 
     Those of all bodies, with joints and without; the driver's own may be zero.
     """
@@ -663,7 +663,7 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
     """The state nearest in the kinetic measure d^T M d that fulfils Phi = 0 and Phi_x v = 0, and |Phi| before (m or rad).
 
     Raises:
-        UnreachableError: if there is none near.
+        UnreachableError: if there is none nearby.
 
     Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.2.
 
@@ -703,7 +703,7 @@ _PARTIAL_CREEPING = 1e-6  # the same where the steps until there are wanted
 class Steps:
     """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates.
 
-    fault: reason of an early end of the motion; None without one.
+    fault: the reason if the motion ends early; else None.
     """
 
     def __init__(
@@ -719,7 +719,7 @@ class Steps:
         self.dense = dict(enumerate(dense))
 
     def until(self, end: float) -> Steps:
-        """The steps that lead to `end`, or less far."""
+        """The steps up to `end`, or fewer."""
         count = max(int(np.searchsorted(self.s, end, side="right")), 2)
         dense = [self.dense[k] for k in range(count - 1)] if len(self.dense) >= count - 1 else ()
         return Steps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
@@ -733,7 +733,7 @@ class Steps:
 
 
 def one_step(rates: Rates, low: float, state: Array, high: float) -> Step:
-    """A single step from low to high, of any error."""
+    """A single step from low to high, whatever its error."""
     everything = [np.inf] * state.size
     step = DormandPrince(rates, low, state.tolist(), high, 1.0, everything, high - low).step()
     assert step is not None
@@ -754,16 +754,16 @@ def integrate(
     longest: float = np.inf,
     partial: bool = False,
 ) -> Steps:
-    """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` says so.
+    """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` is true.
 
     rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: ignored). `correct` returns a
     state to the closures after every step. Rates are NaN if no motion is possible, so that the
-    integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
-    returns a place within, the last step is repeated up to there. `dense`: keep all steps, if most will be evaluated.
-    `longest`: of all steps. `partial`: give the steps until there, with the reason, where the motion ends before.
+    integrator tries a shorter step; the reason is kept. `event` receives a step's ends and its dense output; if it returns a
+    point within, the last step is repeated up to there. `dense`: keep all steps, if most will be evaluated. `longest`: of
+    all steps. `partial`: if the motion ends early, return the steps so far, with the reason.
 
     Raises:
-        SceneError: if the motion ends before, with the reason that the rates give.
+        SceneError: if the motion ends early, with the reason from the rates.
 
     Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section II.5.
 
@@ -815,8 +815,8 @@ class Solution(NamedTuple):
     """A motion: times, all bodies there, work done since the start (J; None on the energy route), evaluations.
 
     drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; reactions: in the order of the
-    closure equations, shape (times, equations), if the route finds them. friction, friction_work: by joint; rests: from when
-    until when it stands still; messages: where it does permanently.
+    closure equations, shape (times, equations), if the route computes them. friction, friction_work: by joint; rests: start
+    and end (s) of each standstill; messages: a final one.
     """
 
     t: Array

@@ -373,7 +373,8 @@ class RoughMotion:
     A piece ends, to rounding, where a joint reverses against its neighbour, a normal force changes sides, or the machine
     stops; integration restarts there. At rest all joints stick together: the machine starts forwards where friction
     against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads that change with
-    time break it away (see `bondgraph.motion.standstill`). It can never go both ways, as friction takes power.
+    time break it away (see `bondgraph.motion.standstill`). It can never start in both directions, because friction takes
+    power.
     """
 
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:

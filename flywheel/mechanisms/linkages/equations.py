@@ -296,11 +296,11 @@ class Loops(NamedTuple):
 def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     """The loops of a linkage: every body placed along the tree of joints, every other joint a closure.
 
-    several: whether any number of drivers may be held, each by a relation, at their starts (`on_way` moves them).
+    several: True allows any number of drivers, each fixed at its start by a relation (`on_way` moves them).
 
     Raises:
-        SceneError: if a body hangs on nothing, or slides and rigid joints hold it at two angles at once; for further
-            drivers, unless there may be several.
+        SceneError: if a body has no connection to the frame, or slides and rigid joints fix it at two angles at once; for
+            further drivers, unless `several`.
 
     """
     if linkage.further and not several:
@@ -499,7 +499,7 @@ def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], t
 
 
 def _translating(linkage: Linkage) -> Iterator[tuple[str, str, float]]:
-    """Pairs of bodies that three cranks of one length keep from turning against each other, and by how much they are turned.
+    """Pairs of bodies that three cranks of one length keep from turning against each other, and the angle between them.
 
     The cranks' pins must form the same figure on both bodies. If the second could turn by R against that, all of its pins
     p + (R - 1) c, c those of the first, would lie on a circle about 0 of the cranks' length: there is none through three
@@ -601,7 +601,7 @@ _SMALL = 400  # numbers: a smaller matrix is multiplied faster without BLAS
 class Bases(NamedTuple):
     """The basis functions at n positions: `whole` with the displacement in front, `bare` without, shape (n, bases).
 
-    `laws` holds for every coupling what it asks for there, with two derivatives, (n,) each.
+    `laws` holds the value that every coupling requires there, with two derivatives, (n,) each.
     """
 
     whole: Complex
@@ -727,7 +727,7 @@ def split(table: Complex) -> tuple[Any, Any]:
 
 
 def _product(table: Complex, matrix: Complex) -> Complex:
-    """The product of a long table and a small matrix: BLAS would spend its time on starting threads."""
+    """The product of a long table and a small matrix: BLAS would spend more time on starting threads."""
     if matrix.size > _SMALL or table.dtype == object:
         return np.asarray(table @ matrix)
     return np.asarray(np.einsum("nk,km->nm", table, matrix))
@@ -740,7 +740,7 @@ SETTLED = 1e-9  # a step below this leaves an error of its square: nothing
 
 
 def settle(equations: Equations, z: Array) -> tuple[Array, Array]:
-    """Positions z (n, variables) corrected at the driver's given coordinate until a step is lost in its own square.
+    """Positions z (n, variables) corrected at the driver's given coordinate until the next step would be rounding.
 
     Returns the positions and the size of their last step, (n,). A step below 1e-9 (rad, or units of length) is the last
     one: convergence is quadratic. Positions that do not converge have a last step that is larger; it is NaN if the

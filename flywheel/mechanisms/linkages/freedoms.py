@@ -147,7 +147,7 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
     """The variables at scaled coordinates q (g,) at the end of the straight way from z (variables,), proven step by step.
 
     Raises:
-        SceneError: if the linkage locks or branches on the way, with where all drivers stand there.
+        SceneError: if the linkage locks or branches on the way, with the positions of all drivers there.
 
     """
     low = assembly.drivers(z)
@@ -169,8 +169,8 @@ class Local(NamedTuple):
     """The equations of loops and couplings, then of the drivers, at one position z (variables,).
 
     whole, bare: basis functions with and without their displacements, (bases,); slopes: their derivatives by all
-    variables, (bases, variables); laws: of every coupling, with two derivatives, (3,). gaps: what loops and couplings lack.
-    jacobian: of all equations by the unknowns.
+    variables, (bases, variables); laws: of every coupling, with two derivatives, (3,). gaps: residuals of loops and
+    couplings. jacobian: of all equations by the unknowns.
     """
 
     z: Array
@@ -226,7 +226,7 @@ _MOST_CORRECTIONS = 8
 
 
 class Follower:
-    """Positions that follow the drivers from the one found last, by tangent and Newton's method, closed to rounding.
+    """Positions that follow the drivers from the last one, by tangent and Newton's method, closed to rounding.
 
     Every correction must be at most a quarter of the one before, and the Jacobian's determinant keep its sign; if that
     fails, proven steps follow the way and report the lock or branch that they reach.
@@ -343,7 +343,7 @@ class Positions(NamedTuple):
     def motion(self, qdot: ArrayLike, qddot: ArrayLike = 0.0, t: ArrayLike | None = None) -> Poses:
         """Poses whose rate is velocity and whose slope is acceleration, for rates and accelerations of the drivers.
 
-        qdot, qddot: (g, n) or what goes on it; t: what the poses' `q` is to hold, (n,): their number, if None.
+        qdot, qddot: (g, n), or a shape that broadcasts to it; t: the poses' `q`, (n,); their number if None.
         """
         first, second = (row_table(name, part, self.q) for name, part in (("qdot", qdot), ("qddot", qddot)))
         rate = np.einsum("jbin,jn->bin", self.rate, first)
@@ -365,8 +365,8 @@ def positions(linkage: Linkage, q: ArrayLike) -> Positions:
         q: rad of a pin, m of a slide, shape (g,) or (g, n).
 
     Raises:
-        SceneError: for what a linkage is refused for; for more or fewer drivers than degrees of freedom, or drivers that
-            depend on each other; where it locks or branches on the way, naming where all drivers stand.
+        SceneError: if the linkage is not valid; for more or fewer drivers than degrees of freedom, or drivers that depend on
+            each other; where it locks or branches on the way, with the positions of all drivers.
 
     """
     start, wanted, _ = driver_rows(linkage, q)

@@ -73,13 +73,13 @@ Array = NDArray[np.float64]
 def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     """Accelerations and reactions together, from Newton's law of every body cut free.
 
-    m a_G = sum F, J alpha = sum M_G for every body, reactions entering as the forces they are (`reaction_wrenches`), and
+    m a_G = sum F, J alpha = sum M_G for every body, with reactions as forces (`reaction_wrenches`), and
     the closure equations differentiated twice.
 
     Args:
         model: the linkage.
         t: time (s), or times (n,) of as many states.
-        state: where it stands and how fast.
+        state: its position and velocity.
 
     Raises:
         UnreachableError: if they are not determined.
@@ -248,9 +248,9 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
 def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
     """Energy and time as state over the driver's way u, q = start + sense u, until the time is reached or passed.
 
-    E = ½ I* omega² obeys dE/dq = M*(t, q, omega): where torques depend on position alone, E is the work done and nothing
-    else; then t = integral of dq/omega. Only first influence coefficients are needed. omega has to keep its sign.
-    From rest q = start + sense u², in which y = E/u² and omega/u are smooth: dy/du = (2/u)(sense M* - y), dt/du = 2u/omega.
+    E = ½ I* omega² obeys dE/dq = M*(t, q, omega): where torques depend on position alone, E is the work done; then t =
+    integral of dq/omega. Only first influence coefficients are needed. omega has to keep its sign. From rest q = start +
+    sense u², in which y = E/u² and omega/u are smooth: dy/du = (2/u)(sense M* - y), dt/du = 2u/omega.
     """
     interpolant, rest = Interpolant(model, _energy_columns), qdot == 0.0
 
@@ -327,17 +327,17 @@ class Run(NamedTuple):
 
     t (s), q (rad or m, not reduced), qdot; `coordinates`, `velocities`: x_G, y_G, theta of every moving body and their
     rates, shape (times, bodies, 3). `reactions`: by joint, a column for each of `multibody.COMPONENTS` (N, N m), NaN if
-    redundant constraints leave them open; None on routes that do not find them. `closure`: largest closure residual (m or
+    redundant constraints leave them open; None on routes that do not compute them. `closure`: largest closure residual (m or
     rad) of the poses given; `drift`: largest one that a step left before it was put back (0 if poses are closed at
     every step). `energy_residual`: largest |kinetic energy gained - work| over the largest kinetic energy, friction's work
     included; None on the energy route, which has no other energy. `evaluations`: of the rates. `at(t)`: (q, qdot) at any
     times within.
 
-    Of joints with friction: `friction`, by joint or coupling, what it does to the second body along the joint's coordinate
-    (N m in a pin, N elsewhere); `friction_work` (J) since the start, below 0. `rests`: from when until when the machine
-    stands still: friction and reactions are not determined then (NaN); `messages`: where friction holds or locks it to the
-    end. A time stands twice where a piece of the motion
-    ends and another begins: before and after a joint reverses, or the machine stops.
+    Of joints with friction: `friction`, by joint or coupling, its action on the second body along the joint's coordinate
+    (N m in a pin, N elsewhere); `friction_work` (J) since the start, below 0. `rests`: start and end (s) of each standstill:
+    friction and reactions are not determined then (NaN); `messages`: where friction holds or locks it to the end. A time
+    stands twice where a piece of the motion ends and another begins: before and after a joint reverses, or the machine
+    stops.
     """
 
     route: str
@@ -376,7 +376,7 @@ def simulate(
     Args:
         linkage: bodies, joints, couplings. Friction in pins, slides, slots and cams is that of
             `flywheel.mechanisms.linkages.statics`, with the reactions of the same instant, which `newton` and `multipliers`
-            find; the other routes refuse it.
+            compute; the other routes refuse it.
         route: `reduced` (one equation for the driver), `newton` (poses closed at every driver's coordinate, accelerations
             and reactions together from Newton's law), `multipliers` (all coordinates as a differential-algebraic system of
             index 1, put back onto the closures after every step), `energy` (work over the way, then time; the driver's
@@ -387,14 +387,13 @@ def simulate(
         gravity: components along x and y, m/s²; none if None.
         drive: torque (N m) or force (N) at the driver's joint, on its second body and back on its first; a number or a
             function of (t, q, qdot). It should be smooth: steps are not restarted at jumps.
-        wrenches: what acts on bodies from outside.
+        wrenches: external actions on bodies.
         rtol: tolerance of the integrator, per step.
         start: poses whose first one is taken instead of the assembly that the linkage's guesses and sides choose.
 
     Raises:
-        SceneError: if an argument is no finite number or of another type, where the linkage is ill described, locks or
-            branches, where friction locks it while it moves or meets a route without reactions, or where it stops on the
-            energy route.
+        SceneError: if an argument is no finite number or of another type, where the linkage is not valid, locks or branches,
+            where friction locks it while it moves or meets a route without reactions, or where it stops on the energy route.
 
     >>> from flywheel.scene.linkage import Joint, Link, Linkage, Point
     >>> o = Point("o")

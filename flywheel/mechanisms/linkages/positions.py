@@ -98,8 +98,8 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     """The assembly at z followed to both ends of the driver's range (scaled): nodes in ascending order of the driver.
 
     Raises:
-        SceneError: if the linkage locks or branches on the way, naming the position and what meets there; where joints
-            to spare hold it too often.
+        SceneError: if the linkage locks or branches on the way, naming the position and what meets there; where redundant
+            joints overconstrain it.
 
     """
     loops = equations.loops
@@ -155,8 +155,8 @@ def _nodes(equations: Equations, z: Array, end: float, sense: float) -> list[tup
 def tangent(equations: Equations, z: Array) -> Tangent:
     """Influence coefficients at one position, and how far along them the assembly is certified.
 
-    Displacements count in units; where one is small, as that of a pin which passes close to its slot's pivot, counting
-    them in their own size may prove more.
+    Displacements count in units; where one is small, as that of a pin which passes close to its slot's pivot, scaling each
+    by its own size may certify a longer step.
     """
     bases = equations.bases(z[None])
     jacobian = equations.jacobian(z[None], bases)[0]
@@ -180,7 +180,7 @@ def tangent(equations: Equations, z: Array) -> Tangent:
 
 
 def _certified(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: Array) -> tuple[float, Array]:
-    """Longest certified step and its radii with every variable's distance counted in its own size, shape (variables,)."""
+    """Longest certified step and its radii with every variable scaled by its own size, shape (variables,)."""
     table = z[None]
     size = np.abs(inverse) / sizes[1:, None]
     room = np.where(equations.sliding, _SHARED * sizes[equations.slide], 0.0)
@@ -302,11 +302,11 @@ class Solution:
         return Movement(z, rate, slope)
 
     def recorded(self, q: Recorded, anchor: float) -> Movement:
-        """All variables at one recorded coordinate, as `movement` finds them, with a number of Newton steps that will do.
+        """All variables at one recorded coordinate, as by `movement`, with a sufficient number of Newton steps.
 
         Cams follow the formula that holds at the anchor.
 
-        Raises TypeError if none is known to.
+        Raises TypeError if no number is known to be sufficient.
         """
         z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
         at = self.movement(np.array([anchor])).z
@@ -322,7 +322,7 @@ class Solution:
 
     @cached_property
     def steps(self) -> int:
-        """Newton steps after which the last was lost in its own square, wherever the quintic predicts worst."""
+        """Newton steps until the next one would be rounding, wherever the quintic predicts worst."""
         driver, sizes = self._nodes.z[:, 0], list[float]()
         z = self._predicted(0.5 * (driver[1:] + driver[:-1]))
         for _ in range(_MOST_RECORDED):

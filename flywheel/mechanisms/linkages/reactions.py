@@ -1,4 +1,4 @@
-"""Kinetostatics: driving actions and reactions of every joint of a plane linkage, for a motion that is given.
+"""Kinetostatics: driving actions and reactions of every joint of a plane linkage, for a given motion.
 
 Two routes: Newton's and Euler's equations of all bodies at once (`reactions`), and virtual power with one constraint
 released at a time (`virtual_power`). With the inertia left out the analysis is quasi-static. Open chains have as many driven
@@ -75,7 +75,7 @@ _FOLLOWS = 1e-8  # tolerance of all other constraints in a released motion
 
 
 class Extreme(NamedTuple):
-    """The largest force (N) in a joint, or at an end of its shoe (`joint.front`), and where the driver stands (rad or m)."""
+    """The largest force (N) in a joint, or at an end of its shoe (`joint.front`), and the driver's position (rad or m)."""
 
     joint: str
     force: float
@@ -83,7 +83,7 @@ class Extreme(NamedTuple):
 
 
 class Reactions(NamedTuple):
-    """Forces in a linkage at n positions: what the first body of each joint does to its second.
+    """Forces in a linkage at n positions: the action of the first body of each joint on its second.
 
     speed, acceleration: of the driver's coordinate, shape (n,).
     actions: driving action of each driven joint by its name (N m in a pin, N in a slide).
@@ -96,7 +96,7 @@ class Reactions(NamedTuple):
     undetermined: names `joint.component` of those that redundant constraints leave open.
     others: wrenches of everything but reactions and driving actions (loads, weights, inertia, friction), (bodies, 3, n).
     residual: of Newton's and Euler's equations, as a share of the largest load, (n,).
-    coordinate: name and unit of what `poses.q` holds: the driver's, or time in an open chain.
+    coordinate: name and unit of `poses.q`: the driver's coordinate, or time in an open chain.
     """
 
     poses: Poses
@@ -206,7 +206,7 @@ class Reactions(NamedTuple):
         yield "resultant", FORCE, self.resultant(joint)
 
     def csv(self) -> str:
-        """The table as comma-separated values in full precision; nothing stands where nothing is known."""
+        """The table as comma-separated values in full precision; unknown values are empty."""
         names, units, values = zip(*self.columns(), strict=True)
         header = ",".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))
         rows = (",".join("" if np.isnan(v) else repr(float(v)) for v in row) for row in zip(*values, strict=True))
@@ -262,7 +262,7 @@ def reactions(
     Args:
         source: a linkage, or one that was followed (`flywheel.linkage.solve`).
         q: driver's coordinates, rad (m where it slides), shape (n,).
-        speed: its rate, rad/s or m/s: a number or shape (n,). Friction opposes the motion that its sign makes; none at rest.
+        speed: its rate, rad/s or m/s: a number or shape (n,). Friction opposes the motion of this sign; none at rest.
         acceleration: rad/s² or m/s²: a number or shape (n,).
         gravity: (gx, gy) in m/s²; no weights if None.
         loads: forces and torques on bodies, efforts along joints; numbers or arrays of shape (n,).
@@ -270,10 +270,10 @@ def reactions(
         friction: False leaves Coulomb's friction out.
 
     Raises:
-        SceneError: for what a linkage is refused for, for loads that do not fit it, for friction that follows a reaction
-            which redundant constraints leave open, for a position where the driver has no hold on the others.
+        SceneError: if the linkage is not valid, for loads that do not fit it, for friction that follows a reaction which
+            redundant constraints leave open, for a position where the driver cannot move the other bodies.
 
-    Valid for rigid bodies and joints without play. A joint's reaction is what its first body does to its second.
+    Valid for rigid bodies and joints without play. A joint's reaction acts from its first body on its second.
 
     >>> from flywheel.scene.linkage import Joint, Link, Linkage, Point
     >>> o, tip, end = Point("o"), Point("tip", 3.0), Point("end", 5.0)
@@ -389,7 +389,7 @@ def _row(path: str, given: ArrayLike) -> Array:
 
 
 def virtual_power(reactions: Reactions) -> dict[str, dict[str, Array]]:
-    """Every component of every reaction, and every driving action as `drive`, by releasing one constraint at a time.
+    """Every component of every reaction, and every driving action as `drive`, by the release of one constraint at a time.
 
     x_k = -(sum of F · v_G + M omega over all bodies), v and omega being the influence coefficients of the released motion
     and F, M the loads, weights, inertia and friction forces in `reactions.others`. NaN if a release sets nothing free:
@@ -424,7 +424,8 @@ def constraints(poses: Poses, drivers: Iterable[str]) -> dict[tuple[str, str], A
     """The constraints' Jacobian in the velocities (x', y', theta') of the bodies' origins, by joint and component.
 
     Each row has shape (bodies, 3, n). A joint's are velocities of second's point less first's, which is its own point or,
-    sliding, where second's is; a coupling's is how fast the two surfaces part at their contact, along the force there.
+    sliding, where second's is; a coupling's is the speed at which the two surfaces separate at their contact, along the
+    force there.
     """
     linkage = poses.linkage
     still, unit = np.zeros(poses.q.shape), np.ones(poses.q.shape)
@@ -605,8 +606,8 @@ def driving_actions(coefficients: Iterable[Poses], others: Array) -> tuple[Array
     Q_i = -(sum of F · dv_G/dqdot_i + M domega/dqdot_i) over all bodies.
 
     Args:
-        coefficients: for every degree of freedom, poses whose `rate` is what all bodies do at unit speed of its
-            coordinate with all others held.
+        coefficients: for every degree of freedom, poses whose `rate` is the velocity of all bodies at unit speed of its
+            coordinate, with all others fixed.
         others: wrenches of all loads, weights, inertia and friction forces, shape (bodies, 3, n), as in `Reactions.others`.
 
     Returns:

@@ -2,7 +2,7 @@
 
 Unknowns are the driving actions and the components of every joint's reaction, as unit actions of its first body on its
 second. There are three equations a moving body; a mechanism whose driver moves it without locking makes them independent,
-so that forces can always be found, however many components there are. With more unknowns than equations (redundant
+so that forces always exist, however many components there are. With more unknowns than equations (redundant
 constraints) those that the equations leave open are named.
 
 | joint | components | size that friction follows | Coulomb's friction |
@@ -152,7 +152,7 @@ def guide(poses: Poses, joint: Joint) -> Array:
 def joint_rate(poses: Poses, joint: Joint) -> Array:
     """Rate (n,) of a joint's coordinate by the driver's: of the angle of a pin, the displacement of a slide or slot.
 
-    Along a guide it is what second's point does against the matter of first that is there, s' = d · (v2 - v1).
+    Along a guide it is the velocity of second's point relative to the matter of first there, s' = d · (v2 - v1).
     """
     if joint.kind == PIN:
         return np.asarray(poses.angle(joint.second).rate - poses.angle(joint.first).rate)
@@ -261,7 +261,7 @@ class Contact(NamedTuple):
 
 
 def contact(poses: Poses, coupling: Coupling) -> Contact:
-    """The contact of a coupling; SceneError where no body is common to its joints, or where none can be found.
+    """The contact of a coupling; SceneError where no body is common to its joints, or where there is no contact.
 
     The pair's two joints share one body, the carrier. Seen from it the first body turns about its pin, the second turns
     about another pin or slides along a guide, so that the contact follows from the coupling's ratio (or the lift's slope)
@@ -337,7 +337,7 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
 
 
 class Component(NamedTuple):
-    """A component of a reaction: the joint's or coupling's name, its own, its unit, and the pair that a unit of it is."""
+    """A component of a reaction: the joint's or coupling's name, its own, its unit, and the pair of actions for one unit."""
 
     joint: str
     name: str
@@ -346,7 +346,7 @@ class Component(NamedTuple):
 
 
 class Passive(NamedTuple):
-    """An action `factor` times the size of a reaction: friction, or what a tooth's inclined flank adds.
+    """An action `factor` times the size of a reaction: friction, or the share due to a tooth's inclined flank.
 
     The size is the root of the sum of squares of `forms`, each a weighted sum of the joint's components by name.
     `factor` has shape (n,) and unit 1, or m for a couple.
@@ -452,7 +452,7 @@ def shoe_ends(joint: Joint) -> dict[str, Mapping[str, float]]:
 
 
 def _of_coupling(poses: Poses, coupling: Coupling, sliding: Array | None) -> tuple[Component, list[Passive]]:
-    """The force between the two bodies of a coupling, and what its friction (if it slides) or its pressure angle adds."""
+    """The force between the bodies of a coupling, and the actions by its friction (if it slides) or pressure angle."""
     touch = contact(poses, coupling)
     still = np.zeros(poses.q.shape)
     push = Pair(touch.first, touch.second, touch.push, touch.at, still if touch.couple is None else touch.couple)
@@ -478,8 +478,8 @@ def _of_coupling(poses: Poses, coupling: Coupling, sliding: Array | None) -> tup
 class Sizes(NamedTuple):
     """Sizes that passive actions follow, shape (n, passives), and how the iteration went.
 
-    iterations: Newton steps of the slowest position; gap: what is left of s(x) - y, as a share of the largest size, (n,);
-    converged: False if no solution grows out of the one without friction, (n,): the mechanism locks itself.
+    iterations: Newton steps of the slowest position; gap: the residual s(x) - y, as a share of the largest size, (n,);
+    converged: False if no solution continues the one without friction, (n,): the mechanism locks itself.
     """
 
     sizes: Array
@@ -491,10 +491,10 @@ class Sizes(NamedTuple):
 class Balance(NamedTuple):
     """Components in the order of the unknowns, (components, n): NaN if friction locks, one of many values where open.
 
-    amounts: what the passive actions come to, (passives, n); others: wrenches of all that is no reaction, passive actions
+    amounts: values of the passive actions, (passives, n); others: wrenches of everything but reactions, passive actions
     included, (bodies, 3, n); loose: which components are open, (components, n); open: an orthonormal basis of what can be
-    added to the components without a load, (n, components, redundant); residual: of the equations as a share of
-    the largest load, (n,).
+    added to the components without a load, (n, components, redundant); residual: of the equations as a share of the largest
+    load, (n,).
     """
 
     values: Array
@@ -526,7 +526,7 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     Equations of moments are divided by a length and unknown couples multiplied by it, so that all are forces.
 
     Raises:
-        SceneError: for freedoms that nothing drives, and for a position where the driver has no hold on the others.
+        SceneError: for freedoms that nothing drives, and for a position where the driver cannot move the other bodies.
 
     """
     count, path = poses.q.size, poses.linkage.path
@@ -614,7 +614,7 @@ def friction_sizes(free: Array, pull: Array) -> Sizes:
 
     Args:
         free: forces without passive actions, (x, y) of a resultant or (normal, 0), shape (n, p, 2).
-        pull: what a unit of each size adds to them, (n, p, 2, p).
+        pull: the change of these forces by a unit of each size, (n, p, 2, p).
 
     A solution is taken only where det(1 - s' G f) > 0, as on the branch that starts at 1 without friction: past its root
     friction would have to push.
@@ -670,8 +670,8 @@ def continued_sizes(
     Then all is linear except for resultants (`curved`, of the p forces), whose errors Newton's iteration squares each time.
 
     Args:
-        free: as there.
-        pull: as there.
+        free: as in `friction_sizes`.
+        pull: as in `friction_sizes`.
         curved: which forces are resultants, (p,).
         signs: of the others, (n, p).
         lines: directions (rad) of resultants that keep to a line and may pass zero there, NaN of others, (n, p).
@@ -713,11 +713,11 @@ def continued_sizes(
 
 
 class Friction(NamedTuple):
-    """Friction found in the joints, and its cost in iterations.
+    """Friction in the joints, and its cost in iterations.
 
     moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
     iterations: Newton steps of the slowest position, 0 if nothing had to be iterated; gap: relative change that the
-    last one left, (n,); converged: False if friction locks the mechanism, (n,): nothing is reported there.
+    last one left, (n,); converged: False if friction locks the mechanism, (n,): there is no result there.
     lever: the greatest moment if every joint is pressed with 1 N, (n,), in m (1 if the driver slides).
     """
 
