@@ -250,10 +250,10 @@ def along_transient(scene: Scene, given: Transient | Motion) -> Course:
         return Driver(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
 
     ended = given.ended if isinstance(given, Transient) else motion.ended
-    start = f"from {told(float(motion.phi[0]), scene.reduction_element == 'slide')}, {_speed(scene, float(motion.omega[0]))}"
+    place, pace = told(float(motion.phi[0]), scene.reduction_element == "slide"), _speed(scene, float(motion.omega[0]))
     edges = np.unique(switching(trail)[0])
     return Course(
-        f"{start}: {ended or f'followed for {figure(last)} s'}",
+        f"from {place}, {pace}: {ended or f'followed for {figure(last)} s'}",
         TIME,
         0.0,
         last,
@@ -319,10 +319,10 @@ def imposed(
     nodes[:, -1] = edges[1:]
     anchor = np.broadcast_to(0.5 * (low + high), nodes.shape)
     values = [np.broadcast_to(part, nodes.shape) for part in found.jet(nodes, anchor)]
-    for what, part in zip(("position", "rate", "acceleration"), values, strict=True):
+    for what, part in zip(("whose position", "whose rate", "whose acceleration"), values, strict=True):
         if not np.isfinite(part).all():
             t = float(nodes[~np.isfinite(part)][0])
-            where = f"{found.words}, whose {what} is not finite at t = {t:.{_SHOWN}g} s"
+            where = f"{found.words}, {what} is not finite at t = {t:.{_SHOWN}g} s"
             raise SceneError([Fault("law", where, "a law with a finite position, rate and acceleration")])
     q, rate, _ = values
     scale = max(float(np.ptp(q)), UNSURE * float(np.abs(q).max()), 1e-300)
@@ -421,10 +421,13 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
             if beyond.any():
                 t = float(times[int(np.argmax(beyond))])
                 t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
-                side = "above" if sense > 0 else "below"
-                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, {side} {told(end, sliding)}"
-                words = [f"{word} {told(x, sliding)}" for word, x in (("from", low), ("to", high)) if np.isfinite(x)]
-                expected = f"a law {' '.join(words)}"
+                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, "
+                found += f"above {told(end, sliding)}" if sense > 0 else f"below {told(end, sliding)}"
+                expected = f"a law from {told(low, sliding)} to {told(high, sliding)}"
+                if not np.isfinite(low):
+                    expected = f"a law below {told(high, sliding)}"
+                elif not np.isfinite(high):
+                    expected = f"a law above {told(low, sliding)}"
                 faults.append((t, Fault("law", found, expected)))
     if faults:
         raise SceneError([min(faults, key=lambda one: one[0])[1]])
@@ -577,11 +580,12 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
     probes = until * (np.arange(_PROBED) + 0.37) / _PROBED
     step = 1e-5 * until
     before, now, after = (jet(probes + side * step, probes) for side in (-1.0, 0.0, 1.0))
-    for k, name in ((0, "second value is not the rate of its first"), (1, "third value is not the rate of its second")):
+    wrong = "a function whose second value is not the rate of its first", "a function whose third is not that of its second"
+    for k, what in enumerate(wrong):
         slope = (after[k] - before[k]) / (2 * step)
         off = np.abs(slope - now[k + 1]) > 1e-3 * (np.abs(now[k + 1]).max() + np.ptp(now[k]) / until)
         if np.mean(off) > 0.5:
-            raise SceneError([Fault("law", f"a function whose {name}", "position, rate and acceleration at t")])
+            raise SceneError([Fault("law", what, "position, rate and acceleration at t")])
 
     def passes(value: float) -> Array:
         grid = np.linspace(0.0, until, 4001)
@@ -595,7 +599,7 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
 def _triple(found: Any) -> tuple[float, float, float]:
     parts = np.asarray(found, dtype=float).ravel()
     if parts.size != 3:
-        what = f"a function that gives {parts.size} value{'s' if parts.size != 1 else ''}"
+        what = f"a function that gives {parts.size} values" if parts.size != 1 else "a function that gives one value"
         raise SceneError([Fault("law", what, "position, rate and acceleration at t")])
     return float(parts[0]), float(parts[1]), float(parts[2])
 

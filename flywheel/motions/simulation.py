@@ -301,9 +301,9 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     for effort in machine.efforts:
         shaft = shafts.get(effort.load.on.partition(".")[0], effort.load.on)
         if effort.reverses and not effort.uses_speed and (time := _turns_back(run, shaft)) is not None:
-            what = "drag" if effort.load.drag else "dry friction"
-            found = f"a motion in which {shaft} turns back by {time:.6g} s, with {what} on it in a machine that twists"
-            advice = f"a shorter time, or leave stiffness out: a rigid machine comes to rest by its {what}"
+            what = "drag on it" if effort.load.drag else "dry friction on it"
+            found = f"a motion in which {shaft} turns back by {time:.6g} s, with {what} in a machine that twists"
+            advice = "a shorter time, or leave stiffness out: a rigid machine comes to rest by its friction"
             raise SceneError([Fault(effort.path, found, "one that moves forwards", advice)])
     return run
 

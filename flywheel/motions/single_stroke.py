@@ -226,12 +226,12 @@ class SingleStroke:
                 f"the clutch slips again from crank angle {where:.4g} deg on, for {time:.4g} s, and heats by {heat:.4g} J"
             )
         if (mended := brake_for_stop(self)) is not None:
-            side = "past" if self.overrun > 0.0 else "before"
-            earlier = "" if mended[0] is None else f"its brake put on at about {math.degrees(mended[0]):.3g} deg, or with "
-            found.append(
-                f"the crank stops {math.degrees(abs(self.overrun)):.4g} deg {side} stop_at; it would stop there with "
-                f"{earlier}a brake of about {mended[1]:.3g} N m"
-            )
+            brake = f"a brake of about {mended[1]:.3g} N m"
+            if mended[0] is not None:
+                brake = f"its brake put on at about {math.degrees(mended[0]):.3g} deg, or with {brake}"
+            side = "past stop_at" if self.overrun > 0.0 else "before stop_at"
+            stop = math.degrees(abs(self.overrun))
+            found.append(f"the crank stops {stop:.4g} deg {side}; it would stop there with {brake}")
         return tuple(found)
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
@@ -652,11 +652,15 @@ def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict
         if motor.inverter.chopper_power is not None:
             shares["braking resistor"] = figures["power_returned"] / motor.inverter.chopper_power
     shares["clutch torque"] = figures["clutch_torque"] / clutch.static_torque
-    for name, part in (("clutch", clutch), ("brake", brake)):
+    hot = (
+        ("clutch_heat", clutch, "clutch heat a stroke", "clutch heat an hour"),
+        ("brake_heat", brake, "brake heat a stroke", "brake heat an hour"),
+    )
+    for heat, part, stroke, hour in hot:
         if part.heat_per_stroke is not None:
-            shares[f"{name} heat a stroke"] = figures[f"{name}_heat"] / part.heat_per_stroke
+            shares[stroke] = figures[heat] / part.heat_per_stroke
         if part.heat_per_hour is not None:
-            shares[f"{name} heat an hour"] = figures[f"{name}_heat_per_hour"] / part.heat_per_hour
+            shares[hour] = figures[f"{heat}_per_hour"] / part.heat_per_hour
     shares["brake at rest"] = figures["holding_torque"] / brake.torque
     shares[_TIME] = found.stop_time / found.period
     return shares

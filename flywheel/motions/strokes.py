@@ -464,12 +464,16 @@ class Strokes:
             return
         where, when = _at(phi), leg.end
         if leg.torque.falls and touch is None:
-            found = f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
-            found += "while that still passes torque"
+            found = (
+                f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
+                "while that still passes torque"
+            )
             raise SceneError([self._fault(found, "a later engage of the brake, or a shorter hold and fall of the clutch")])
         if any(each.sense == 0 for each in before):
-            found = f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
-            found += f"which slips again from {_at(leg.driven.start.phi)} on"
+            found = (
+                f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
+                f"which slips again from {_at(leg.driven.start.phi)} on"
+            )
             raise SceneError([self._fault(found, "a larger torque, less work, or more inertia on the driven side")])
         if goal == "back" and phi > rest:
             found = f"a crank that turns back at {where}, {when:.4g} s after the clutch of {torque} engaged"
@@ -573,11 +577,10 @@ class Strokes:
         brake_time = time if brake_time is None else brake_time
         braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
-        torque = f"a brake of {self.brake.torque:.5g} N m"
         held = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
-        most = self.brake.torque * self.scene.shafts[self.brake.on]
-        if abs(held.moment) > most + held.friction:
-            found = f"{torque} that does not hold the crank at {_at(rest)}, where M* = {held.moment:.5g} N m on the crank"
+        brake, moment = self.brake.torque, held.moment
+        if abs(moment) > brake * self.scene.shafts[self.brake.on] + held.friction:
+            found = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
             advice = "a larger torque, a counterbalance, or another stop_at"
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
         return coasting, braking, brake_time, held.moment
@@ -597,8 +600,8 @@ class Strokes:
         braking = self._run(self.braked, Start(phi, omega, (), since), goals)
         if braking.goal != "stop":
             left = _last(braking)[1] * _RPM
-            found = f"a brake of {self.brake.torque:.5g} N m that leaves the crank at {left:.4g} rpm after a turn"
-            found += f" from {_at(phi)}"
+            brake = self.brake.torque
+            found = f"a brake of {brake:.5g} N m that leaves the crank at {left:.4g} rpm after a turn from {_at(phi)}"
             raise SceneError([Fault(f"{BRAKE}.torque", found, "one that stops the crank", "a larger torque")])
         return braking
 
@@ -854,9 +857,7 @@ def check(scene: Scene) -> None:
     if scene.drive is not None and not (isinstance(scene.drive.law, Expression) and scene.drive.law.uses_speed):
         add("drive", "a torque that does not depend on speed", "a motor, which brings the flywheel back to its speed")
     if scene.motor is not None and scene.motor.circuit is not None:
-        add(
-            "drive.motor", f"a {scene.motor.title} with states of its own", "one by its torque over speed", "leave those out"
-        )
+        add("drive.motor", "a motor with states of its own", "one by its torque over speed", "leave those out")
     if "current_pulsation" in scene.limits:
         found = "a limit on the pulsation of the current together with [single_stroke]"
         add("flywheel.limits.current_pulsation", found, "limits of torque, heat and irregularity", "leave it out")

@@ -208,7 +208,7 @@ def transient(
     reason, ended = _ending(setting, trail, motion, goal, limit)
     regime, scene = setting.regime, setting.machine.scene
     if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
-        ended += f"; it did not reach {goal.told(scene.reduction_element == 'slide')}"
+        ended = f"{ended}; it did not reach {goal.told(scene.reduction_element == 'slide')}"
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
@@ -302,9 +302,11 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
     if scene.stroke is not None and any(wanted):
         faults.append(Fault("until" if wanted[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
     if goal.sliding is not None and goal.sliding != (scene.sliding):
-        what, other = ("slides", "turns")[:: 1 if goal.sliding else -1]
-        found = f"a {goal.kind} of a driver that {what}, where it {other}"
-        faults.append(Fault("until", found, f'a {goal.kind} such as "{_EXAMPLES[goal.kind, not goal.sliding]}"'))
+        given = "a way" if goal.kind == "way" else "a speed"
+        found = f"{given} of a driver that turns, where it slides"
+        if goal.sliding:
+            found = f"{given} of a driver that slides, where it turns"
+        faults.append(Fault("until", found, _EXAMPLES[goal.kind, not goal.sliding]))
     if goal.kind == "regime" and _is_driven_freely(scene):
         found = f"a regime, although no torque fixes the speed of this machine: {_FREELY}"
         expected = 'a way, a speed or a time, such as --until "2 turns", "90 deg", "20 rad/s" or "5 s"'
@@ -320,7 +322,12 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
         raise SceneError(faults)
 
 
-_EXAMPLES = {("way", False): "90 deg", ("way", True): "50 mm", ("speed", False): "200 rpm", ("speed", True): "0.3 m/s"}
+_EXAMPLES = {
+    ("way", False): 'a way such as "90 deg"',
+    ("way", True): 'a way such as "50 mm"',
+    ("speed", False): 'a speed such as "200 rpm"',
+    ("speed", True): 'a speed such as "0.3 m/s"',
+}
 _FREELY = "neither regime.speed nor a torque that depends on speed"
 
 
@@ -500,8 +507,9 @@ def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
     """The fault of a machine that no moment starts."""
     if scene.drive is None:
         speed = "0.1 m/s" if scene.sliding else "200 rpm"
-        regime = "" if scene.stroke is not None or _is_driven_freely(scene) else "--from regime, or "
-        advice = f'nothing drives it: start at a speed, {regime}--from "{speed}"'
+        advice = f'nothing drives it: start at a speed, --from regime, or --from "{speed}"'
+        if scene.stroke is not None or _is_driven_freely(scene):
+            advice = f'nothing drives it: start at a speed, --from "{speed}"'
     return Fault("from", found, "a moment that sets it going", advice)
 
 
@@ -635,9 +643,10 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
             return "stall", f"stalled {at}{why}"
         stall = Start(float(states[0, 0]), 0.0, tuple(states[3:, 0].tolist()))
         moment, _ = moment_at_rest(setting.dynamics, stall, last)
-        lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
         left = f"{effort} at rest is {moment:.6g} {unit_of_effort}"
-        return "stall", f"stalled {at}: {left}{', before losses in meshes' if lossy else ''}"
+        if any(stage.efficiency < 1.0 for stage in machine.stages):
+            left = f"{effort} at rest is {moment:.6g} {unit_of_effort}, before losses in meshes"
+        return "stall", f"stalled {at}: {left}"
     if stroke is not None and trail.goal is None and last < limit:
         return "stroke", end_of_stroke(scene, phi + scene.origin, last)
     if trail.goal == "settled":
@@ -664,7 +673,9 @@ def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> 
     forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.array([last]), own)[:, 0].tolist()
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
         return held_by(dynamics, phi, last, own)
-    return f"{friction_of(machine)} does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
+    if forwards > 0.0:
+        return f"{friction_of(machine)} does not hold it there, and it would move on"
+    return f"{friction_of(machine)} does not hold it there, and it would turn back"
 
 
 # -- the record -------------------------------------------------------------------------------------------------------

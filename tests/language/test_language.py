@@ -74,6 +74,16 @@ def test_a_fault_is_told_by_its_parts():
             "a una velocidad constante de 12,5 rad/s daría 74,3 kg m^2, un 0,3 % más",
         ),
         (
+            "stalled at crank angle 30 deg after 2.5 s: M* at rest is 5 N m, before losses in meshes",
+            "calada con la manivela a 30 deg tras 2,5 s: M* en reposo es 5 N m, antes de las pérdidas de los engranes",
+        ),
+        (
+            "the crank stops 20.5 deg before stop_at; it would stop there with its brake put on at about 335 deg, "
+            "or with a brake of about 400 N m",
+            "la manivela se para 20,5 grados antes de stop_at; se pararía en stop_at con su freno aplicado a unos 335 "
+            "grados, o con un freno de unos 400 N m",
+        ),
+        (
             "rtol 1e-09 not reached: 0.2 J of net work (0.01 of the swing) are left over in the cycle, and may belong "
             "anywhere in it: the exact inertia is good to 0.01, the work is good to 0.01",
             "rtol 1e-09 no alcanzado: quedan de sobra en el ciclo 0,2 J de trabajo neto (0,01 de la variación), que pueden "
@@ -202,7 +212,7 @@ def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
         ),
         (
             ["motion", "s.toml", "--language", "es", "--law", "2*t"],
-            "s.toml: until: found a law without an end, expected",
+            "s.toml: until: hay una ley sin final, se esperaba cuánto dura",
         ),
     ],
 )

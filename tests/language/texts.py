@@ -80,16 +80,15 @@ def _call(node: ast.Call, place: str) -> Marked:
 
 # -- faults, remarks, messages -----------------------------------------------------------------------------------------
 
-BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine", "regime", "sizing")
+BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine", "regime", "sizing", "motions")
 """Folders whose faults, remarks and messages reach the page or the report."""
 LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
     *("components/press_work.py", "components/energy.py"),
     *("mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
-    "mechanisms/linkages/equations.py",
-    *("mechanisms/linkages/reactions.py", "mechanisms/linkages/positions.py", "mechanisms/linkages/bodies.py"),
     *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py", "sizing/findings.py"),
 }
-_PROGRAMMING = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
+_SILENT = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
+_SILENT |= {"Finding", "_", "require"}  # lines of the reference, texts that are marked, types of a programmer's call
 _FIELD = re.compile(r"\{(?:\d+|[a-z_]+)?(?::[^{}]*)?\}")
 _FORMULA = re.compile(r"^<|\*\(|\)\*|[(*] ?\{|if phi|if omega|\\[bdw]|^\{\d\} if|^v \{|\*omega|^- ?x|head")
 
@@ -116,7 +115,7 @@ def built_in_module(source: str, name: str) -> Iterator[Marked]:
             silent |= {id(part) for spec in specs for part in ast.walk(spec)}
         elif isinstance(node, ast.Call):
             called = getattr(node.func, "id", getattr(node.func, "attr", ""))
-            silent |= {id(part) for part in ast.walk(node)} if called in _PROGRAMMING else set()
+            silent |= {id(part) for part in ast.walk(node)} if called in _SILENT else set()
         if isinstance(node, ast.FunctionDef) and node.name == "__repr__":
             silent |= {id(part) for part in ast.walk(node)}
     for node in ast.walk(tree):
@@ -138,7 +137,7 @@ def built_in_module(source: str, name: str) -> Iterator[Marked]:
             yield Marked(f"{name}:{node.lineno}", text)
 
 
-_NAME = re.compile("[A-Za-z]|sin|cos|asin|acos|sqrt|integral|pi|eta|hm|omega|theta|delta|alpha|rho|lamda|tau|rms|po")
+_NAME = re.compile("[A-Za-z]|min|max|sin|cos|asin|acos|sqrt|integral|pi|eta|hm|omega|theta|delta|alpha|rho|lamda|tau|rms|po")
 
 
 def is_formula(text: str) -> bool:

@@ -487,7 +487,7 @@ def alone() -> Any:
         ({"law": "none.csv"}, "no file"),
         ({"law": ([0, 1, 1, 2], [0, 1, 2, 3])}, "ascend"),
         ({"law": lambda t: (np.sin(t), 1.0, 0.0), "until": 3.0}, "not the rate"),
-        ({"law": lambda t: np.sin(t), "until": 3.0}, "gives 1 value"),
+        ({"law": lambda t: np.sin(t), "until": 3.0}, "gives one value"),
     ],
 )
 def test_what_cannot_move_so_is_one_line(options, told):

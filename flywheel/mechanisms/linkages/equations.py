@@ -491,9 +491,10 @@ def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], t
         elif joint is not None:
             gap = (turn + pi) % (2 * pi) - pi
             if abs(gap) > _PARALLEL:
-                against = f"turns {other} by {np.degrees(gap):.6g} deg against what other joints hold it at"
+                angle = f"{np.degrees(gap):.6g} deg"
+                found = f"{joint.name}, which turns {other} by {angle} against what other joints hold it at"
                 expected, advice = "slides and rigid joints that agree", "change an angle"
-                raise SceneError([Fault(f"{linkage.path}.joints", f"{joint.name}, which {against}", expected, advice)])
+                raise SceneError([Fault(f"{linkage.path}.joints", found, expected, advice)])
             doubled.append(joint.name)
     return offset, leader, tuple(doubled)
 
