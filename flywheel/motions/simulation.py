@@ -317,7 +317,7 @@ def _turns_back(run: Run, shaft: str) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class CompliantGraph(BondGraph):
-    """The graph of a machine that is followed for many cycles; it is pickled as the machine and values that it is of."""
+    """The graph of a machine that is followed for many cycles; it is pickled as its machine and values."""
 
     origin: tuple[Machine, float, float] | None = None
 

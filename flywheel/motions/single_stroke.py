@@ -149,10 +149,10 @@ def share_name(name: str) -> str:
 
 
 def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
-    """The brake with which the crank would stop at `stop_at`: put on at another crank angle (rad), or of a torque (N m).
+    """The brake that would stop the crank at `stop_at`: its crank angle (rad), or else its torque (N m).
 
-    By the work of the brake, which takes the same energy; the angle is None where the clutch still acts. None if the crank
-    stops within ten degrees.
+    From the work of the brake, which absorbs the same energy; the angle is None where the clutch still acts. None if the
+    crank stops within ten degrees.
     """
     strokes, overrun = result.strokes, result.overrun
     way = result.brake_angle - overrun
@@ -164,7 +164,7 @@ def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
 
 
 def rate_limit(found: SingleStroke) -> Iterator[str]:
-    """The sentence on the greatest rate: which limit it meets."""
+    """The sentence on the greatest rate and the limit that it reaches."""
     if found.greatest_rate is None:
         return
     if found.greatest_rate == 0.0:
@@ -176,7 +176,7 @@ def rate_limit(found: SingleStroke) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class SingleStroke:
-    """One stroke among many alike, with the flywheel given or found. SI: s, rad, rad/s at the flywheel's shaft, N m, J, W.
+    """One stroke of many equal ones, with the flywheel given or sized. SI: s, rad, rad/s at the flywheel's shaft, N m, J, W.
 
     `period` is the time from one engagement of the clutch to the next (of `continuous` strokes together). `keeps_up`: the
     motor is loaded within its rating (by the root of the torque's mean square and, where known, by its heat). `irregularity`
@@ -186,10 +186,10 @@ class SingleStroke:
     `recovery_time` is that from the least speed until 95 % of the drop is recovered. `greatest_rate` (1/s) is that at which
     `decides` reaches its limit. `shares` are the limited loads over their limits. `error` has absolute errors,
     those of `shares` and `energy` under these names, and for `keeps_up` that of the motor's greatest share.
-    `formulas` are what the formulas of presses give for some of the figures (`components.press_work`). `trips` are those of
+    `formulas` has some of the figures by the formulas of presses (`components.press_work`). `trips` are those of
     the motor's inverter, each where its cause is greatest; their times (s) count from the engagement of the clutch.
     `energy_residual`: the work of the motor less all heats and works of loads, over the work of the motor. `compared` is the
-    neighbouring stroke whose errors serve for this one, None if they are its own.
+    neighbouring stroke whose errors are used for this one, None if they are its own.
     """
 
     scene: Scene
@@ -289,15 +289,15 @@ def single_stroke(
     """The periodic stroke of a machine with clutch and brake, with its flywheel given, or sized for an irregularity.
 
     While the clutch slips it passes the torque T, whatever the speeds: J1 dw1/dt = M1 - T, J2 dw2/dt = M2 + T, and heats by
-    T (w1 - w2). Two inertias that lock with nothing else acting lose J1 J2/(J1 + J2) (w1 - w2)²/2.
+    T (w1 - w2). Two inertias that lock without other torques lose J1 J2/(J1 + J2) (w1 - w2)²/2.
 
     Args:
         machine: a `Scene` with `[single_stroke]`, or its `Machine`.
-        rtol: required relative accuracy of every figure but the greatest rate; the scene's own if None. Where it is not
-            reached, the error says so.
-        rates: False to leave out the search of the greatest rate, which then is None.
-        near: the stroke of nearly the same machine, where the search of flywheel and stroke begins; no guess if None.
-            Without `rates` its errors, half as large again, serve for a stroke that differs little from it.
+        rtol: required relative accuracy of every figure except the greatest rate; the scene's own if None. If it is not
+            reached, the error shows it.
+        rates: False to leave out the search for the greatest rate, which is then None.
+        near: the stroke of a similar machine, where the search for flywheel and stroke begins; no guess if None. Without
+            `rates` its errors, increased by half, are used for a stroke that differs little from it.
 
     Raises:
         SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks or slips again, a
@@ -384,7 +384,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
 
 
 def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | None:
-    """The neighbour with errors by comparison, where a stroke of its tolerance is so like it that these serve."""
+    """The neighbour with errors by comparison, if a stroke of its tolerance differs so little that these are valid."""
     like, figures = near.compared or near, tight.figures
     known = {**like.figures, "inertia": like.inertia}
     missing = (figures[name] is None for name in figures)
@@ -396,7 +396,7 @@ def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | N
 
 
 def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:
-    """A neighbour's stroke with the recovery of a machine that differs from its own in its rate alone; None of others."""
+    """A neighbour's stroke with the recovery of a machine that differs from its own only in its rate; else None."""
     plan, of = strokes.plan, None if near is None else near.strokes
     if near is None or of is None or (of.rtol, of.inertia) != (strokes.rtol, strokes.inertia):
         return None
@@ -495,9 +495,9 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
 
 
 def _while_locked(strokes: Strokes, found: Phases, near: float | None = None) -> dict[str, float | None]:
-    """The longest stop from a signal while the clutch holds, the distance that a hand needs meanwhile, an inching touch.
+    """The longest stop from a signal while the clutch holds, the safety distance for it, an inching touch.
 
-    At the signal the clutch holds for its `hold` and its `fall`; then it lets go, and the brake is put on. The distance is
+    At the signal the clutch holds for its `hold` and its `fall`; then it opens, and the brake is applied. The distance is
     that of ISO 13855. `near`: the crank angle (rad) about which the worst signal is searched for; anywhere if None.
     """
     plan = strokes.plan
@@ -594,7 +594,7 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
     """The greatest current over the motor's rated one, and the greatest power (W) that it returns; none without an inverter.
 
     Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
-    neglected; of power less than a share of the rated one rounding cannot tell that it is returned.
+    neglected; power below a small share of the rated one is within rounding and does not count as returned.
     """
     motor, ratio = strokes.scene.motor, motor_ratio(strokes)
     if motor is None or motor.inverter is None or motor.rated is None:
@@ -616,9 +616,9 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
 
 
 def _temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:
-    """The greatest rise (K) of the motor's windings over strokes that follow one another for ever; None without `thermal`.
+    """The greatest rise (K) of the motor's windings over an endless series of strokes; None without `thermal`.
 
-    The losses count as constant about each node of Gauss' rule, or about so many `together`.
+    The losses are taken as constant about each node of Gauss' rule, or about a group of `together` nodes.
     """
     motor = strokes.scene.motor
     if motor is None or motor.thermal is None:
@@ -706,14 +706,14 @@ def _sized(
 ) -> tuple[Strokes, Phases, dict[str, Limit], str | None]:
     """The machine with the smallest flywheel that keeps all limits, its stroke, that for each limit, and the deciding one.
 
-    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is found together
-    with its stroke, roughly first, or beside a neighbour's; where that fails, or none is needed, by a search.
+    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is computed together
+    with its stroke, roughly first, or from a neighbour's; if that fails, or none is needed, by a search.
     """
     asked, last = asked_of(scene), list[SceneError]()
     runs: dict[tuple[float, float], tuple[Strokes, Phases] | None] = {}
 
     def beside(name: str, start: Strokes, close: float, guess: Phases | None, known: Phases | None = None) -> Strokes:
-        """The machine with the flywheel that comes to one limit, beside another."""
+        """The machine with the flywheel that just reaches one limit, close to another machine."""
 
         def excess(tried: Strokes, found: Phases) -> float:
             if tried.inertia < _LIGHTEST * scale:
@@ -824,8 +824,8 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     """The greatest rate (1/s) within all limits, the load that decides it, and its error.
 
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
-    driving side has it again is the period, so that no rate has to be tried at which no stroke returns. What the speed
-    lacks to that of idling falls nearly exponentially with the time: its logarithm is searched.
+    driving side has it again is the period, so that no rate without a periodic stroke has to be tried. The difference
+    between the idling speed and the speed falls nearly exponentially with the time, so that the search varies its logarithm.
     """
     count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
     nominal, idle = run.phases.begin[0], strokes.typical * strokes.ratio
@@ -842,7 +842,7 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     def over(gap: float) -> float:
         """The load that is greatest over its limit, less 1; infinite where the stroke fails.
 
-        Of a clutch that slips under the work, the share of the period.
+        For a clutch that slips under the work, the share of the period.
         """
         if gap not in known:
             try:

@@ -1,8 +1,8 @@
 """A motor's start: the load at rest on its shaft, the run-up through its torque map, and its heat.
 
 In order: what acts at rest, and the torque that carries the machine there (`load_at_rest`); the run-up through a table of
-net moment by angle and speed (`mapped_run_up`), which is quick and good to about a thousandth; and the heat of a start along
-a motion that was followed in time (`start_heat`).
+net moment by angle and speed (`mapped_run_up`), which is fast and accurate to about a thousandth; and the heat of a start
+along a motion that was followed in time (`start_heat`).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _SAME_SPEED = 1e-9  # share of the energy below which a cycle leaves the speed c
 
 
 def torque_at_rest(motor: Motor) -> float:
-    """The greatest torque (N m) that a motor gives at rest: of the connections that time alone takes it through.
+    """The greatest torque (N m) that a motor gives at rest, among the connections that it goes through by time alone.
 
     >>> from flywheel.components.motors import DC, Switch, resistance_steps
     >>> from dataclasses import replace
@@ -66,7 +66,7 @@ def torque_at_rest(motor: Motor) -> float:
 
 
 def load_at_rest(machine: Machine, phi: Array) -> Array:
-    """The torque (N m, on the motor's shaft) that just carries a machine at rest at crank angles (rad), about to start.
+    """The torque (N m, on the motor's shaft) that just balances a machine at rest at crank angles (rad), about to start.
 
     The torque of every part passes through each mesh between it and the motor, with a loss in each: on the way from the
     motor a mesh of efficiency eta needs 1/eta of its output, one with reversed power returns eta of it.
@@ -102,7 +102,7 @@ def load_at_rest(machine: Machine, phi: Array) -> Array:
 
 
 def _with_mesh_losses(passed: Array, efficiency: float) -> Array:
-    """Torque at the giving side of a mesh for a torque that passes it, or that comes back."""
+    """Torque at the driving side of a mesh for a torque that passes it in either direction."""
     return np.where(passed > 0.0, passed / efficiency, passed * efficiency)
 
 
@@ -156,7 +156,7 @@ def drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
 class RunUp(NamedTuple):
     """A run-up: its time (s), its turns of the crank, and the integral of (I/I_n)² dt of the windings (s).
 
-    current_squared: None if the motor's kind or plate does not tell its current.
+    current_squared: None if the motor's type or plate does not give its current.
     speed: of the crank at the end, rad/s: the target, 0 if the machine stops, or the speed at which it stays.
     reached: true if the target was reached; None if it would take more turns than are followed.
     stop: crank angle (rad) at which it stops again; None if it does not.
@@ -178,8 +178,8 @@ def maps(motor: Motor) -> bool:
 def mapped_run_up(machine: Machine, inertia: float, at: float, target: float) -> RunUp:
     """The run-up of a machine from rest at a crank angle to a crank speed, through its motor's connections.
 
-    Net moments F = dE/dphi, mesh losses with what accelerates included, are tabled over angles and speeds; the kinetic
-    energy E = (I* + J) omega²/2 then follows from node to node, and the time from dt = dphi/omega.
+    Net moments F = dE/dphi, with mesh losses, those by acceleration included, are tabulated over angles and speeds; the
+    kinetic energy E = (I* + J) omega²/2 then follows from node to node, and the time from dt = dphi/omega.
 
     Args:
         machine: driven by a motor; where its torque has states of its own they are taken as steady at every speed.
@@ -252,7 +252,7 @@ def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: ce
 
 
 def _driven_by(machine: Machine, motor: Motor) -> Machine:
-    """The machine with another motor in the place of its own."""
+    """The machine with another motor instead of its own."""
     scene = machine.scene
     assert scene.drive is not None
     return Machine(replace(scene, drive=scene.drive._replace(law=motor.law()), motor=motor), machine.friction)
@@ -382,7 +382,7 @@ class StartHeat(NamedTuple):
         return {**self._asdict(), "times": list(self.times), **{name: getattr(self, name) for name in told}}
 
     def errors(self, before: StartHeat | None, share: float, relative: float) -> dict[str, float | None]:
-        """Errors of its figures: `share` of the difference from a run before, and a relative error of the motion."""
+        """Errors of its figures: `share` of the difference to the previous run, and a relative error of the motion."""
         names = ("time", "current_squared", "winding", "added", "stator", "share", "share_cold", "rise")
         found: dict[str, float | None] = {}
         for name in names:
@@ -399,7 +399,7 @@ def start_heat(trail: Trail) -> StartHeat | None:
     """The heat of the start that a motion begins with; None for other motors than induction and DC, and with own states.
 
     Heat given to the surroundings meanwhile is neglected, so the figures hold for starts of some
-    seconds. The start ends at the rated speed after the last switch, where the current comes down to the rated one.
+    seconds. The start ends at the rated speed after the last switch, where the current falls to the rated one.
 
     With t_L the permissible time of the locked rotor, the limit is (I_L/I_n)² t_L, and a start that takes a
     share q of that may follow another 1/q times. Source: IEC 60079-7 and IEEE 620 (time of the locked rotor, I² t as a
@@ -457,7 +457,7 @@ def _integrals(trail: Trail, running: Started, end: float) -> tuple[float | None
 
 
 def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
-    """Causes that trip a motor's inverter along a motion, each at its first time; none of other drives."""
+    """Causes that trip a motor's inverter along a motion, each at its first time; empty for other drives."""
     dynamics = trail.dynamics
     motor = dynamics.machine.scene.motor
     running = None if motor is None else as_started(motor)

@@ -20,7 +20,7 @@ def driven_inertia(strokes: Strokes, phases: Phases) -> float:
 
 
 def driving_inertia(strokes: Strokes) -> float:
-    """All that turns on the driving side (kg m² at the clutch's shaft), its flywheel included."""
+    """Inertia of the driving side (kg m² at the clutch's shaft), its flywheel included."""
     return float(strokes.driving.at(math.pi, math.pi, strokes.typical * strokes.ratio, 0.0).inertia)
 
 
@@ -109,7 +109,7 @@ def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
 class Course(NamedTuple):
     """A period at times (s), each jump twice: before and after it. Works (J) count from the engagement of the clutch.
 
-    `driving` is the speed of the clutch's shaft, `crank` that of the crank as if at that shaft (rad/s), `phi` the crank
+    `driving` is the speed of the clutch's shaft, `crank` that of the crank referred to that shaft (rad/s), `phi` the crank
     angle (rad). `clutch` is the torque that the clutch gives to the crank, `brake` that of the brake on its shaft, at rest
     the holding torque, `drive` that of the drive at its own shaft (N m). `drive_work` is the work of the drive,
     `wheel_work` the kinetic energy given by the inertia of the driving side.
@@ -131,7 +131,7 @@ _GAUSS_POINTS = 4  # between neighbouring times of a course
 
 
 def course(strokes: Strokes, phases: Phases, count: int) -> Course:
-    """The course of a period, at about so many times, ends of phases among them."""
+    """The course of a period, at about that number of times, ends of phases among them."""
     release, brake, stop = phases.release_time, phases.brake_time, phases.stop_time
     trails = [(leg.driven, leg.clock) for leg in phases.legs] + [(phases.coasting, release), (phases.braking, brake)]
     switches = np.concatenate([begin + _switches(trail) for trail, begin in trails if trail is not None])

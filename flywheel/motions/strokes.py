@@ -3,8 +3,8 @@
 While the clutch slips, its torque depends on neither speed. So the driving side and the driven side are two machines of one
 freedom each, which share only that torque, until their speeds are equal; from there to the release of the clutch they
 are one machine. Each is followed by `free_motion.follow`, phase by phase (`Strokes.stroke`). A stroke passes two figures to
-the next one: the speed of the driving side where it begins, and the angle at which the crank stands. `periodic` finds those
-that return, by Newton's method.
+the next one: the speed of the driving side where it begins, and the angle at which the crank stands. `periodic` solves for
+those that repeat, by Newton's method.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Ramp(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """A part of a stroke through which the clutch slips, or holds both sides together.
+    """A part of a stroke in which the clutch slips, or locks both sides together.
 
     `sense` is 1 while the driving side turns faster, -1 while it turns slower, and 0 while the clutch is locked: both
     motions are then that of the whole machine at the crank. Their times count from `clock` (s after the engagement), as
@@ -85,7 +85,7 @@ class Leg(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """What acts on both sides through a leg, and what ends it: goals, and at the latest a time (s) on its clock."""
+    """Torques on both sides during a leg, and its end: goals, or at the latest a time (s) on its clock."""
 
     sense: int
     clutch: Ramp
@@ -97,7 +97,7 @@ class Acting(NamedTuple):
 class Phases(NamedTuple):
     """The motions of one stroke, each on its own clock; times (s) count from the engagement of the clutch.
 
-    `legs` are those until the clutch has let go, at `release_time`; they begin with a slip. From there `recovery` is that of
+    `legs` are those until the clutch has opened, at `release_time`; they begin with a slip. From there `recovery` is that of
     the driving side, on the clutch's shaft, and the driven side is `coasting` until the brake acts (None if it acts
     already), then `braking` until it stands still, with its clock at `brake_time`. `resting` is M* where the crank then
     stands (N m). `slopes` are the derivatives of speed and angle after a stroke by those before it.
@@ -156,7 +156,7 @@ def _last(trail: Trail) -> tuple[float, float]:
 class Strokes:
     """A machine that works stroke by stroke, with a flywheel (kg m² at its own shaft), at a relative tolerance of a step.
 
-    Parts that it has in common with a `like` one serve again. Raises SceneError if the scene cannot be followed so.
+    Parts in common with a `like` one are used again. Raises SceneError if the scene cannot be followed in this way.
     """
 
     def __init__(self, scene: Scene, inertia: float, rtol: float, like: Strokes | None = None) -> None:
@@ -185,7 +185,7 @@ class Strokes:
         return self._part(replace(self.scene, single_stroke=None), self.inertia * self.scene.flywheel_ratio**2)
 
     def _part(self, scene: Scene, inertia: float) -> Dynamics:
-        """The machine of a scene with a flywheel (kg m² at its crank), or the one that there is."""
+        """The machine of a scene with a flywheel (kg m² at its crank), or the existing one."""
         machine = None
         for part in self._parts:
             if part.machine.scene == scene:
@@ -208,11 +208,11 @@ class Strokes:
 
     @cached_property
     def braked(self) -> Dynamics:
-        """The driven side with its brake, which is put on at t = 0."""
+        """The driven side with its brake, which is applied at t = 0."""
         return self._driven([self._braking(Ramp(self.brake.torque, 0.0, self.brake.rise))])
 
     def _braking(self, brake: Ramp) -> Load:
-        """The brake as a load: one that falls may hold the crank at rest, one that builds up acts until it stands."""
+        """The brake as a load: one that falls may hold the crank at rest, one that builds up acts until the crank rests."""
         return _load(self.brake.on, f"-{ramp(brake)}{'*sign(omega)' if brake.falls else ''}", BRAKE)
 
     def _engaged(self, sense: int, clutch: Ramp, brake: Ramp | None) -> tuple[Dynamics, Dynamics]:
@@ -281,7 +281,7 @@ class Strokes:
 
     @cached_property
     def typical(self) -> float:
-        """The speed (rad/s) of the crank at which the driving side idles: the highest that its torques bring it back to."""
+        """The speed (rad/s) of the crank at which the driving side idles: the highest to which its torques return it."""
         speeds, still = np.geomspace(_SLOWEST, _FASTEST, _LOOKED_AT), np.zeros(_LOOKED_AT)
 
         def moment(omega: float) -> float:
@@ -309,7 +309,8 @@ class Strokes:
         Args:
             speed: of the driving side where the clutch engages.
             rest: crank angle at that instant.
-            regains: the clutch engages again when the driving side has its speed again, in place of the scene's rate.
+            regains: True engages the clutch again when the driving side has regained its speed, instead of at the scene's
+            rate.
 
         Raises:
             SceneError: a clutch that does not lock, a crank that stalls behind it, a machine that stalls, a brake that does
@@ -321,7 +322,7 @@ class Strokes:
         return self._recovered(legs, coasting, braking, brake_time, resting, speed if regains else None)
 
     def renewed(self, found: Phases) -> Phases:
-        """The stroke of another rate or `idle`, with this one's: all but the recovery is the same."""
+        """The stroke for another rate or `idle`, from this one: only the recovery differs."""
         return self._recovered(found.legs, found.coasting, found.braking, found.brake_time, found.resting, None)
 
     def _recovered(
@@ -362,10 +363,10 @@ class Strokes:
         return stop_time + (self.plan.idle or 0.0)
 
     def engaged(self, speed: float, rest: float, touch: float | None = None) -> tuple[tuple[Leg, ...], float | None]:
-        """The legs of a stroke until the clutch has let go, and when the brake is put on, if that is before (s).
+        """The legs of a stroke until the clutch has opened, and the time (s) of the brake if it is applied before.
 
         The clutch is released at its angle, or after a touch (s). It locks where both sides have one speed, and slips where
-        it would have to pass more than it holds.
+        the passed torque would exceed its own.
         """
         legs, clock, now, brake_time = list[Leg](), 0.0, 0.0, None
         clutch = Ramp(self.clutch.torque, 0.0, self.clutch.rise)
@@ -413,7 +414,7 @@ class Strokes:
     def _slip(
         self, dynamics: tuple[Dynamics, Dynamics], side: Start, crank: Start, acting: Acting, fresh: bool
     ) -> tuple[Trail, Trail]:
-        """Both sides while the clutch slips, from where it was locked just before (`fresh`) or from any speeds."""
+        """Both sides while the clutch slips, from the end of a locked leg (`fresh`) or from any speeds."""
         ratio, begin, goals, sense = self.ratio, side.time, acting.goals, acting.sense
         longest = min(acting.last, begin + _LONGEST * TURN / self.typical)
         until = min(longest, begin + acting.clutch.lasting + TURN / self.typical)
@@ -516,7 +517,7 @@ class Strokes:
         return locked
 
     def _slips(self, locked: Trail, clutch: Ramp) -> tuple[float, str] | None:
-        """The first time (s) at which the locked clutch would have to pass more than it holds, and which way; None else."""
+        """The first time (s) at which the locked clutch would pass more than its torque, and the sense; else None."""
         holds = clutch._replace(torque=self.clutch.static_torque)
 
         def excess(times: Array, owners: Index) -> Array:
@@ -543,7 +544,7 @@ class Strokes:
         return (low if over(low) > 0.0 else root(over, low, high)), way
 
     def locked_torque(self, locked: Trail, times: Array, owners: Index) -> Array:
-        """The torque (N m) of the locked clutch at times (s): the part that its driving side does not need for itself."""
+        """The torque (N m) of the locked clutch at times (s): what the driving side does not need for itself."""
         found = np.zeros(times.size)
         for portion, states, here in locked.along(times, owners):
             alpha = locked.dynamics.at_many(*here).acceleration
@@ -560,9 +561,9 @@ class Strokes:
     def _stop(
         self, begin: tuple[float, float], time: float, brake_time: float | None
     ) -> tuple[Trail | None, Trail, float, float]:
-        """The driven side until the crank stands still, when the brake is put on (s), and M* where it then stands (N m).
+        """The driven side until the crank stands still, the time (s) of the brake's application, and M* at rest (N m).
 
-        From the time (s) at which the clutch has let go; the brake is put on already, or at its angle.
+        From the time (s) at which the clutch has opened; the brake acts already, or is applied at its angle.
         """
         coasting = None
         if brake_time is None and begin[0] < self.brakes_at:
@@ -588,7 +589,7 @@ class Strokes:
     def inching(self, touch: float) -> float:
         """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), with the driving side idling before.
 
-        The clutch acts for the touch, its `hold` and its `fall`; then the brake is put on.
+        The clutch acts for the touch, its `hold` and its `fall`; then the brake is applied.
         """
         rest = self.plan.stop_at
         legs, _ = self.engaged(_BELOW_IDLE * self.typical * self.ratio, rest, touch)
@@ -632,15 +633,15 @@ def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float
 
 
 def periodic(strokes: Strokes, guess: Phases | None = None, known: Phases | None = None) -> Phases:
-    """The stroke that returns: speed of the driving side and resting angle of the crank as they were when it began.
+    """The periodic stroke: it ends with the speed of the driving side and the resting angle of the crank at its start.
 
     Args:
         strokes: of the machine.
-        guess: a stroke of nearly the same machine; from the motor's no-load speed and `stop_at` if None.
+        guess: a stroke of a similar machine; from the motor's no-load speed and `stop_at` if None.
         known: the stroke of the machine itself from where the guess begins, if it is known.
 
     Raises:
-        SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke returns.
+        SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke is periodic.
 
     """
     return _returning(strokes, guess, known, None)[1]
@@ -653,12 +654,12 @@ def fitted(
     closest: float,
     known: Phases | None = None,
 ) -> tuple[Strokes, Phases]:
-    """The machine with the flywheel at which an excess is 0, and its stroke that returns, beside a neighbouring one.
+    """The machine with the flywheel at which an excess is 0, and its periodic stroke, from a neighbouring one.
 
     Args:
         strokes: of the machine with nearly that flywheel.
         guess: as for `periodic`.
-        excess: relative, of a machine and its stroke; found to `closest`.
+        excess: relative, of a machine and its stroke; solved to within `closest`.
         closest: of the excess.
         known: the stroke of the machine itself from where the guess begins, if it is known.
 
@@ -676,7 +677,7 @@ def _returning(
     excess: Callable[[Strokes, Phases], float] | None,
     closest: float = 1.0,
 ) -> tuple[Strokes, Phases]:
-    """The stroke that returns, and its machine, by Newton's method on the whole stroke.
+    """The periodic stroke and its machine, by Newton's method on the whole stroke.
 
     Its derivatives are at first differences of neighbouring strokes, then Broyden's. With an excess the flywheel's inertia
     is a third unknown.
@@ -739,9 +740,9 @@ def _returning(
 
 
 def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
-    """The stroke that returns to a speed (rad/s) of the driving side, after whatever time: the crank's angle returns too.
+    """The periodic stroke that begins at a speed (rad/s) of the driving side, whatever its period.
 
-    By Newton's method on the angle alone. `guess`: a stroke that returns, with its slopes.
+    By Newton's method on the angle alone. `guess`: a periodic stroke, with its slopes.
 
     Raises:
         SceneError: for a stroke that cannot be followed, or after which that speed is not reached again.
@@ -805,7 +806,7 @@ def slip_heat(leg: Leg, ratio: float) -> float:
     """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
 
     Args:
-        leg: through which the clutch slips.
+        leg: in which the clutch slips.
         ratio: speed of the clutch's shaft over that of the crank.
 
     """
@@ -833,7 +834,7 @@ def _at(phi: float) -> str:
 
 
 def check(scene: Scene) -> None:
-    """Refuses the scene's parts with which strokes cannot be followed, each with its reason."""
+    """Refuses parts of the scene with which strokes cannot be followed, each with its reason."""
     plan = scene.single_stroke
     assert plan is not None
     clutch, faults = plan.clutch, list[Fault]()

@@ -1,6 +1,6 @@
 """A machine followed in time from a start to an end: run-up, run-down, load step, stall.
 
-In order: what ends a motion (`until`), `transient` itself with its start, its goals and how it ended, the record of the
+In order: the end of a motion (`until`), `transient` itself with its start, its goals and how it ended, the record of the
 motion (`Transient`) and the errors of its figures.
 """
 
@@ -151,24 +151,24 @@ def transient(
         start: "rest", "regime" (its steady speed at the position), or a speed of the crank, rad/s (m/s of a slide).
         at: the position at the start, rad (m where a driver slides); 0, or where a stroke begins, if None.
         end: a time (s), or what `until` reads: "5 s", "10 turns", "90 deg" (or "50 mm") of the driver's way, "200 rpm",
-            "95 %" (of the regime's mean speed), "regime" (its speed at phi = 0 repeats to 1e-6), "stop". A machine that
-            settles before it comes to a speed ends with that: `reason` is "limit". If None the regime; without a drive, or
-            on a stroke, a stop.
+            "95 %" (of the regime's mean speed), "regime" (its speed at phi = 0 repeats to 1e-6), "stop". If the machine
+            settles before it reaches the speed, the motion ends there: `reason` is "limit". If None the regime; without a
+            drive, or on a stroke, a stop.
         drive: False for a run-down without the drive.
         inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to; 0 if the
             scene has no flywheel.
         balance: value (SI) of the scene's unknown; if None the one that balances the regime.
         rtol: error allowed of position and speed.
-        watching: called with time (s) and position (rad) as the motion continues; a motion is followed twice at least, so
+        watching: called with time (s) and position (rad) as the motion continues; a motion is followed at least twice, so
             that both begin again.
 
     Raises:
-        SceneError: if the machine does not start, has no regime where one is asked for, or cannot be followed.
+        SceneError: if the machine does not start, has no regime although one is required, or cannot be followed.
 
     For a time, the machine is followed through rests and reversals; at rest dry laws hold it until
     a load drives it away (forwards, if both directions are possible). With any other end the motion ends early if the
-    machine stops, with its angle: `stall` if the drive pushes but is too weak, `stop` without a drive, or if it is off by
-    then or brakes. Stepping restarts at a step of load or drive (an expression of `t`).
+    machine stops, with its angle: `stall` if the drive pushes but is too weak, `stop` without a drive, or if the drive is
+    off by then or brakes. Stepping restarts at a step of load or drive (an expression of `t`).
 
     >>> import math, flywheel
     >>> fan = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "10 - omega"}, "flywheel": {"inertia": 0}}
@@ -338,7 +338,7 @@ def _is_pressed(machine: Machine) -> bool:
 
 
 def _is_driven_freely(scene: Scene) -> bool:
-    """Tests whether a machine that turns in cycles has no speed of its own and none asked for: it has no regime."""
+    """Tests whether a machine that turns in cycles has neither a speed of its own nor a required one: it has no regime."""
     return scene.stroke is None and not scene.has_speed and scene.unknown is None
 
 
@@ -367,7 +367,7 @@ class TransientSetting(NamedTuple):
         return None if motor is None else as_started(motor).own
 
     def started(self, times: Sequence[float]) -> TransientSetting:
-        """The same with its motor in the start, switched at `times` (s) so far."""
+        """The same with its motor in its starting connections, switched at `times` (s) so far."""
         scene, motor = self.machine.scene, self.motor
         assert motor is not None
         assert motor.start is not None
@@ -382,7 +382,7 @@ class TransientSetting(NamedTuple):
 
 
 def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> TransientSetting:
-    """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value.
+    """The given flywheel, the scene's or the sized one; the regime with it; the unknown's value.
 
     regimes: true to search for the regime.
     """
@@ -688,9 +688,9 @@ _COLUMNS = {"speed": "omega", "torque": "drive", "power": "power", "current": "c
 
 @np.errstate(all="ignore")  # of a figure without a scale nothing is known
 def estimates(transient: Transient) -> dict[str, Any]:
-    """Errors in the figures' own units, by the names of the JSON; None without a figure, or where nothing is known of it.
+    """Errors in the figures' own units, by the names of the JSON; None without a figure, or where its error is unknown.
 
-    They compare the motion with the run before it, of greater tolerance, and add the effect of the error of position and
+    They compare the motion with the previous run, of greater tolerance, and add the effect of the error of position and
     speed. They hold for the flywheel and the balance as printed, whose own errors are given with them.
     """
     motion, energy = transient.motion, transient.energy
@@ -738,7 +738,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
 
 
 def of_samples(transient: Transient, points: int) -> dict[str, float | None]:
-    """The greatest error of each column of the motion over so many times, evenly."""
+    """The greatest error of each column of the motion over that number of evenly spaced times."""
     motion = transient.motion
     assert motion.trail is not None
     rough = _rough(motion)
@@ -755,7 +755,7 @@ def of_samples(transient: Transient, points: int) -> dict[str, float | None]:
 
 
 def _rough(motion: Motion) -> Trail:
-    """The run before, of wider tolerance, or the motion itself where that has no step."""
+    """The previous run, of greater tolerance, or the motion itself if that has no step."""
     rough = motion.trail if motion.rough is None or not motion.rough.stretches else motion.rough
     assert rough is not None
     return rough

@@ -51,7 +51,7 @@ class InstantCentre(NamedTuple):
         translation, shape (n,); NaN elsewhere.
     rate: angular rate of the second body less that of the first, by the driver's coordinate, shape (n,).
     error: estimated absolute error of the place (m), or of the direction (rad), shape (n,).
-    permanent: whether a joint makes it: a pin is the centre, a guide has it at infinity, a weld leaves no motion.
+    permanent: True if it is that of a joint: a pin is the centre, a guide has it at infinity, a weld leaves no motion.
     """
 
     first: str
@@ -70,9 +70,9 @@ class InstantCentre(NamedTuple):
 
 
 class _Field(NamedTuple):
-    """Relative motion of two bodies: its rate (n,), its velocity (2, n) at a place (2, n); and what rounding leaves of both.
+    """Relative motion of two bodies: its rate (n,), its velocity (2, n) at a place (2, n); and both rounding errors.
 
-    That counts the sizes of what was subtracted, shape (n,) each.
+    These follow from the sizes of the subtracted terms, shape (n,) each.
     """
 
     rate: Array
@@ -88,10 +88,10 @@ def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, st
 
     Args:
         poses: of a linkage at n positions.
-        others: the same found otherwise (with lengths a few roundings off, say): their difference is the error by rounding.
-        Without them errors count rounding in the evaluation alone.
+        others: the same computed otherwise (such as with lengths changed by a few roundings): the difference is the error by
+        rounding. Without them errors include only rounding in the evaluation.
 
-    A centre counts as one at infinity where the relative rate is not above its own error. The error of one far away is
+    A centre counts as one at infinity where the relative rate is not above its own error. The error of a distant centre is
     large: it grows with the square of its distance.
 
     >>> from flywheel.mechanisms.linkage import linkage_of
@@ -250,7 +250,7 @@ class InstantCentres(NamedTuple):
 def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike | None = None) -> InstantCentres:
     """Instant centres of every two bodies of every mechanism, and velocities of all points by them.
 
-    Centres lie at positions alone; their errors are found as those of
+    Centres depend on position alone; their errors are computed like those of
     `flywheel.motion`: computed again with positions and lengths changed by a few roundings.
 
     Args:
@@ -259,7 +259,7 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
         speed: of the driver (rad/s or m/s), one or as many as q; velocities are per unit of the driver if None.
 
     Raises:
-        SceneError: for a scene without a mechanism that has joints, for positions that are no numbers or not there.
+        SceneError: for a scene without a mechanism that has joints, for positions that are no numbers or outside the stroke.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3.0}, "rod": {"length": 5.0}}

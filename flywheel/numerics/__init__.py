@@ -1,4 +1,4 @@
 """Numbers, expressions and their enclosures, cells of Chebyshev series, faults.
 
-Knows nothing of machines, and uses nothing of this package.
+It is independent of machines, and uses nothing of this package.
 """

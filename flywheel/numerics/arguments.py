@@ -36,7 +36,7 @@ def fits(value: Any, expected: str = ANY) -> bool:
 
 
 def number_faults(path: str, value: object, expected: str = ANY, unit: str = "") -> list[Fault]:
-    """The fault of a value that is not such a number; none if it is."""
+    """The fault of a value that is not such a number; empty if it is."""
     if fits(value, expected):
         return []
     return [Fault(path, f"{shown(value)} {unit}" if unit and _numeric(value) else shown(value), expected)]
@@ -79,7 +79,7 @@ def name_faults(path: str, name: object, valid: Mapping[str, object]) -> list[Fa
 
 
 def array(path: str, value: object) -> Array:
-    """Finite numbers of any shape as an array; SceneError for anything else, texts of digits too.
+    """Finite numbers of any shape as an array; SceneError for anything else, texts of digits included.
 
     >>> array("q", "20")
     Traceback (most recent call last):
@@ -109,7 +109,7 @@ def vector(path: str, value: object, unit: str) -> tuple[float, float]:
 
 
 def shown(value: object) -> str:
-    """A found value in words: a sequence by its type's name."""
+    """A wrong value in words: a sequence by its type's name."""
     return f"a value of type {type(value).__name__}" if isinstance(value, (list, tuple)) else show(value)
 
 

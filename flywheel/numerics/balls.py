@@ -103,7 +103,7 @@ def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
 
     Args:
         function: f and its slope at a ball.
-        angle: near the zero, with the radius that its calculation has.
+        angle: near the zero, with the radius of its calculation.
 
     Raises UnprovenError where the slope may be 0 in X, or N reaches beyond it: the zero is not proven.
     Source: R. E. Moore, Interval Analysis (1966).
@@ -131,7 +131,7 @@ def falling_zero(function: Callable[[Any], Any], slope: Any, start: Any) -> Any:
     Args:
         function: f of a ball without a radius.
         slope: S, a ball above 0.
-        start: where the search begins.
+        start: initial value of the search.
 
     Source: R. E. Moore, Interval Analysis (1966).
 
@@ -171,7 +171,7 @@ def _one(name: str) -> Callable[[Any], Any]:
 
 
 def _sign(u: Any) -> int:
-    """The sign of a ball, or of the first coefficient of a series; an error if it is open."""
+    """The sign of a ball, or of the first coefficient of a series; an error if it is undetermined."""
     value = first(u)
     if value > 0 or value < 0:
         return 1 if value > 0 else -1
@@ -279,7 +279,7 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         errors: for each function the allowed radius at a cell's end, a number.
 
     Raises:
-        UnprovenError: if a function stays open however narrow the cells are.
+        UnprovenError: if no cells, however narrow, reach the errors.
 
     """
     found: list[Model] = []
@@ -348,10 +348,10 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
 
     Args:
         curves: the cells.
-        error: the width at which an interval is cut no further.
+        error: the width below which an interval is not cut further.
 
     Raises:
-        UnprovenError: if too many intervals stay open.
+        UnprovenError: if too many intervals remain.
 
     """
     order = count()
@@ -428,7 +428,8 @@ class Centred:
     """A value f at the middle m of ranges of some numbers, and balls of its slopes f_k by each of them all over the ranges.
 
     f lies in f(m) + sum of f_k(P) (P_k - m_k): the mean value form. `halves` has half the width of each range. `value`, a
-    ball of f all over the ranges, is this form where no other is given, as where slopes are those at a position that moves.
+    ball of f all over the ranges, is this form unless another is given, for instance if slopes are those at a position that
+    moves.
 
     Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapter 6.
 
@@ -634,8 +635,8 @@ class Place(NamedTuple):
 class Orbit(NamedTuple):
     """A periodic solution: in each cell a polynomial, and `reach`, a ball, the greatest distance from it.
 
-    `start` is the ball of values at the beginning of the cycle from which every solution stays so near: it contains one
-    periodic solution and no more.
+    `start` is the ball of values at the beginning of the cycle from which every solution stays within it: it contains
+    exactly one periodic solution.
     """
 
     polynomials: tuple[Any, ...]
@@ -647,12 +648,12 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
     """The stable periodic solution of dE/dphi = F(phi, E) near a start, proven by an upper and a lower solution.
 
     With polynomials p, d = |dp/dphi - F(phi, p)|, and L no less than dF/dE near p, p + s is an upper solution where
-    ds/dphi = L s + d, and p - s a lower one. If s with the gap by which p does not close is no larger at the end of the
+    ds/dphi = L s + d, and p - s a lower one. If s plus the gap by which p does not close is no larger at the end of the
     cycle than at its beginning, a periodic solution lies between the two.
 
     Args:
         cells: of the cycle, one after another.
-        start: E where the cycle begins, nearly.
+        start: approximate E where the cycle begins.
         order: degree of the polynomials.
         error: distance from its polynomials in which the solution is first searched for; increased if necessary.
 
@@ -716,7 +717,7 @@ def _polynomial(series: Any, degree: int) -> Any:
 
 
 def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:
-    """Greatest distance of a periodic solution from polynomials that nearly are one, and the distance at the start."""
+    """Greatest distance of a periodic solution from polynomials close to it, and the distance at the start."""
     steps = []
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
     for cell, own, (after, next_own) in zip(cells, polynomials, following, strict=True):
@@ -744,7 +745,7 @@ def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error
 
 
 def one_way(cells: Iterable[tuple[Any, Any, Any]]) -> int:
-    """1 if a parameter u raises a stable periodic solution everywhere, -1 if it lowers it everywhere, 0 if that is open.
+    """1 if a parameter u raises a stable periodic solution everywhere, -1 if it lowers it everywhere, else 0.
 
     dE/du is an integral over the cycle before of dF/du, with weights between exp(-L) and exp(L), L the integral of |dF/dE|.
 

@@ -1,4 +1,4 @@
-"""Work: the cost of a result, in positions of the crank and seconds, and limits of it for a search."""
+"""Cost of a result, in positions of the crank and seconds, and limits of the cost of a search."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ class Cost(NamedTuple):
     """Positions of the crank at which the machine was evaluated, and seconds of wall clock.
 
     An evaluation is one position at which the machine's bond graph is walked, or at which torques are computed for
-    another speed; with losses in meshes, one for each of them. `stages` has the parts of the whole
-    by stage of the work.
+    another speed; with losses in meshes, one for each of them. `stages` has the cost of each stage of the work.
 
     >>> Cost(34, 0.001, {"figures": Cost(34, 0.001)}).as_dict()
     {'evaluations': 34, 'seconds': 0.001, 'figures': {'evaluations': 34, 'seconds': 0.001}}

@@ -6,7 +6,7 @@ evaluates its own ends, where a load may jump. The middle node is the cell's anc
 
 Periodic collocation: on every cell the states z obey z' = F(phi, z, p). Written as an integral, z(phi) = z_left + integral
 of F, and taken at the cell's nodes, its linearisation is one small system per cell, all solved at once; small changes are
-propagated through the cells of a cycle, and round it. The increment of a cell is kept apart from its left end, so that a
+propagated through the cells of a cycle, and round it. The increment of a cell is kept separate from its left end, so that a
 cycle that changes its start only little loses no digits.
 
 Source: L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapter 21 (integral collocation);
@@ -122,7 +122,7 @@ def above(by_cell: Array, factor: float = 1.0) -> Coarse:
 
 
 def halved(edges: Array, coarse: NDArray[np.bool_], most: int = MOST_CELLS) -> Array | None:
-    """The edges with coarse cells cut in two; None if none is left to cut, or they would be more than `most`."""
+    """The edges with coarse cells cut in two; None if there is nothing to cut, or there would be more than `most` edges."""
     chosen = coarse & (np.diff(edges) > 2 * _NARROW * abs(edges[-1]))
     return bisected(edges, chosen) if chosen.any() and edges.size + chosen.sum() <= most else None
 
@@ -135,10 +135,11 @@ def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], 
         evaluate: for edges the result on the cells between them, its error, and a mask of the cells that are too coarse for
             the error to fall to a share of its present value.
         rtol: the error that is allowed.
-        most: edges, at most.
+        most: greatest number of edges.
 
     Halving has no further effect where two successive rounds gain less than a tenth: the rest is rounding. An error above a
-    tenth is that of cells that may first have to become as narrow as the function's features, so such rounds do not count.
+    tenth is that of cells that may first have to become as narrow as the function's features, so such rounds are not
+    counted.
 
     >>> def mean(edges):
     ...     mesh = cells(edges)
@@ -238,7 +239,7 @@ def greatest(series: Array) -> float:
 
 
 def largest(series: Array) -> float:
-    """The value of a function that is largest in size, with its sign; where both signs are as large, the positive one."""
+    """The value of a function that is largest in size, with its sign; the positive one if both are equal."""
     high, low = greatest(series), -greatest(-series)
     return high if high >= -low * (1.0 - TIE) else low
 
@@ -249,7 +250,7 @@ def ends(series: Array) -> Array:
 
 
 def extents(series: Array) -> tuple[Array, Array]:
-    """The least and the greatest value on each cell of a function by its series: at ends, or where its slope is zero."""
+    """The least and the greatest value on each cell of a function by its series: at the ends or where its slope is zero."""
     slopes, size = series @ _DIFFERENTIATE, np.abs(series)
     slope_size = np.abs(slopes)
     # the slope keeps its sign where its first coefficient outweighs all; rounding has roots of its own in every cell
@@ -302,13 +303,13 @@ def tail(first: Array, middle: Array, last: Array) -> Array:
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:
-    """The greatest change of series (..., cells, ORDER) in each cell by rounding of the angles: it matters in steep ones."""
+    """The greatest change of series (..., cells, ORDER) in each cell by rounding of the angles: large in steep cells."""
     steepness = np.abs(series @ _DIFFERENTIATE) @ _ONES[: series.shape[-1]]
     return np.asarray(ROUNDING * mesh.edges[1:] / mesh.half[:, 0] * steepness)
 
 
 def wide(values: Any, shape: tuple[int, ...]) -> Array:
-    """A number, or an array that fits, as floats of a shape."""
+    """A number or array, broadcast to a shape as floats."""
     return np.broadcast_to(np.asarray(values, dtype=float), shape)
 
 
@@ -338,7 +339,7 @@ def crossings(series: Array, noise: Array) -> Crossings:
 
     Values within `noise` (functions, cells) count as zero; a stretch of zeros takes the sign before it, so that a sign
     change after it is at the end of the zeros. Jumps between cells give t = 1 of the cell before. Where the first
-    coefficient outweighs all others and the noise, its sign is the cell's, and no grid is laid.
+    coefficient exceeds the sum of all others and the noise, its sign is the cell's, and no grid is needed.
     """
     count, number, order = series.shape
     rows, level = series.reshape(count * number, order), (noise + np.zeros((1, number))).reshape(-1)
@@ -459,8 +460,8 @@ class Changes(NamedTuple):
     nodes); at the edges: the same with edges (cells + 1) in place of cells, and no nodes; `start` less the identity there.
 
     `around` (states, states + parameters + 1) is the gain round the cycle, in addition to dz0: it closes if that is 0.
-    Where changes grow by orders of magnitude, dz0 is that at the edge from which none does: backwards, where the whole cycle
-    makes them grow, by exp(`growth`).
+    Where changes grow by orders of magnitude, dz0 is that at the edge from which none does: backwards if they grow over the
+    whole cycle, by exp(`growth`).
     """
 
     start: Array
@@ -474,9 +475,9 @@ class Changes(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """The greatest effect of an error made anywhere in the cycle, (states, states): on each state, by that of each.
+        """The greatest effect of an error made anywhere in the cycle, (states, states): on each state, by an error of each.
 
-        A state that is off by r at phi = 0 in every cycle is off by Y(phi) (I - M)^-1 r, where M is the effect of a cycle on
+        An error r of a state at phi = 0 in every cycle becomes Y(phi) (I - M)^-1 r, where M is the effect of a cycle on
         a change and Y the effect up to phi; the largest over the edges, in size.
         """
         through = self.edge_start + np.eye(self.edge_start.shape[-1])
@@ -492,9 +493,9 @@ class Changes(NamedTuple):
 def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array, gap: Array) -> Changes:
     """The linearised motion round a cycle whose end exceeds its start by a gap (..., states); the changes close it.
 
-    One state is followed from the edge, and in the sense, in which changes only decay: growth by G on the way would
-    lose as many digits as G has. Of many motions at once those that need that give NaN. The
-    other arguments are those of `changes`.
+    One state is followed from the edge, and in the sense, in which changes only decay: growth by G on the way would lose as
+    many digits as G has. Among many motions at once, those that need that become NaN. The other arguments are those of
+    `changes`.
     """
     growth = np.zeros((*half.shape[:-1], half.shape[-1] + 1))
     (half * (jacobian[..., 0, 0, :] @ _WHOLE)).cumsum(axis=-1, out=growth[..., 1:])
@@ -630,7 +631,7 @@ def _chained(solved: Array, gained: Array) -> Changes:
 
 
 def multiplier(change: Changes) -> tuple[Any, Any]:
-    """The multiplier of a small change over a cycle (the largest in size), and 1 less it, without cancellation.
+    """The multiplier of a small change over a cycle (the largest in size), and 1 minus it, without cancellation.
 
     Those of many motions at once are arrays.
     """

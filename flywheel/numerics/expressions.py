@@ -1,7 +1,7 @@
-"""Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
+"""Expressions: a text becomes a checked tree that can be evaluated, taken apart and searched for its switches.
 
 The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a list
-of functions are accepted. Nothing of it is ever executed; size, depth and exponents are capped.
+of functions are accepted. No part of the text is ever executed; size, depth and exponents are limited.
 
 A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
 intervals, jets, and mpmath through a small adapter: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
@@ -66,7 +66,7 @@ ONE = Node("number", number=1.0)
 
 
 def walk(node: Node) -> Iterator[Node]:
-    """Every node of a tree, the inner ones before those that hold them."""
+    """Every node of a tree, the inner ones before those that contain them."""
     for arg in node.args:
         yield from walk(arg)
     yield node
@@ -84,7 +84,7 @@ def renamed(node: Node, old: str, new: str) -> Node:
 
 
 def value(node: Node, at: At) -> Any:
-    """Value of a tree as a number; a truth value counts 1 or 0."""
+    """Value of a tree as a number; a truth value counts as 1 or 0."""
     return _RULES[node.op](node, at)
 
 
@@ -145,7 +145,7 @@ def _exponential(exponent: Node, at: At) -> Any:
 
 
 def terms(node: Node) -> list[tuple[float, Node]]:
-    """A tree as a sum of trees with numeric factors; what is numeric altogether stands beside the tree 1."""
+    """A tree as a sum of trees with numeric factors; the purely numeric part is the factor of the tree 1."""
     if not any(inner.op == "name" for inner in walk(node)):
         with np.errstate(all="ignore"):
             return [(float(value(node, At({}, np))), ONE)]
@@ -322,7 +322,7 @@ def _is_velocity(node: Node) -> bool:
 
 
 def _sign_only(node: Node) -> frozenset[int]:
-    """The members of a node that are v or -v and matter through their sign alone."""
+    """The members of a node that are v or -v and have an effect only through their sign."""
     if node.op == "sign":
         return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg))
     if node.op != "compare":
@@ -399,7 +399,7 @@ _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, a
 
 
 class ExpressionError(ValueError):
-    """Reason why a text is not an expression: what was `found` (and at which column), what was `expected`, some `advice`."""
+    """Reason why a text is not an expression: the text `found` (and its column), the `expected` one, and `advice`."""
 
     def __init__(self, found: str, expected: str = _SYNTAX, advice: str = "") -> None:
         self.found, self.expected, self.advice = found, expected, advice
@@ -423,7 +423,7 @@ class Expression:
 
     @property
     def shown(self) -> str:
-        """The text, cut where it runs on: for faults, which are single lines."""
+        """The text, shortened for faults, which are single lines."""
         return self.text if len(self.text) <= LONGEST_SHOWN else f"{self.text[: LONGEST_SHOWN - 1]}…"
 
     @cached_property
@@ -443,7 +443,7 @@ class Expression:
 
     @cached_property
     def switches_on_velocity(self) -> bool:
-        """Tests whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
+        """Tests whether it contains `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
         return any(_sign_only(node) for node in walk(self.tree))
 
     def evaluate(self, values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None = None) -> Any:
@@ -459,7 +459,7 @@ class Expression:
         return self._in_range(lambda at: value(self.tree, at), values, ns, anchor)
 
     def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
-        """The value at a place; exponentials are kept apart where plain floats overflow, and always in intervals."""
+        """The value at a place; exponentials are kept separate where plain floats overflow, and always in intervals."""
         at = At(values, ns, None if anchor is None else At(anchor, ns))
         with np.errstate(all="ignore"):
             if not self._grows:
@@ -600,7 +600,7 @@ class _ExpressionReader:
         self.texts: dict[Node, str] = {}
 
     def read(self, node: ast.expr, depth: int) -> Node:
-        """The tree of a node; ExpressionError for one that is not allowed, is too deep or one too many."""
+        """The tree of a node; ExpressionError for one that is not allowed, too deep, or beyond the greatest number."""
         self.count += 1
         if self.count > NODE_CAP:
             raise ExpressionError(f"more than {NODE_CAP} numbers, names and operations", "a shorter text")
@@ -722,7 +722,7 @@ class _ExpressionReader:
 
 
 def _is_truth(node: Node) -> bool:
-    """Tests whether a tree is true or false: a comparison, or what is made of comparisons alone."""
+    """Tests whether a tree is true or false: a comparison, or a combination of comparisons."""
     return node.op in BOOLEAN or (node.op == "if" and all(map(_is_truth, node.args[1:])))
 
 
@@ -766,7 +766,7 @@ def expression_of(number: float) -> str:
 def compiled(template: str, **parts: float | Expression) -> Expression:
     """The expression that a template becomes when its names in braces are replaced by numbers or by other expressions.
 
-    These are put in as trees: what is made of them may be longer and deeper than a text that is read.
+    These are inserted as trees: the result may be longer and deeper than a text that is read.
 
     >>> compiled("-{k}*omega*abs(omega)", k=0.1).text
     '-0.1*omega*abs(omega)'
@@ -796,7 +796,7 @@ def composed(node: Node, parts: Mapping[str, Node]) -> Node:
 
 
 def numeral(number: float) -> Node:
-    """A number as a tree; a recorded one stays what it is."""
+    """A number as a tree; a recorded one stays recorded."""
     return Node("number", number=float(number) if present(number) is number else number)
 
 
@@ -806,7 +806,7 @@ def variable(name: str) -> Node:
 
 
 def between(of: Node, knots: Sequence[float], leaves: Sequence[Node]) -> Node:
-    """The leaf between whose knots a variable lies, found by halves; there is one leaf more than knots.
+    """The leaf between whose knots a variable lies, by bisection; there is one leaf more than knots.
 
     >>> law = Expression("steps", between(variable("x"), [1.0, 2.0], [numeral(10), numeral(20), numeral(30)]))
     >>> [law.evaluate({"x": x}, np) for x in (0.0, 1.0, 5.0)]
@@ -825,7 +825,7 @@ _KEEPING = frozenset({"neg", "abs", "sum", "min", "max", "if"})  # have the unit
 
 
 def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
-    """The unit of an expression; None if names of unknown units, or sums of different ones, leave it open.
+    """The unit of an expression; None if names of unknown units, or sums of different ones, leave it undetermined.
 
     >>> from flywheel.numerics.units import parse_unit
     >>> shown(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
@@ -856,7 +856,7 @@ def _unit_of_product(factors: Iterable[tuple[str, Node]], units: Mapping[str, Un
 
 
 def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) -> Iterator[Unit | None]:
-    """The unit of a name everywhere in an expression that has a unit itself; None if that is left open.
+    """The unit of a name everywhere in an expression that has a unit itself; None if that is undetermined.
 
     >>> from flywheel.numerics.units import parse_unit
     >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}

@@ -1,6 +1,6 @@
-"""Faults in place of a traceback: one line each, with the place, what was found and expected, and what to do.
+"""Faults instead of a traceback: one line each, with the place, the value found, the expected one, and the remedy.
 
-How a fault shows what was found, and the valid name that lies nearest to a wrong one.
+Also the words for a wrong value, and the valid name most similar to a wrong one.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from flywheel.language import text as _
 
 
 class Fault(NamedTuple):
-    """One thing that is wrong: where, what was found, what was expected, and what to do about it.
+    """One fault: its place, the value found, the expected one, and the remedy.
 
-    In a scene that was read from a text it has a `line` (and a `column`, where the text is no TOML), and perhaps in an
-    `item` of an array of tables, counted from 1. The path counts from 0. `locks` are the driver's coordinates (rad or m) at
-    which a mechanism was found to lock.
+    In a scene that was read from a text it has a `line` (and a `column`, where the text is no TOML), and an `item` within an
+    array of tables, counted from 1. The path counts from 0. `locks` are the driver's coordinates (rad or m) at which a
+    mechanism locks.
 
     >>> print(Fault("load[0].on", "3", "a text", line=12, item="the 1st [[load]]"))
     load[0].on (the 1st [[load]], line 12): found 3, expected a text
@@ -51,7 +51,7 @@ class Fault(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The words for what was found and expected, and the advice, in the language in use; English if one part is."""
+        """The value found, the expected one and the advice in the language in use; English if any part is."""
         if any(map(untranslated, (self.found, self.expected, self.advice))):
             with use("en"):
                 return self.sentence
@@ -90,7 +90,7 @@ def _place(item: str, line: int | None, column: int | None) -> str:
 
 
 class SceneError(ValueError):
-    """All the faults of a scene, or of the machine that it describes, at once.
+    """All faults of a scene, or of the machine that it describes.
 
     >>> print(SceneError([Fault("regime.speed", "-3 rad/s", "a speed above 0", "drop the sign")]))
     regime.speed: found -3 rad/s, expected a speed above 0; drop the sign
@@ -109,7 +109,7 @@ LONGEST_NAME = 64
 
 
 def show(value: object) -> str:
-    r"""A found value in words short enough for one line.
+    r"""A wrong value in words short enough for one line.
 
     >>> print(show("1,5 m"), show(True), show([1, 2]), show({}), show(2.5), show("a\nb"))
     "1,5 m" true a list a table 2.5 "a\nb"
@@ -136,7 +136,7 @@ def show(value: object) -> str:
 
 
 def quote(text: str) -> str:
-    """A text between double quotes on one line, cut where it runs on."""
+    """A text between double quotes on one line, shortened if necessary."""
     pieces = [c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[: LONGEST_SHOWN + 1]]
     if len(text) <= LONGEST_SHOWN and sum(map(len, pieces)) <= LONGEST_SHOWN:
         return f'"{"".join(pieces)}"'
@@ -145,7 +145,7 @@ def quote(text: str) -> str:
 
 
 def told(value: float, sliding: bool) -> str:
-    """A driver's coordinate as a designer reads it.
+    """A driver's coordinate in words.
 
     >>> told(0.19, True), told(3.141592653589793, False)
     ('0.19 m', '180 deg')
@@ -154,7 +154,7 @@ def told(value: float, sliding: bool) -> str:
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """The valid name that a wrong one was most likely meant to be; empty if none is near.
+    """The valid name most similar to a wrong one; empty if none is similar.
 
     >>> nearest("lenght", ["mass", "length"]), nearest("RPM", ["rpm", "rad"]), nearest("zzz", ["mass"])
     ('length', 'rpm', '')
@@ -173,7 +173,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 def suggestion(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
     """Advice for an unknown name: the nearest valid one, or all of them where they are at most 12.
 
-    `short` holds other forms of valid names, each with the whole name.
+    `short` has other forms of valid names, each with the whole name.
     """
     names = sorted(valid)
     near = nearest(name, [*names, *short])

@@ -1,11 +1,11 @@
-"""Intervals: bounds that hold whatever lies between the ends of a cell; and numbers whose exponents are kept apart.
+"""Intervals: bounds that hold everywhere between the ends of a cell; and numbers whose exponents are kept separate.
 
-Every result is widened outward by at least what floating point can have lost, so an enclosure that leaves out zero
-proves that there is no zero. Two conventions: constants stand for their floats (pi is `np.pi`), and a result that
-underflows to zero counts as zero. Overflow warnings are the caller's to silence (`np.errstate`).
+Every result is widened outward by at least its rounding error, so an enclosure without zero proves that there is no zero.
+Two conventions: constants stand for their floats (pi is `np.pi`), and a result that underflows to zero counts as zero.
+The caller silences overflow warnings (`np.errstate`).
 
 A scaled number is m exp(sum of c a). With a = 300*(phi - 3), exp(a)/(1 + exp(a)) is inf/inf in plain numbers soon after
-phi = 3, and bounds of it over a cell are useless wherever exp(a) changes by much. Kept apart, exp(a) is 1 exp(a),
+phi = 3, and bounds of it over a cell are useless wherever exp(a) changes by much. Kept separate, exp(a) is 1 exp(a),
 1 + exp(a) is (1 + exp(-a)) exp(a), and the quotient 1/(1 + exp(-a)).
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 2 to 5.
@@ -105,7 +105,7 @@ class Interval:
 
 
 def _foreign(other: Any) -> bool:
-    """Tests whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
+    """Tests whether the other operand is of a higher kind (a jet of intervals), which then performs the operation."""
     return not isinstance(other, Interval) and getattr(type(other), "__array_ufunc__", True) is None
 
 
@@ -124,7 +124,7 @@ def _outward(lo: Any, hi: Any) -> Interval:
 
 
 def _loosely(lo: Any, hi: Any) -> Interval:
-    """Outward by the error of an elementary function."""
+    """Ends moved outward by the error of an elementary function."""
     lo, hi = lo * (1 - np.copysign(_LOOSE, lo)), hi * (1 + np.copysign(_LOOSE, hi))
     return Interval(np.minimum(lo, _GREATEST), np.maximum(hi, -_GREATEST))  # what overflows is only known to be large
 
@@ -138,7 +138,7 @@ def _hull(*ends: Any) -> Interval:
 
 
 def _divide(a: Any, b: Any) -> Interval:
-    """Quotient; by an interval that holds 0 inside it may be anything, by one that begins or ends there it has one sign."""
+    """Quotient; it is unbounded if the divisor has 0 inside, and has one sign if the divisor begins or ends there."""
     (alo, ahi), (blo, bhi) = _ends(a), map(np.asarray, _ends(b))
     blo, bhi = blo + 0.0, np.where((bhi == 0) & (blo < 0), -0.0, bhi)  # zeros of the side that the interval lies on
     with np.errstate(all="ignore"):
@@ -159,7 +159,7 @@ def _increasing(function: Callable[[Any], Any], least: float = -np.inf, most: fl
 
 
 def _holds(u: Interval, place: float, period: float) -> Any:
-    """Tests whether the interval may hold place + n period for an integer n."""
+    """Tests whether the interval may contain place + n period for an integer n."""
     first, last = (u.lo - place) / period, (u.hi - place) / period
     slack = 4 * _EPS * (1 + np.maximum(np.abs(first), np.abs(last)))
     return np.floor(last + slack) >= np.ceil(first - slack)
@@ -199,7 +199,7 @@ def _log(u: Any) -> Interval:
 
 
 def _atan2(y: Any, x: Any) -> Interval:
-    """Angle of a box: from its corners, unless it holds the origin or part of the cut along the negative x axis."""
+    """Angle of a box: from its corners, unless it contains the origin or part of the cut along the negative x axis."""
     (ylo, yhi), (xlo, xhi) = _ends(y), _ends(x)
     ylo, yhi = ylo + 0.0, yhi + 0.0  # no negative zeros, which lie below the cut
     corners = [np.arctan2(end, side) for end in (ylo, yhi) for side in (xlo, xhi)]
@@ -263,7 +263,7 @@ def _maximum(a: Any, b: Any) -> Interval:
 
 
 def _where(test: Any, yes: Any, no: Any) -> Interval:
-    """The chosen branch, or the hull of both where the test is open."""
+    """The chosen branch, or the hull of both where the test is undecided."""
     (surely, possibly), (ylo, yhi), (nlo, nhi) = _ends(test), _ends(yes), _ends(no)
     never, always = np.equal(possibly, 0), np.not_equal(surely, 0)
     lo = np.where(always, ylo, np.where(never, nlo, np.minimum(ylo, nlo)))
@@ -317,7 +317,7 @@ class Scaled:
 
     @property
     def exponent(self) -> Any:
-        """Sum of c a; 0.0 if nothing is kept apart."""
+        """Sum of c a; 0.0 if nothing is kept separate."""
         return sum((c * a for a, c in self.powers.values()), 0.0)
 
     @property
@@ -407,7 +407,7 @@ def _is_zero(u: Any) -> Any:
 
 
 def _times(u: Any, v: Any) -> Any:
-    """Product in which 0 times infinity is 0: the infinity is an overflow."""
+    """Product in which 0 times infinity is 0, because the infinity is an overflow."""
     return u * v if isinstance(u, Interval) or isinstance(v, Interval) else np.where(np.asarray(u) == 0.0, 0.0, u * v)[()]
 
 

@@ -1,10 +1,10 @@
 """Derivatives to second order carried along with the value (forward differentiation), over any kind of number.
 
 With floats or arrays inside they give x, dx/dphi and d²x/dphi² of a law; with intervals inside, proven bounds of them.
-A jet whose `second` is None is of first order: everything it touches skips the second derivative.
+A jet whose `second` is None is of first order: everything computed from it skips the second derivative.
 
-Functions of one number at a time are Python's own for floats, which are fast, and numpy's for numbers that record
-themselves: `is_recorded` knows these, `present` gives the value that they have now.
+Functions of one number at a time are Python's own for floats, which are fast, and numpy's for recorded numbers:
+`is_recorded` tests for these, `present` gives their present value.
 
 >>> sqrt(2.0) == math.sqrt(2.0), type(atan2(1.0, 2.0))
 (True, <class 'float'>)
@@ -271,13 +271,14 @@ def is_recorded(value: object) -> TypeGuard[float]:
 def present(value: Any) -> Any:
     """The present value of a recorded number; anything else unchanged.
 
-    What depends on it is not on record: only a choice that guards elsewhere hold, such as that of a piece by its anchor.
+    Results of it are not recorded: use it only for a choice that guards ensure elsewhere, such as that of a piece by its
+    anchor.
     """
     return value.value if is_recorded(value) else value  # type: ignore[attr-defined]
 
 
 def _of_any_number(plain: Callable[..., float], ufunc: Callable[..., Any]) -> Callable[..., float]:
-    """The function of `math`; what has no float goes to that of numpy, which asks the number itself."""
+    """The function of `math`; for other numbers that of numpy, which calls their own method."""
 
     def function(*numbers: Any) -> float:
         try:

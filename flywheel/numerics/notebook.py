@@ -1,6 +1,6 @@
-"""Display of the library's objects in notebooks: HTML written by a part of the library that is imported later.
+"""Display of the library's objects in notebooks: HTML from a part of the library that is imported on demand.
 
-Scenes, machines and results know nothing of tables and curves; they find the drawing function by its public name when
+Scenes, machines and results do not import tables and curves; they look up the drawing function by its public name when
 needed.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 
 def html(thing: object) -> str | None:
-    """The HTML of a scene, machine or result; None, so that its text is shown, if there is none or it cannot be made."""
+    """The HTML of a scene, machine or result; None if there is none or it cannot be made, so that the text is shown."""
     import flywheel
 
     try:
@@ -19,7 +19,7 @@ def html(thing: object) -> str | None:
 
 
 def quoted(title: str | None) -> str:
-    """A title as the first part of a `repr`, cut where it runs on; empty without one."""
+    """A title as the first part of a `repr`, shortened if necessary; empty without one."""
     if not title:
         return ""
     return f"{title if len(title) <= 48 else title[:47] + '…'!r}, "

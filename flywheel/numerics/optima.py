@@ -1,24 +1,24 @@
 """Least values of functions with corners, under bounds and constraints: SLSQP, linear programs over a bundle, curved steps.
 
 Figures of flywheels are greatest values less least ones, so that the best design often lies where two lobes are equal: in a
-corner, at which methods for smooth functions stop short. There every tangent known nearby counts: the linear program
+corner, at which methods for smooth functions stop short. There all known tangents nearby are used: the linear program
 
     min t  with  t >= f_i + grad f_i (x - x_i),  0 >= g_i + grad g_i (x - x_i),  |x - x_k| <= radius
 
-goes to where tangents meet, and does so quadratically where as many meet as there are variables and one. Where fewer meet,
-on a ridge that is curved (the mass of a counterweight times its distance), its straight steps leave the ridge. There each
-piece of the function counts with its Hessian,
+leads to the intersection of tangents, and converges quadratically if one more of them meet than there are variables. Where
+fewer meet, on a ridge that is curved (the mass of a counterweight times its distance), its straight steps leave the ridge.
+There each piece of the function is taken with its Hessian,
 
     min t  with  t >= f_i + grad f_i (x - x_i) + (x - x_i)' H_i (x - x_i)/2,
 
-which is Newton's method if there is one piece alone. The test of a local minimum is the linear program over tangents at
-points around it, by differences of their own: a step of a radius r gains slope r, and nothing where no combination of
-tangents, constraints and bounds leaves a way down (F. Clarke's stationary points).
+which is Newton's method if there is only one piece. The test of a local minimum is the linear program over tangents at
+points around it, from separate differences: a step of a radius r gains slope r, and nothing where no combination of
+tangents, constraints and bounds leaves a descent (F. Clarke's stationary points).
 
 Derivatives of many figures at once: central differences of steps h, h/2, h/4 and so on are a series in even powers of h
-where a function is smooth; Richardson's extrapolation takes these away one by one. The difference of the slopes on both
-sides is extrapolated alike: it is zero but where the function has a corner. Steps are made smaller until corners and poles
-nearby are beyond them.
+where a function is smooth; Richardson's extrapolation removes these one by one. The difference of the slopes on both sides
+is extrapolated too: it is zero except where the function has a corner. Steps are made smaller until corners and poles nearby
+are beyond them.
 
 Source: D. Kraft, DFVLR-FB 88-28 (1988); R. Fletcher, E. Sainz de la Maza, Mathematical Programming 43 (1989), 235; J. Burke,
 A. Lewis, M. Overton, SIAM Journal on Optimization 15 (2005), 751; R. Fletcher, Practical Methods of Optimization (1987);
@@ -74,8 +74,8 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
     Args:
         values: the figures, with their errors; NaN if there are none.
         x: where, shape (variables,).
-        scales: by what the variables change much, above 0; the largest step is a 64th of it.
-        most: how often three more steps may be tried, each half as long as the one before.
+        scales: significant changes of the variables, above 0; the largest step is a 64th of them.
+        most: number of times that three more steps may be tried, each half as long as the previous one.
 
     >>> def values(x):
     ...     return np.stack([np.exp(x[0]), np.maximum(x[0], 0.0)]), np.full((2, x.shape[1]), 1e-16)
@@ -116,9 +116,9 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
 
 
 def gradient(values: Values, x: Array, scales: Array, step: float = FINE) -> tuple[Array, Array]:
-    """Figures, and their derivatives (figures, variables) by one small step to either side; a side without a value is left.
+    """Figures, and their derivatives (figures, variables) by one small step to each side that has values.
 
-    Good to about 1e-6, and as near as the step (a share of the scales) to a corner a mean of those of both pieces.
+    Accurate to about 1e-6; within a step (a share of the scales) of a corner a mean of the slopes of both pieces.
     """
     steps = step * 2.0 ** np.round(np.log2(scales))
     moved = np.diag(steps)
@@ -270,7 +270,7 @@ class Point(NamedTuple):
 
 
 def merit(rows: Array, size: float) -> Array:
-    """The function (the first row), more by what constraints are not kept; infinite if there is none."""
+    """The function (the first row) plus the violations of the constraints; infinite if there is none."""
     excess = np.maximum(rows[1:] - 0.5 * KEPT, 0.0).sum(axis=0)
     return np.where(np.isnan(rows).any(axis=0), np.inf, rows[0] + _PENALTY * size * excess)
 
@@ -289,7 +289,7 @@ class _Terrain(NamedTuple):
         return self.rows(np.clip(low + np.clip(shares, 0.0, 1.0) * (high - low), low, high))
 
     def at(self, share: Array, radius: float = 1.0) -> Point:
-        """A point with slopes by differences as small as a radius asks for; beyond the bounds, where it has to be."""
+        """A point with slopes by differences as small as a radius requires; beyond the bounds if necessary."""
         width = self.high - self.low
         x = np.clip(self.low + share * width, self.low, self.high)
         step = min(FINE, max(_FINEST, radius * FINE / _RADIUS))
@@ -344,14 +344,14 @@ class Piece(NamedTuple):
 
 
 def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) -> Array:
-    """A point nearby where a function is least: as good as all that were tried.
+    """A point nearby where a function is least: no other point that was tried is better.
 
     Args:
         rows: the function and its constraints.
         start: where it is known, within the bounds.
         low: least values of the variables.
         high: greatest ones.
-        scales: by what the variables change much.
+        scales: significant changes of the variables.
 
     >>> def lobes(x):  # two lobes are equal on a line, on which the least value is at (0.75, 0.25)
     ...     return np.array([np.maximum(x[0], x[1] + 0.5) + (x[0] - 2 * x[1] - 0.25) ** 2, 1.0 - x.sum(axis=0)])
@@ -446,7 +446,7 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
 def _bundle(
     at: Callable[..., Point], point: Point, size: float, radius: float = _RADIUS, least: float = _LEAST_RADIUS
 ) -> Point:
-    """The best point that linear programs over tangents come to, from a radius on until it is a least one."""
+    """The best point that linear programs over tangents reach, from a first radius down to a least one."""
     tangents = [point]
     for _ in range(_BUNDLE):
         near = [other for other in tangents if np.abs(other.x - point.x).max() <= _TANGENT_RADII * radius][-_MANY:]
@@ -474,7 +474,7 @@ def _bundle(
 
 
 def _program(point: Point, near: list[Point], radius: float, size: float) -> tuple[Array | None, float, list[Point]]:
-    """The best step as tangents have it, by how much the merit falls on it, and the tangents that decide it.
+    """The best step by the tangents, the decrease of the merit by it, and the tangents that decide it.
 
     The step is None if there is none.
     """
@@ -521,7 +521,7 @@ def _descent(
 ) -> tuple[float, list[Point]]:
     """The steepest descent of a function within a radius, by tangents at points around, and those that meet at the point.
 
-    A slope is what is gained per share of the intervals between bounds, over the function's own size there.
+    A slope is the decrease per share of the intervals between bounds, over the function's own size there.
     Tangents are taken a little beside the points that programs give: these lie in corners, where differences mix pieces.
     """
     count = len(point.x)
@@ -545,7 +545,7 @@ def _descent(
 
 
 def _along_ridges(terrain: _Terrain, point: Point, size: float) -> Point:
-    """The best point that steps over pieces of the second order come to, each followed by tangents back to the ridge."""
+    """The best point that steps over pieces of the second order reach, each followed by tangents back to the ridge."""
     radius, random, first = _RADIUS, np.random.default_rng(0), point
     for _ in range(_CURVED):
         slope, active = _descent(terrain, point, _NEARBY, size, random)
@@ -593,7 +593,7 @@ def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]
 
 
 def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tuple[Array, float]:
-    """The best step as pieces of the second order have it, and by how much the merit falls on it."""
+    """The best step by the pieces of the second order, and the decrease of the merit by it."""
     from scipy.optimize import minimize
 
     count, many = len(point.x), len(point.rows) - 1
@@ -647,7 +647,7 @@ METHODS = ("latin", "sobol", "random")
 def unit_points(method: str, count: int, variables: int, seed: list[int]) -> Array:
     """Points spread over the unit cube, shape (variables, count), by one of `METHODS`.
 
-    Sobol sequences are scrambled: sets of other seeds tell the error of a mean.
+    Sobol sequences are scrambled: sets with different seeds give the error of a mean.
 
     Source: A. Owen, Scrambled net variance for integrals of smooth functions, Ann. Statist. 25 (1997), 1541-1562.
 

@@ -1,14 +1,13 @@
 """Switches of expressions, and the cell width that follows them: proven by interval subdivision, never by samples.
 
-Roots: a cell whose enclosure leaves out zero holds none, a cell whose derivative keeps its sign at most one; what is
-neither is halved. Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009,
-chapters 6 and 8.
+Roots: a cell whose enclosure excludes zero has none, a cell whose derivative keeps its sign has at most one; any other cell
+is halved. Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 6 and 8.
 
 Widths: sin(phi) + 100 exp(-((phi - 2)/0.01)²) on one cell of 24 nodes looks like a sine to its last coefficient. Whatever a
 function of the tree may do in a cell is known from the bounds of its argument, and from the distance to its nearest
-singularity: L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapter 8. Down the tree goes, for
-every node, how far it may be off without moving the expression by more than a trifle of its greatest value. An exponential
-factor that a quotient or a logarithm takes out again is left out with it, so that exp(a)/(1 + exp(a)) needs narrow cells
+singularity: L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapter 8. The error allowed in
+every node, which changes the expression by a negligible share of its greatest value, is passed down the tree. An exponential
+factor that a quotient or a logarithm removes again is left out with it, so that exp(a)/(1 + exp(a)) needs narrow cells
 where it rises, and not where it is 1.
 """
 
@@ -39,7 +38,7 @@ _JETS = jet_namespace(NAMESPACE)
 
 
 class SwitchingError(ValueError):
-    """A function that cannot be followed over a range of angles; `{near}` in its text stands for the angle near which."""
+    """A function that cannot be followed over a range of angles; `{near}` in its text stands for the angle."""
 
     def __init__(self, text: str, near: float = 0.0) -> None:
         super().__init__(text.replace("{near}", f"{near:.6g}"))
@@ -56,7 +55,7 @@ def followed(function: Callable[[Any], tuple[Any, Any]], angle: float, span: flo
     Args:
         function: value and slope at an angle.
         angle: the zero now, rad.
-        span: range of the angles, rad: that the last step is negligible in it is a guard.
+        span: range of the angles, rad: a guard tests that the last step is negligible compared with it.
 
     Raises:
         SwitchingError: if the steps do not settle.
@@ -84,8 +83,8 @@ def roots(
     """Every angle in (a, b) where a function changes sign or touches zero, ascending.
 
     `enclose(lo, hi)` gives enclosures of the function and of its derivative over arrays of cells, `value(phi)` its
-    values. A stretch where the enclosure is exactly 0 has no roots; one where the function cannot be told from zero
-    has a single, harmless one. Raises SwitchingError if there are too many to be found, in `most` cells.
+    values. A stretch where the enclosure is exactly 0 has no roots; one where the function cannot be distinguished from zero
+    has a single, harmless one. Raises SwitchingError if there are too many for `most` cells.
 
     >>> from flywheel.numerics.intervals import NAMESPACE as ns
     >>> found = roots(lambda lo, hi: (ns.sin(Interval(lo, hi)), ns.cos(Interval(lo, hi))), np.sin, 1.0, 7.0)
@@ -106,7 +105,7 @@ def roots_in_pieces(
     """The ascending edges, and between them every root of a function that is smooth in each piece, all at once.
 
     As `roots`, except for a third argument of `enclose` and a second of `value`: the middle of the piece that a cell lies
-    in. Roots that only rounding tells from an edge or from each other are left out.
+    in. Roots that differ from an edge or from each other only by rounding are left out.
     """
     with np.errstate(all="ignore"):
         monotone, flat = _isolated(enclose, edges, most)
@@ -122,10 +121,10 @@ def roots_in_pieces(
 
 
 def _isolated(enclose: Callable[[Array, Array, Array], tuple[Any, Any]], edges: Array, most: int) -> tuple[Array, Array]:
-    """Cells that hold at most one root, and cells that cannot be split with profit: lo, hi and anchor as rows.
+    """Cells with at most one root, and cells that need no further splitting: lo, hi and anchor as rows.
 
     The bounds of a value are the intersection of its plain enclosure with f(middle) + f'(cell) (cell - middle); the width at
-    the middle is what rounding alone gives.
+    the middle is due to rounding alone.
     """
     share = -(-_START // (edges.size - 1))
     steps = np.linspace(0.0, 1.0, share + 1)
@@ -165,7 +164,7 @@ def _touching_points(
 ) -> Array:
     """One angle for every run of neighbouring cells: the sign change in it, else the extreme, else its middle.
 
-    A run without sign change that ends at an edge touches zero there, and needs nothing.
+    A run without sign change that ends at an edge touches zero there and adds no angle.
     """
     if not cells.size:
         return np.empty(0)
@@ -215,11 +214,11 @@ def breakpoints(
 ) -> list[float]:
     """Every angle in (a, b) where a switch of the expression changes, or a root, asin or acos has a branch point.
 
-    What depends on speed or time is left out: position does not tell where that switches.
+    Switches that depend on speed or time are left out, because position does not determine them.
 
     `env(lo, hi, anchor)` gives, for arrays of cells, the names as jets of intervals (constants as floats),
-    `env_value(phi, anchor)` their values; the anchor is the middle of the piece, which tells an angle at its end from the
-    next piece's beginning. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
+    `env_value(phi, anchor)` their values; the anchor is the middle of the piece, which distinguishes an angle at its end
+    from the next piece's beginning. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
 
     >>> phi_cells = lambda lo, hi, anchor: {"phi": Jet(Interval(lo, hi), 1.0)}
     >>> from flywheel.numerics.expressions import parse
@@ -278,7 +277,7 @@ class _Cells(NamedTuple):
     wide: list[tuple[Node, Mask]]
 
     def scaled(self, node: Node) -> Scaled:
-        """Bounds of a node, with its exponential factor kept apart."""
+        """Bounds of a node, with its exponential factor kept separate."""
         u = expressions.value(node, self.bounds)
         return u if isinstance(u, Scaled) else Scaled(u, {}, NAMESPACE)
 
@@ -299,7 +298,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
     """Angles at which the cells from `lo` to `hi` (rad) must be split further for the nodes to follow an expression.
 
     The cells must lie between the expression's breakpoints; `env` and `env_value` are those of `breakpoints`.
-    Raises SwitchingError where a denominator is zero, a tangent is infinite, or 10 000 cells more do not do.
+    Raises SwitchingError where a denominator is zero, a tangent is infinite, or 10 000 more cells are not enough.
 
     >>> from flywheel.numerics.expressions import parse
     >>> peak = parse("sin(phi) + exp(-((phi - 2)/1e-3)**2)")
@@ -333,7 +332,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
 
 
 def _examined(inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array) -> _Cells:
-    """Cells by what names stand for over them (intervals, or what is constant) and in their middles."""
+    """Cells with the values of names over them (intervals or constants) and in their middles."""
     return _Cells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), share, [])
 
 
@@ -342,7 +341,7 @@ def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[st
 
     Args:
         expression: of which no branch changes inside a cell.
-        inside: what names stand for over the cells: intervals, or what is constant there.
+        inside: values of names over the cells: intervals, or constants.
         centre: the same in the middle of each cell.
         share: width of each cell as a share of the range.
         peak: the greatest size of the expression in any cell of a machine.
@@ -363,7 +362,7 @@ def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[st
 def _refusal(
     expression: Expression, cells: _Cells, at: int, near: float, middle: Mapping[str, Any], finest: bool
 ) -> SwitchingError:
-    """Reason why no cells within the limits follow an expression, with the part for which one of them is too wide."""
+    """Reason why no cells within the limits resolve an expression, with the part for which one of them is too wide."""
     node = next(node for node, mask in cells.wide if mask[at])
     part = expression.part(node)
     infinite = expression.undefined(middle, middle)
@@ -388,8 +387,8 @@ def _refusal(
 def _too_wide(node: Node, cells: _Cells, tolerance: Array, powers: Powers) -> Mask:
     """Cells that are too wide for a node or anything inside it; only branches that are taken count.
 
-    The node, divided by an exponential factor (its powers), may be off by the tolerance in every cell: infinite where the
-    node does not count.
+    The node, divided by an exponential factor (its powers), may have an error of the tolerance in every cell: infinite where
+    the node has no effect.
     """
     if node.op in expressions.BOOLEAN or node.op == "sign" or not (tolerance < np.inf).any():
         return np.zeros(tolerance.shape, dtype=bool)
@@ -430,7 +429,7 @@ def _share(tolerance: Array, steepness: Any) -> Array:
 
 
 def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> list[tuple[Node, Array, Powers]]:
-    """Each argument of a node, how far it may be off, and divided by which exponential factor."""
+    """Each argument of a node, its allowed error, and the exponential factor that divides it."""
     if node.op == "sum":
         return [(arg, tolerance, u.powers) for arg in node.args]
     if not node.args:
@@ -509,7 +508,7 @@ def _ratio(u: Interval) -> Array:
 
 
 def _branching(arg: Node, u: Interval, order: float, cells: _Cells) -> Mask:
-    """Near a branch point u^order the cells shrink with their distance, until what is left adds nothing.
+    """Near a branch point u^order the cells shrink with their distance, until the rest is negligible.
 
     Nor do they shrink where the bounds of u are as wide as rounding alone makes them in the middle of a cell.
     """

@@ -4,13 +4,12 @@ A unit is kept as a ratio of integers (with 60 digits of pi where angles come in
 was written, so that one division of integers gives the float nearest to the true value: "720 deg" is 4 pi to the last
 bit, and "0.1 deg" is the same float in a table and in a window.
 
-In a unit a space, `·` or `*` multiplies, everything after `/` divides, `^2`, `²` and `^-1` are powers. `rad` may be
-left out where the dimension says enough (`N m s` for `N m s/rad`), but an angle and a speed must name theirs: `1/s` and
-`Hz` could be turns or radians and are refused, except for a frequency. `1/min` alone is the rev/min of name plates. A torque
-is written `N m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be
-either.
+In a unit a space, `·` or `*` multiplies, everything after `/` divides, `^2`, `²` and `^-1` are powers. `rad` may be left out
+where the dimension is clear (`N m s` for `N m s/rad`), but an angle and a speed must name theirs: `1/s` and `Hz` could be
+turns or radians and are refused, except for a frequency. `1/min` alone is the rev/min of name plates. A torque is written `N
+m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be either.
 
-Numbers as a reader wants them: no digit beyond the estimated error, decimal points under one another. Other notations of
+Numbers for reading: no digit beyond the estimated error, decimal points aligned. Other notations of
 expressions (spreadsheets, calculators, C, textbooks), and how they are written here.
 """
 
@@ -258,7 +257,7 @@ _BASES = {
 
 
 def is_quantity(value: object) -> bool:
-    """Tests whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
+    """Tests whether a value is a number with a unit of another library, such as pint's: it has base units."""
     return all(hasattr(value, name) for name in ("to_base_units", "magnitude", "units"))
 
 
@@ -347,7 +346,7 @@ def split_quantity(text: str) -> tuple[str, str] | None:
 
 
 def _parse_text(text: str, dimension: str | None) -> float:
-    """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone must need none."""
+    """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone only if none is needed."""
     parts = split_quantity(text) if len(text) <= _TEXT_LENGTH else None
     if parts is None:
         raise QuantityError(quote(text), _expected(dimension))
@@ -394,7 +393,7 @@ _RANGE = re.compile(r"(?P<open>\()?(?P<middle>.+?)\s*(?:±|\+/-)\s*(?P<half>[^()
 def split_range(value: object) -> tuple[str, str] | None:
     """The middle of a range and half its width, as texts of quantities; None for anything else.
 
-    A unit that only one of them has is that of both; half of the width in % is a share of a middle in another unit.
+    A unit of only one of them applies to both; a half width in % is a share of a middle in another unit.
 
     >>> split_range("80 mm ± 0.1 mm"), split_range("(80 ± 0.1) mm"), split_range("80 ± 0.1 mm")
     (('80 mm', '0.1 mm'), ('80 mm', '0.1 mm'), ('80 mm', '0.1 mm'))
@@ -516,7 +515,7 @@ def _factor(text: str, dimension: str | None) -> Unit:
 
 
 def _unknown(name: str, power: int, dimension: str | None) -> str:
-    """The advice for a name that is no unit, or for a senseless power of one that is."""
+    """The advice for a name that is no unit, or for a meaningless power of a unit."""
     if name in UNITS:
         return f"a power of {name} lies between -{_LARGEST_POWER} and {_LARGEST_POWER}, and is not 0"
     folded = name.casefold()
@@ -559,9 +558,9 @@ MOST = 10
 
 
 def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
-    """A number with as many significant digits as its absolute error leaves standing, at most `most`.
+    """A number with the significant digits that its absolute error allows, at most `most`.
 
-    A value that its error swallows is 0; zeros that only pad the fraction are dropped.
+    A value smaller than its error is 0; zeros that only pad the fraction are dropped.
 
     >>> figure(353.52142732, 1e-4), figure(353.52142732), figure(1234.5678, 20.0), figure(3e-17, 1e-15), figure(-4e-7)
     ('353.5214', '353.5214273', '1.2e+03', '0', '-4e-07')

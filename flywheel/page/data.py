@@ -1,7 +1,7 @@
 """Data of the drawings of the live page: plain lists of finite numbers in SI, each panel's own, on one axis.
 
-Diagrams are those of `flywheel.pictures.diagrams`; the mechanism with its bodies as they move is made here. While a hand
-moves there are fewer positions of the driver, with seven digits; at rest more, with all digits.
+Diagrams are those of `flywheel.pictures.diagrams`; the mechanism with its moving bodies is made here. While a slider is
+dragged there are fewer positions of the driver, with seven digits; otherwise more, with all digits.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def answer(
         subject: a scene, its machine, or its sizing or its stroke if there is one already.
         view: `panels`, the ids of the panels to draw (default: all of `PANELS`); of the motion `kind`, one of `QUANTITIES`,
             and `of`, a body or joint; `mechanism`, whose reactions are drawn; for an unknown name the first one is taken.
-        rest: False while a hand moves, without time stepping in time.
+        rest: False while a slider is dragged: no confirmation in time.
         units: of the results, "si" or "us".
 
     Raises:
         SceneError: for a scene of which nothing can be drawn.
 
-    Returns a mapping for JSON. `faults` are those of a scene that moves but cannot be sized; `why` has, by panel, the reason
-    why it is missing; `later` are the panels that were not requested.
+    Returns a mapping for JSON. `faults` are those of a scene that moves but cannot be sized; `why` has the reason for each
+    missing panel; `later` are the panels that were not requested.
 
     """
     view = {} if view is None else view
@@ -106,7 +106,7 @@ _last_stroke: list[SingleStroke] = []
 
 
 def _stroke(scene: Scene, rest: bool) -> SingleStroke:
-    """The stroke of a machine with clutch and brake; while a hand moves roughly, and without the greatest rate."""
+    """The stroke of a machine with clutch and brake; during a drag less accurate, without the greatest rate."""
     near = None if rest or not _last_stroke else _last_stroke[0]
     try:
         found = single_stroke(scene, None if rest else _QUICK, rates=rest, near=near)

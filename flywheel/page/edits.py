@@ -1,4 +1,4 @@
-"""Edits of a form as edits of the text: what is typed into a field becomes a value of TOML at its place, whatever it is.
+"""Edits of a form as edits of the text: the text typed into a field becomes a value of TOML at its place.
 
 The scene on the disk is read, watched, and saved without loss of another program's changes. The content of the file is
 identified by the hash of its bytes, `seen`. It is replaced only if the caller has seen it and confirms; if it has changed
@@ -63,9 +63,9 @@ class Draft:
             self.outline, self._form = found, None
 
     def edit(self, path: str, value: str | None, unit: str | None = None) -> None:
-        """One edit: another value of a field, a unit into which it is converted, a key or table more, or (None) less.
+        """One edit: another value of a field, a unit into which it is converted, a new key or table, or (None) its removal.
 
-        What cannot be written at its place is noted as a fault, and the text stays.
+        A value that cannot be written at its place is noted as a fault, and the text stays.
         """
         try:
             if unit is not None and value is None:
@@ -133,7 +133,7 @@ class Draft:
         return f"{number:.10g} {unit}".strip()
 
     def _with_more(self, place: KeyPath, more: More, value: str) -> Outline:
-        """A key or a table more; what it takes the place of goes."""
+        """Adds a key or a table, and removes what it replaces."""
         written = written_more(more, value)
         found = self.outline
         for name in more.instead:
@@ -144,9 +144,9 @@ class Draft:
     # -- another type
 
     def _of_type(self, place: KeyPath, kind: str) -> Outline:
-        """Gives a table another type: what fits stays, what does not goes, and what the new type needs is put in.
+        """Gives a table another type: keys that fit stay, others are removed, and those that the new type needs are added.
 
-        Of what could stay as much stays as the reader takes: a value that fits a key may not fit the others.
+        As many keys stay as the reader accepts: a value that fits a key may not fit the others.
         """
         typed = with_value(self.outline, place, quoted(kind, self._snippet(place)))
         above = place[:-1]
@@ -156,7 +156,7 @@ class Draft:
         return min(made, key=lambda changed: _faults_within(changed, above))
 
     def _with_table(self, found: Outline, above: KeyPath, beginning: Beginning) -> Outline:
-        """The text with the keys of a table that a beginning keeps, and with those that it puts in."""
+        """The text with the keys of a table that a beginning keeps, and with those that it adds."""
         for key in list(value_at(found.mapping, above)):
             if key not in beginning.keep:
                 found = without(found, (*above, key))
@@ -167,7 +167,7 @@ class Draft:
 
 
 class Beginning(NamedTuple):
-    """A way to begin a table of another type: keys that stay, and values by their place if there is none."""
+    """Initial contents of a table of another type: keys that stay, and values by their place for missing keys."""
 
     keep: set[str]
     begun: dict[KeyPath, str]
@@ -193,9 +193,9 @@ def _known(place: KeyPath | None) -> KeyPath:
 
 
 def written_as(field: Field, typed: str, like: str = "") -> str:
-    r"""TOML value of what is typed into a field; `like` is the value there now.
+    r"""TOML value of the text typed into a field; `like` is the present value.
 
-    A number alone, typed if there is a unit, is in that unit; if there is none, it is a number.
+    A number alone is in the present unit if there is one, else a plain number.
 
     >>> length = Field("a", "", "", "quantity", "80 mm", "80 mm", 80.0, "mm", ("mm",), "length")
     >>> [written_as(length, typed) for typed in ("90", "0.1 m", 'a"\nb')]
@@ -265,7 +265,7 @@ def _beginnings(above: KeyPath, kind: str, mapping: Mapping[str, Any]) -> list[B
 
 
 def _of_section(above: KeyPath, section: Section, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> list[Beginning]:
-    """Initial contents of a motor, or of a load's model: with all values that fit, with the initial ones, with none."""
+    """Initial contents of a motor, or of a load's model: with all values that fit, with the initial ones, with neither."""
     rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
     begun = {(*above, key): value for key, value in _begun(section.begin, rotating).items()}
     for key in section.keys:
@@ -294,7 +294,7 @@ def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
 
 
 def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> Beginning:
-    """A mechanism of a type; lengths that it lacks are those of its starter, in the crank's proportion."""
+    """A mechanism of a type; missing lengths are those of its starter, in proportion to the crank's."""
     family = KINDS[kind]
     keep = {*(key.name for key in (*MECHANISM.keys, *family.keys)), *(part.name_in(table) for part in family.parts)}
     scene, share = dict[str, Any](), 1.0

@@ -404,7 +404,7 @@ class _Reader:
     def fields(
         self, path: str, keys: Iterable[Key], table: Mapping[str, Any], rotating: bool | None = None
     ) -> Iterator[Field]:
-        """The fields of keys that a table has or needs; then of keys that it should not have."""
+        """The fields of keys that a table has or needs; then those of keys that it should not have."""
         known = set()
         for key in keys:
             known.add(key.name)
