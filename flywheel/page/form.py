@@ -777,7 +777,7 @@ def _round_up(value: float) -> float:
 
 
 def _round_down(value: float) -> float:
-    """The last of 1, 2, 5, 10... that is not above."""
+    """The greatest of 1, 2, 5, 10... that is not above."""
     power = 10.0 ** math.floor(math.log10(value))
     factor = next(k for k in (5, 2, 1) if k * power <= value * (1 + 1e-9))
     return float(f"{factor * power:.3g}")

@@ -62,7 +62,7 @@ class Places(NamedTuple):
         return found.pop() if len(found) == 1 else None
 
     def begun(self, section: str) -> str:
-        """An initial table or parameter as TOML writes it, of little effect."""
+        """An initial table or parameter as TOML, with little effect."""
         slides = next((port for port in self.ports if not port.rotating), None)
         on = self.shafts[0] if slides is None else self.all(None)[len(self.shafts) + self.ports.index(slides)]
         rotating = self.rotates(on) is not False

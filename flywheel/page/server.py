@@ -1,8 +1,8 @@
 """The server of the live page: on 127.0.0.1 alone, below a secret, static files from a fixed table, calls as JSON.
 
 A page of another site, or a foreign name resolved to this machine, gets nothing: every request must name this address
-as its host, come from this page if the browser states the origin, and contain the secret, which is in the address and
-nowhere else. A refusal states only its kind. Answers are computed in separate processes, which a newer request ends.
+as its host, come from this page if the browser states the origin, and contain the secret, which is only in the address. A
+refusal states only its kind. Answers are computed in separate processes, which a newer request ends.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ class _Worker:
         self._process.join(5.0)
 
     def close(self) -> None:
-        """End the process."""
+        """Ends the process."""
         with self._turn:
             self._closed = True
             for ticket in self._waiting:
@@ -267,7 +267,7 @@ class Workers:
                 worker.close()
 
     def close(self) -> None:
-        """End the processes."""
+        """Ends the processes."""
         self._quick.close()
         self._thorough.close()
 
@@ -359,11 +359,11 @@ class Reply(NamedTuple):
 
 
 class InvitedError(Exception):
-    """A browser that was opened with an invitation, and is led to the page."""
+    """A browser that was opened with an invitation, and is redirected to the page."""
 
 
 class RefusedError(Exception):
-    """A request that gets a status and nothing else."""
+    """A request that is answered with a status alone."""
 
     def __init__(self, status: HTTPStatus) -> None:
         self.status = status
@@ -375,7 +375,7 @@ def _json(value: Mapping[str, Any], status: HTTPStatus = HTTPStatus.OK) -> Reply
 
 
 def static_files() -> dict[str, Any]:
-    """Every file of the page by its address below the secret: nothing else is ever sent from the disk."""
+    """Every file of the page by its address below the secret: no other file is ever sent from the disk."""
     found: dict[str, Any] = {}
 
     def collect(folder: Any, address: str) -> None:
@@ -445,7 +445,7 @@ class PageServer(ThreadingHTTPServer):
         self.server_name, self.server_port = HOST, int(self.server_address[1])
 
     def server_close(self) -> None:
-        """Free the port, and end the processes that compute."""
+        """Frees the port, and ends the processes that compute."""
         super().server_close()
         self.workers.close()
 

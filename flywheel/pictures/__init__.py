@@ -1,8 +1,7 @@
 """Pictures: of a sizing, of mechanisms still and moving, of the forces in joints.
 
-`diagrams`, `samples` and `sketch` say what is drawn, as data; only the others import matplotlib. A picture
-has two forms: "screen" in colours, and "print", which tells everything by
-dashes, hatches and greys.
+`diagrams`, `forms` and `sketch` give the contents as data; only the others import matplotlib. A picture
+has two forms: "screen" in colours, and "print", which uses dashes, hatches and greys.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ _current: ContextVar[str] = ContextVar("form", default="screen")
 
 @contextmanager
 def form(name: str) -> Iterator[None]:
-    """Pictures in this form while the block runs, in this thread alone; ValueError for another one than of `FORMS`."""
+    """Pictures in this form while the block runs, in this thread alone; ValueError for a form that is not in `FORMS`."""
     if name not in FORMS:
         raise ValueError(f"found the form {name!r}, expected one of {', '.join(FORMS)}")
     token = _current.set(name)
@@ -49,7 +48,7 @@ def written(value: float, most: int = 5, error: float = 0.0) -> str:
 
 
 def noun(name: str) -> str:
-    """Returns what adds inertia as a legend has it, bodies by their names in the scene: `press.rod` is "rod (press)"."""
+    """Returns the name of an inertia in a legend, bodies by their names in the scene: `press.rod` is "rod (press)"."""
     if name.startswith("inertia on "):
         return _("inertia on {shaft}", shaft=name[11:])
     if name.endswith(" others"):

@@ -44,10 +44,10 @@ _FLAT = 2e-3  # of the mean speed: a fluctuation below it is drawn about the mea
 
 
 class Timing(NamedTuple):
-    """Course of a machine's motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
+    """Course of a machine's motion: coordinates (rad or m) in order, times (s), and a curve over them.
 
-    `closed` is true if the motion ends where it began. Where no speed is known the driver moves evenly, and in place of
-    the time stands its way: `timed` is False.
+    `closed` is true if the motion ends where it began. If no speed is known the driver moves evenly, and its travel replaces
+    the time: `timed` is False.
     """
 
     q: Array
@@ -68,7 +68,7 @@ def timing(scene: Scene, view: View) -> Timing:
     """The timing of the steady cycle with its flywheel; that of an even motion of the driver without flywheel or speed.
 
     Raises:
-        SceneError: if the machine does not run as the scene says, or stands still.
+        SceneError: if the machine does not run as the scene describes, or stands still.
 
     """
     if scene.stroke is not None or not (scene.has_flywheel and scene.has_speed):
@@ -161,7 +161,7 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
     Args:
         scene: any scene with a mechanism that is a linkage, and a machine that runs.
         path: a file name ending in .gif; the same scene gives the same file every time.
-        frames: how many, 2 to 600.
+        frames: number of frames, 2 to 600.
         fps: frames a second, 1 to 50.
 
     Raises:
@@ -187,7 +187,7 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
 
 
 def stage(scene: Scene, frames: int) -> Stage:
-    """The figure of an animation, and where everything in it stands at every frame."""
+    """The figure of an animation, and the place of everything in it at every frame."""
     views = sketch.views(scene)
     run = timing(scene, views[0])
     times, q, values = run.evenly(frames)
@@ -232,7 +232,7 @@ def _shown(q: Any, sliding: bool) -> Array:
 
 
 def show(made: Stage, k: int, scene: Scene) -> None:
-    """Puts everything where it stands at frame k."""
+    """Moves everything to its place at frame k."""
     for mechanism in made.mechanisms:
         for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
             moved(artist, outline[:, :, k])

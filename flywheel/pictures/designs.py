@@ -1,7 +1,7 @@
 """Many designs and many methods: sensitivities, tolerances, optima, sweeps, and the error of methods over their time.
 
 A sweep is curves over one number, a map over two, parallel coordinates of more. Exact and approximate flywheel stand
-together, and where the approximate one is too light that is marked: it is the danger.
+together, and a mark shows where the approximate one is too light, because that is dangerous.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def plot_optimum(result: Optimum, path: str | Path) -> None:
 
 
 def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figure:
-    """Draws the change of figures in per cent for one per cent of a number or one degree of an angle, longest bars first.
+    """Draws the change of figures in percent for one percent of a number or one degree of an angle, longest bars first.
 
     Where the slopes of both sides differ the bar has two parts, of the change as the number grows and as it falls.
     """
@@ -293,7 +293,7 @@ def too_light(result: Sweep) -> NDArray[np.bool_]:
 
 
 def _curves(result: Sweep, path: str) -> Figure:
-    """Exact and approximate flywheel over one number, and below how far the second is from the first."""
+    """Exact and approximate flywheel over one number, and below the difference of the second from the first."""
     order = np.argsort(result.columns[path], kind="stable")
     x, name = result.columns[path][order], objective(result)
     sizes = name == "exact"
@@ -325,7 +325,7 @@ def _curves(result: Sweep, path: str) -> Figure:
 
 
 def _deviation(panel: Axes, result: Sweep, x: Array, exact: Array, approximate: Array, light: NDArray[np.bool_]) -> None:
-    """Draws the difference between approximate and exact flywheel, in per cent, and marks the greatest."""
+    """Draws the difference between approximate and exact flywheel, in percent, and marks the greatest."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 100.0 * (approximate / np.where(exact > 0.0, exact, np.nan) - 1.0)
     name_axes(panel, "", "", "approximate\nless exact, %")
@@ -413,7 +413,7 @@ def _wide(column: Array) -> bool:
 
 
 def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
-    """Contours of the exact flywheel over two numbers, its least place, and where the approximate one is too light."""
+    """Contours of the exact flywheel over two numbers, its minimum, and where the approximate one is too light."""
     name = objective(result)
     known = np.isfinite(result.values[name])
     values = result.values[name][known]
@@ -552,8 +552,8 @@ def plot_tradeoff(result: Tradeoff, path: str | Path) -> None:
 def draw_tradeoff(result: Tradeoff) -> Figure:
     """The picture, not yet written anywhere.
 
-    Errors below the reference's own error bound stand on the upper edge of a shaded floor. Methods that start afresh where
-    loads break are filled, those that do not are hollow. Colour and marker tell the family, a line joins its settings.
+    Errors below the reference's own error bound stand on the upper edge of a shaded floor. Methods that restart where loads
+    jump are filled, those that do not are hollow. Colour and marker show the family, a line joins its settings.
     """
     rows = [row for row in ordered(result.rows) if row.error is not None and row.seconds]
     made = figure(*_SIZE, _heading(result.title, f"{result.figure}: error against time"))
@@ -629,7 +629,7 @@ def _hollow(row: MethodRow, rows: list[MethodRow]) -> bool:
 
 
 def _arrange(made: Figure, panel: Axes, points: Array, marks: Array, texts: list[Any], lines: Sequence[Any]) -> None:
-    """Puts labels beside their points, and draws thin leaders to them; lengths are counted in points (1/72 inch).
+    """Puts labels beside their points, and draws thin leaders to them; lengths are in points (1/72 inch).
 
     `marks` is half of every mark's width, `lines` the ends of lines in the panel's units.
     """
@@ -660,17 +660,17 @@ _COVERED, _STRUCK, _DOTTED, _CROSSED, _UNDER = 1e6, 1e3, 300.0, 150.0, 15.0  # w
 
 
 def placed(points: Array, sizes: Array, frame: Sequence[float] | Array, blocks: Array, lines: Array) -> tuple[Array, Array]:
-    """Places of labels beside their points, by a greedy choice among places around each, looked over again a few times.
+    """Places of labels beside their points, by a greedy choice among places around each, repeated a few times.
 
-    They are lower left corners, and of each label the point on its edge that its leader comes to; shape (n, 2).
+    They are lower left corners, and for each label the point on its edge where its leader ends; shape (n, 2).
     The most crowded labels choose first. A place costs its distance, and more where it lies across a leader or a line.
 
     Args:
-        points: what is labelled, shape (n, 2).
+        points: labelled points, shape (n, 2).
         sizes: widths and heights of the labels, shape (n, 2).
         frame: left, bottom, right, top, that labels stay within.
         blocks: rectangles (left, bottom, right, top) that no label may cover, shape (m, 4).
-        lines: segments (x, y, x, y) that labels had better not cover, shape (k, 4).
+        lines: segments (x, y, x, y) that labels should not cover, shape (k, 4).
 
     """
     offers = []  # of each label its places and what they cost whatever other labels do, the cheapest first
@@ -718,7 +718,7 @@ def _offers(point: Array, size: Array, frame: Sequence[float] | Array) -> Array:
 
 
 def _cheapest(boxes: Array, base: Array, point: Array, others: Array, standing: Array) -> Array:
-    """The best of places beside labels and leaders that stand; those too dear by themselves are not looked at."""
+    """The cheapest place beside fixed labels and leaders; places that already cost too much are not examined."""
     best, least = boxes[0], np.inf
     for start in range(0, len(boxes), _CHUNK):
         if base[start] >= least:

@@ -1,6 +1,6 @@
 """Every diagram of a scene over its cycle or stroke, made once for the picture and for the live page.
 
-A maker gives the figures of a diagram and what is drawn of them, in the form of `flywheel.pictures.forms`, or says why
+A maker gives the figures of a diagram and the way to draw them, in the form of `flywheel.pictures.forms`, or the reason why
 there is nothing to draw. A new panel is one maker here and its entry in `DIAGRAMS`.
 """
 
@@ -105,9 +105,9 @@ def _moment(part: Part, forces: JointForces | str) -> Diagram | str:
 
 
 def _moment_row(part: Part, figures: dict[str, Any]) -> Row:
-    """The row of M*; driving and resisting moments far above their sum, whose areas could not be seen, are named alone.
+    """The row of M*; driving and resisting moments far above their sum, whose areas would be invisible, are only named.
 
-    Where the sum is zero all along there is no area to be seen, and all are drawn.
+    Where the sum is zero everywhere there is no visible area, and all are drawn.
     """
     sizing, record = part.sizing, part.samples
     assert sizing is not None
@@ -265,7 +265,7 @@ def _areas_about(works: Sequence[str]) -> str:
 
 
 def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
-    """Bars of the areas, as a diagram of areas tells nothing between them, and under them their sums."""
+    """Bars of the areas, because a diagram of areas has nothing between them, and under them their sums."""
     works, error = np.array([area.work for area in sizing.areas]), works_error(sizing)
     sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
     figures |= {"diagram_of_areas": True, "works": works, "sums": sums}
@@ -310,7 +310,7 @@ BODY_COLOURS = ("sky", "orange", "green", "yellow", "purple", "blue", "vermillio
 
 
 def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
-    """I* as the sum of what every body adds."""
+    """I* as the sum of the shares of all bodies."""
     if part.scene.areas is not None:
         return _("A diagram of areas gives no reduced inertia: all of it counts as flywheel.")
     if part.machine is None:
@@ -370,7 +370,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
 
 
 def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
-    """The loop W(I*), its tangents as energies (J), MN and P, and the windows in which they are seen."""
+    """The loop W(I*), its tangents as energies (J), MN and P, and the visible windows."""
     sizing, title = part.sizing, _("Wittenbauer's diagram")
     if part.scene.areas is not None:
         return _("The loop needs the reduced inertia of a machine; a diagram of areas gives none.")
@@ -581,7 +581,7 @@ def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
 
 
 def _speed_levels(sizing: Sizing) -> tuple[Level, ...]:
-    """The band of speeds that was asked for, and the mean of extremes."""
+    """The required band of speeds, and the mean of extremes."""
     eps, mean = sizing.scene.irregularity, sizing.speed
     middle = Level(mean, mean, _("mean of extremes, {speed} rpm", speed=written(mean * RPM, 6)))
     if eps is None:
@@ -660,7 +660,7 @@ def _power_flow(part: Part, forces: JointForces | str) -> Diagram | str:
 
 
 def forces_of(part: Part) -> JointForces | str:
-    """The forces in the joints of the mechanism that is looked at, or why there are none."""
+    """The forces in the joints of the selected mechanism, or the reason why there are none."""
     from flywheel.motions.joint_forces import joint_forces, regime_forces
 
     scene, machine, sizing = part.scene, part.machine, part.sizing
@@ -711,7 +711,7 @@ _PARTS = {"": ("blue", "-", 2.0), "x": ("blue", "-", 2.0), "y": ("vermillion", "
 
 
 def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
-    """Position, velocity or acceleration of what is asked for, or the reaction of a joint, against the driver."""
+    """Position, velocity or acceleration of the selected part, or the reaction of a joint, against the driver."""
     from flywheel.motions.curves import POINT, Moving
 
     scene = part.scene
@@ -827,7 +827,7 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
 
 
 def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
-    """Motion of the driver: as the forces say; by the steady regime; at the scene's speed; or per unit."""
+    """Motion of the driver: that of the forces; the steady regime; the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
     from flywheel.motions.motion import Driver, regime_motion
 
@@ -866,7 +866,7 @@ def _first(scene: Scene, known: Iterable[str]) -> str:
 
 
 class Kind(NamedTuple):
-    """A diagram that there is: its title in the language in use, its maker, and its column in the picture of a sizing."""
+    """An existing diagram: its title in the language in use, its maker, and its column in the picture of a sizing."""
 
     title: Callable[[], str]
     make: Callable[[Part, JointForces | str], Diagram | str]

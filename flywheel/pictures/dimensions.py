@@ -1,6 +1,6 @@
 """Pictures of the worked report: a mechanism with its dimensions, its bond graph, and shares of I* and M* over the cycle.
 
-All are SVG text whose letters stay letters. Lengths, angles and masses stand beside what they measure, at one position.
+All are SVG with text as text. Lengths, angles and masses stand beside the measured parts, at one position.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _MOST_PARTS = 8
 
 
 class Dimension(NamedTuple):
-    """A distance between two places (m) with its text, and whose it is."""
+    """A distance between two places (m) with its text and its body."""
 
     start: Array
     end: Array
@@ -50,7 +50,7 @@ class Dimension(NamedTuple):
 
 
 def drawn(scene: Scene, phi: float) -> Iterator[tuple[str, str, str]]:
-    """Every mechanism that has bodies, once of those that are alike: its name, its picture as SVG, what is not drawn."""
+    """Every mechanism that has bodies, equal ones once: its name, its picture as SVG, and the parts not drawn."""
     seen = []
     for view in sketch.views(scene):
         alike = (view.mechanism.type, str(view.mechanism.geometry), str(view.mechanism.bodies), view.mechanism.linkage)
@@ -70,7 +70,7 @@ def svg(made: Figure) -> str:
 
 
 def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
-    """One mechanism at a position, with dimension lines, masses, angle, sense and gravity; and what was too much."""
+    """One mechanism at a position, with dimension lines, masses, angle, sense and gravity; and the parts left out."""
     poses, box = view.poses(phi), _box(view, view.poses(phi))
     size = np.ptp(box, axis=1)
     height = min(max(_WIDTH * float(size[1] / size[0]), 2.4), _TALLEST)
@@ -186,7 +186,7 @@ def length_text(length: float) -> str:
 
 
 def _dimension_line(panel: Axes, view: View, dimension: Dimension, lines: list[Array]) -> tuple[Array, tuple[float, float]]:
-    """A line with arrows beside what it measures, on the side if there is room; and where its text belongs."""
+    """A line with arrows beside the measured length, on the side with room; and the place of its text."""
     unit, start, end = view.sketch.unit, dimension.start, dimension.end
     way = (end - start) / np.hypot(*(end - start))
     across = np.array([-way[1], way[0]])
@@ -238,7 +238,7 @@ def _masses(panel: Axes, view: View, poses: Poses) -> list[tuple[str, str, tuple
 def _angle(
     panel: Axes, scene: Scene, view: View, poses: Poses, phi: float, lines: list[Array]
 ) -> list[tuple[str, str, tuple[float, float]]]:
-    """The crank's angle from +x as an arc with an arrow in its sense; of a slide its way from where it counts."""
+    """The crank's angle from +x as an arc with an arrow in its sense; for a slide its displacement from zero."""
     linkage = view.solution.linkage
     joint = linkage.joint(linkage.driver)
     if joint.kind != PIN or FRAME not in (joint.first, joint.second):

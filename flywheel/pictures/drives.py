@@ -25,7 +25,7 @@ _CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is nam
 def part_of_stroke(
     result: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
 ) -> Part:
-    """A period of a machine that works stroke by stroke, at about so many times."""
+    """A period of a machine that works stroke by stroke, at about that number of times."""
     from flywheel.motions.stroke_course import course  # a door: motions load linkages
 
     along = course(result.strokes, result.phases, count)

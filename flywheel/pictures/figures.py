@@ -1,8 +1,8 @@
-"""Common parts of all pictures: colours, one way to make a figure and one to write it, the same every time.
+"""Common parts of all pictures: colours, one way to make a figure and one to write it, with the same output every time.
 
-Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
-the colour-blind can tell apart; in the form for print they become greys, with a dash for each line and a hatch for each
-fill. Texts of an SVG stay texts: that is why there is no mathematical typesetting and no effect on texts.
+Figures are separate objects: no global state is changed, nothing is displayed. Colours are those of Okabe and Ito, which the
+colour-blind can distinguish; in the form for print they become greys, with a dash for each line and a hatch for each fill.
+Texts of an SVG stay texts: that is why there is no mathematical typesetting and no effect on texts.
 """
 
 from __future__ import annotations
@@ -62,14 +62,14 @@ DPI = 125
 
 
 class Picture(Figure):
-    """A figure whose names inside panels get their places when it is drawn first, by functions that know how (`later`)."""
+    """A figure whose names inside panels get their places when it is first drawn, by the functions in `later`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.later: list[Callable[[], None]] = []
 
     def draw(self, renderer: Any) -> None:
-        """Draws it; for the first time to give it its layout."""
+        """Draws it; the first time also determines its layout."""
         later, self.later = self.later, []
         if later:
             super().draw(renderer)
@@ -114,7 +114,7 @@ class Numbers(ScalarFormatter):
 
 
 def finish(made: Figure) -> None:
-    """Numbers in the language in use, names in their places, greys in the form for print: what is done last."""
+    """Last steps: numbers in the language in use, names in their places, greys in the form for print."""
     if language.current() != "en":
         for axis in made.findobj(Axis):
             if type(axis.get_major_formatter()) is ScalarFormatter:
@@ -138,7 +138,7 @@ _IN_PRINT: dict[str, tuple[str, Any, str]] = {  # of a colour: its grey, the das
 
 
 def in_greys(made: Figure) -> None:
-    """Turn a figure into the form for print: lines distinguished by dashes, fills by hatches, in greys."""
+    """Turns a figure into the form for print: lines distinguished by dashes, fills by hatches, in greys."""
     for panel in (*made.findobj(Axes), *made.legends):
         lines = panel.findobj(Line2D)
         colours = {to_hex(line.get_color()).upper() for line in lines if line.get_linestyle() != "None"}
@@ -175,7 +175,7 @@ def _of(colours: Array) -> Any:
 
 
 def _grey(colour: str) -> str:
-    """The grey of a colour, dark enough to be read if it is no grey already."""
+    """The grey of a colour, dark enough to read if it is no grey already."""
     red, green, blue, _ = to_rgba_array(colour)[0]
     return colour if red == green == blue else "#000000"
 
@@ -234,7 +234,7 @@ def shade(colour: str, light: float) -> tuple[float, float, float]:
 
 
 def say(panel: Axes, title: str, why: str) -> None:
-    """A panel that has nothing to draw says why."""
+    """Writes into a panel why there is nothing to draw."""
     panel.set_title(title)
     panel.set_axis_off()
     panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, fontsize=11, color=GREY)
@@ -253,8 +253,8 @@ def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: 
     """The centres (k, 2) of names of `sizes` (k, 2) beside `anchors` (k, 2), all in points; earlier names choose first.
 
     `lines` (p, 2) are points along everything drawn, close enough together that no name fits between two of them;
-    `bounds` (4,) are left, bottom, right and top of the picture; `towards` (k, 2) are the
-    directions in which names would like to go, up to the right if None. The same input gives the same places.
+    `bounds` (4,) are left, bottom, right and top of the picture; `towards` (k, 2) are the preferred directions of the names,
+    up to the right if None. The same input gives the same places.
     """
     towards = np.ones_like(anchors) if towards is None else towards
     halves = 0.5 * sizes + _SPARE
@@ -276,7 +276,7 @@ def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: 
 def along(path: Array, step: float) -> Array:
     """Points (p, 2) along a polyline (2, m), at most `step` apart; strokes end where it has NaN.
 
-    A segment that is far longer than any panel, as a tangent of a loop that is a point, has `_LONGEST` of them.
+    A segment that is far longer than any panel, such as a tangent of a loop that is a point, has `_LONGEST` of them.
     """
     start, end = path[:, :-1].T, path[:, 1:].T
     whole = np.isfinite(start).all(axis=1) & np.isfinite(end).all(axis=1)
@@ -303,12 +303,12 @@ def size(panel: Axes, text: Text) -> tuple[float, float]:
 
 
 def name(panel: Axes, words: str, **style: Any) -> Text:
-    """A name inside a panel, to be put in place by `settle` when the figure has its layout."""
+    """A name inside a panel, which `settle` places when the figure has its layout."""
     return panel.text(0.5, 0.5, words, in_layout=False, visible=False, ha="center", va="center", **style)
 
 
 def thinned(x: Array, *curves: Array, tolerance: float = 3e-4) -> list[Array]:
-    """X and curves over it with the points left out that lie on lines between others, to a share of the whole heights.
+    """X and curves over it without the points that lie on lines between others, within a share of the heights.
 
     >>> [part.tolist() for part in thinned(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 2.0, 0.0]))]
     [[0.0, 2.0, 3.0], [0.0, 2.0, 0.0]]
@@ -345,9 +345,9 @@ def settle(
 ) -> None:
     """Puts texts beside spots (k, 2), clear of lines (2, m) and of each other; all in the units of the panel's axes.
 
-    `towards` (k, 2) are the directions in which texts would like to go. The panel must have its place already. Of the texts
-    from number `keep` on, those that would lie upon another or outside are left out. With leaders a thin line joins a
-    spot and its text where they are apart.
+    `towards` (k, 2) are the preferred directions of the texts. The panel must have its place already. Of the texts
+    from number `keep` on, those that would lie on another or outside are left out. With leaders a thin line joins a spot to
+    a distant text.
     """
     if not texts:
         return

@@ -1,10 +1,10 @@
-"""The form of a diagram: figures in SI on one axis of the driver, and rows that say what is drawn of them.
+"""The form of a diagram: figures in SI on one axis of the driver, and rows that describe their drawing.
 
 A row has curves, fills, marks with their words, bands and notes. `pictures/sizing` draws rows with matplotlib,
 `page/static/figures/curves.js` in the live page, each without knowing which diagram it is.
 
-Positions of the driver ascend over the cycle or the stroke; where something jumps one stands twice, for the value before
-and the one behind.
+Positions of the driver ascend over the cycle or the stroke; where something jumps one stands twice, for the values before
+and after.
 
 Reactions of joints: a pin, slot, fixed joint or coupling is a row of the kind "plane", the tip of its force in the frame's
 axes; a slide is its normal forces over the driver, and its moment in a row of its own with the same key; so is each driving
@@ -43,7 +43,7 @@ MOST_BODIES = 8  # in a stacked picture
 
 
 class Samples(NamedTuple):
-    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and what drives.
+    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and the driving moment.
 
     `driving` is M_m* (N m): the sum of the drive, unless it brakes on the whole, and of the loads that do positive work in
     the cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand
@@ -61,7 +61,7 @@ class Samples(NamedTuple):
 def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> Samples:
     """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there.
 
-    Moments below their rounding are 0, and so is the work where no more than its error is left of it anywhere.
+    Moments below their rounding are 0, and so is a work that nowhere exceeds its error.
     """
     cell, t = cycle.where(phi)
     work, variation = cycle.at(cell, t)
@@ -96,7 +96,7 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
 
 
 def most(bodies: dict[str, Array]) -> dict[str, Array]:
-    """Bodies with what each adds to I*; beyond `MOST_BODIES` the smallest ones as one."""
+    """Bodies with their shares of I*; beyond `MOST_BODIES` the smallest ones as one."""
     if len(bodies) <= MOST_BODIES:
         return bodies
     largest = sorted(bodies, key=lambda name: -float(bodies[name].max()))[: MOST_BODIES - 1]
@@ -163,10 +163,10 @@ def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
 
 
 def windows(loop: Loop, joule: float) -> tuple[list[list[float]], str]:
-    """The parts of the diagram that are shown, [left, right, low, high] in kg m² and J, and what the last one shows.
+    """The visible parts of the diagram, [left, right, low, high] in kg m² and J, and the contents of the last one.
 
-    The whole triangle ("P"), or without P where the loop would be too small in it ("MN"); where it would be even there,
-    the loop follows by itself ("loop"). A loop whose work is nothing but rounding is a line, which has no height to be seen.
+    The whole triangle ("P"), or without P where the loop would be too small in it ("MN"); if it would be even there, the
+    loop follows by itself ("loop"). A loop whose work is only rounding is a line without height.
     """
     corners = np.array([[loop.inertia.min(), loop.inertia.max()], [loop.energy.min(), loop.energy.max()]])
     axis = np.array([[0.0, 0.0], [loop.intercept_slow, loop.intercept_fast]])
@@ -339,9 +339,9 @@ class Diagram(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """Positions of the driver (rad or m): as they are shown, and as they are evaluated, beside a jump.
+    """Positions of the driver (rad or m): those shown, and those evaluated, which are beside a jump.
 
-    Stroke by stroke times (s) are shown, and the positions there are evaluated; `unit` is that of what is shown.
+    Stroke by stroke times (s) are shown, and the positions there are evaluated; `unit` is that of the values shown.
     """
 
     shown: Array
@@ -352,7 +352,7 @@ class Axis(NamedTuple):
 class Part(NamedTuple):
     """Data of all diagrams; `samples` are those of the cycle whose areas are shown, if there is one.
 
-    `stroke` and `course` are the single stroke of a machine that works so, and its period over time.
+    `stroke` and `course` are the stroke of a machine that works stroke by stroke, and its period over time.
     """
 
     scene: Scene
@@ -375,7 +375,7 @@ def part_of(
     *,
     rest: bool = True,
 ) -> Part:
-    """Positions over the cycle or stroke of a scene, about so many, and the turning moment at them."""
+    """Positions over the cycle or stroke of a scene, about that number, and the turning moment there."""
     axis = _axis(scene, machine, sizing, count)
     return Part(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
 
@@ -424,7 +424,7 @@ def _moment_jumps(cycle: turning_moment.Cycle) -> Array:
 
 
 def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
-    """Angles (rad) within cells far narrower than a width: of those in one such width the greatest and least M*."""
+    """Angles (rad) within cells far narrower than a width: in each such width those with the greatest and least M*."""
     mesh = cycle.mesh
     fine = mesh.half[:, 0] < _NARROW * width
     phi = mesh.phi[fine].ravel()
@@ -438,7 +438,7 @@ def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
 
 
 def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samples | None:
-    """The cycle that the areas are of, on the axis: that at a constant speed, where torques depend on speed."""
+    """The cycle of the areas, on the axis: that at a constant speed if torques depend on speed."""
     if sizing is None or sizing.cycle is None or machine is None:
         return None
     if sizing.cyclic is None or sizing.constant is None:
@@ -482,7 +482,7 @@ def extremes(positions: Array, values: Array) -> dict[str, Any]:
 
 
 def without_noise(forces: Mapping[str, Array]) -> dict[str, Array]:
-    """Forces with those as zero that are no more than the rounding of the others."""
+    """Forces, with zero for those within the rounding of the others."""
     largest = max((float(np.nanmax(np.abs(force), initial=0.0)) for force in forces.values()), default=0.0)
     level = _FORCE_ROUNDING * largest
     return {
@@ -505,7 +505,7 @@ def area_work(work: float, error: float) -> str:
 
 
 def works_error(sizing: Sizing) -> float:
-    """Absolute error (J) of an accumulated work, with the remainder of a constant speed that is found as a root."""
+    """Absolute error (J) of an accumulated work, with the residual of a constant speed that is a root."""
     return work_error(sizing) + 2 * (0.0 if sizing.constant is None else abs(sizing.constant.net))
 
 
@@ -537,7 +537,7 @@ _SIDES = {"normal": ("blue", "-"), "front": ("vermillion", "--"), "rear": ("gree
 
 
 def force_figures(reactions: Reactions, positions: Array, joints: Iterable[str] | None = None) -> dict[str, Any]:
-    """Forces of joints (all if None) and driving actions at positions `positions`, with their extremes."""
+    """Forces of joints (all if None) and driving actions at `positions`, with their extremes."""
     linkage = reactions.poses.linkage
     kinds = {joint.name: (joint.kind, joint.first, joint.second) for joint in linkage.joints}
     forces = []
@@ -637,8 +637,8 @@ def heading_of(linkage: Linkage, name: str) -> str:
 def force_marks(positions: Array, values: Array, sliding: bool) -> tuple[float, ...]:
     """Positions (rad or m) at which a hodograph (2, n) is marked: every 30 deg, more where several turns crowd.
 
-    Along a short way, or a slide's, they are even. A curve that ends where it begins is marked there once; where the force
-    is not known, not at all.
+    Along a short travel, or a slide's, they are even. A closed curve is marked once at its end; there are no marks where the
+    force is unknown.
     """
     low, high = float(positions.min()), float(positions.max())
     if sliding or np.degrees(high - low) < _SHORT:

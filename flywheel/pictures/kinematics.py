@@ -1,7 +1,7 @@
 """Pictures of a motion: position, velocity and acceleration of chosen curves, stacked over the driver or over time.
 
-Angles have a column of panels, lengths another; of points x is drawn full, y dashed. Extremes are marked with value and
-place; where something switches a curve is broken, so that a jump is no stroke. Courses: the machine reduced to its driver
+Angles have a column of panels, lengths another; x of a point is solid, y dashed. Extremes are marked with value and
+place; where a law switches a curve is broken, so that a jump is not joined. Courses: the machine reduced to its driver
 over the driver, and a motion followed over time.
 """
 
@@ -107,7 +107,7 @@ def draw(kinematics: Kinematics) -> Figure:
 
 
 def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, list[list[Curve]]]:
-    """The same motion between its first and last place at many places, and at both sides of where something switches."""
+    """The same motion between its first and last place at many places, and on both sides of every switch."""
     course = kinematics.course
     of = kinematics.t if course.variable == TIME else kinematics.q
     assert of is not None
@@ -129,7 +129,7 @@ def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematic
 
 
 def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
-    """The curves that are drawn: all that were named; of everything, bodies and slides that move; how many are left out."""
+    """The curves drawn: all that were named, else the moving bodies and slides; and the number left out."""
     if len(curves) <= _MOST_CURVES:
         return list(curves), 0
     moving = [c for c in curves if c.kind != POINT and not c.name.endswith(".angle") and np.ptp(c.velocity) > 0.0]
@@ -219,7 +219,7 @@ def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
 
 
 def draw_panel(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
-    """The lines of curves, in an order of derivative, with what switches and stands still."""
+    """The lines of curves, in an order of derivative, with switches and standstills."""
     factor, label = scale_of(kinematics, curves, order)
     figures.name_axes(panel, "", "", label)
     for at in kinematics.breakpoints:
@@ -245,7 +245,7 @@ def ticks(panel: Axes, kinematics: Kinematics) -> None:
 
 
 def legend(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
-    """Names of the lines above a panel, or beside it, with what the thin lines are."""
+    """Names of the lines above a panel, or beside it, with the meaning of the thin lines."""
     slides = {of: f"{other} ({of})" for other, of in kinematics.other_names.items() if "." not in other and "." not in of}
     bodies = {curve.name: slides.get(curve.name) for curve in curves if curve.kind == WAY}
     handles = [
@@ -313,12 +313,12 @@ def plot_reduction(scene: Scene, path: str | Path, *, of: Sequence[str] = (), sp
 
     Args:
         scene: any with a machine.
-        path: where the picture goes; the same scene gives the same file every time.
+        path: the picture's file; the same scene gives the same file every time.
         of: bodies, slides, joints or points whose influence coefficients are drawn; those of bodies and slides if empty.
-        speed: rad/s or m/s, at which what depends on it is taken; the scene's, or the machine's own, if None.
+        speed: rad/s or m/s, for laws that depend on it; the scene's, or the machine's own, if None.
 
     Raises:
-        SceneError: for a scene without a machine, a name that does not exist, a speed that nothing tells.
+        SceneError: for a scene without a machine, a name that does not exist, an unknown speed.
         ValueError: for any other file ending.
 
     """
@@ -390,7 +390,7 @@ def _draw_parts(
     label: str,
     scale: float,
 ) -> None:
-    """The whole in black with its extremes in the legend, and what every body or load adds to it."""
+    """The sum in black with its extremes in the legend, and the share of every body or load."""
     figures.name_axes(panel, "", "", label)
     edges = machine.scene.origin + machine.switches
     size = max((float(np.abs(part).max()) for part in parts.values()), default=0.0)

@@ -1,6 +1,6 @@
 """Mechanisms drawn at chosen positions, with the paths of their points.
 
-Joints have the symbols of the field: circles for pins, hatched ground under what is fixed, blocks on guides, pins in slots,
+Joints have the symbols of the field: circles for pins, hatched ground under fixed parts, blocks on guides, pins in slots,
 pitch circles for gears. Every body has a colour of its own; the frame is black.
 """
 
@@ -114,7 +114,7 @@ def tallest(boxes: Sequence[Array]) -> float:
 
 
 def columns_for(boxes: Sequence[Array]) -> int:
-    """Number of panels side by side for which the picture comes nearest to the shape of a sheet of paper."""
+    """Number of panels side by side for which the picture is closest to the shape of a sheet of paper."""
 
     def off(columns: int) -> float:
         rows = -(-len(boxes) // columns)
@@ -144,7 +144,7 @@ def colours(view: View) -> dict[str, str]:
 
 
 def draw_axes_and_paths(panel: Axes, view: View, box: Array, title: str) -> None:
-    """Axes of equal scale that hold the whole motion, and the paths of the points."""
+    """Axes of equal scale that contain the whole motion, and the paths of the points."""
     scale, unit = factor(box)
     figures.name_axes(panel, title, f"x, {unit}", f"y, {unit}")
     panel.set_aspect("equal")
@@ -156,7 +156,7 @@ def draw_axes_and_paths(panel: Axes, view: View, box: Array, title: str) -> None
 
 
 def draw_bodies(panel: Axes, view: View, poses: Poses, box: Array, *, faint: bool = False) -> list[tuple[Shape, Artist]]:
-    """The mechanism at the first of the poses, each figure with what was drawn of it; its bodies at all others faintly."""
+    """The mechanism at the first of the poses, each figure with its artists; its bodies at all others faintly."""
     (scale, _), ink = factor(box), colours(view)
     for shape in view.sketch.shapes if faint else ():
         if shape.kind in _GHOSTS and shape.body != FRAME:
@@ -234,7 +234,7 @@ def draw_centres(found: InstantCentres, path: str | Path | None = None) -> Figur
     its points, across which these move. A line above the picture lists centres far away or at infinity.
 
     Args:
-        found: what `flywheel.instant_centres` gives; of more than four positions four are drawn.
+        found: the result of `flywheel.instant_centres`; of more than four positions four are drawn.
         path: where to save the picture, ending in .png, .svg or .pdf.
 
     Raises:
@@ -272,7 +272,7 @@ def _name(centre: InstantCentre) -> str:
 
 
 def _box_with_centres(box: Array, centres: Centres, k: int) -> Array:
-    """The box of a mechanism, widened to hold the centres that are near."""
+    """The box of a mechanism, widened to include the centres nearby."""
     size = float(np.ptp(box, axis=1).max())
     places = np.array([c.place[:, k] for c in centres.centres.values() if c.kind[k] == FINITE]).reshape(-1, 2).T
     low, high = box[:, :1] - _BEYOND * size, box[:, 1:] + _BEYOND * size
@@ -283,7 +283,7 @@ def _box_with_centres(box: Array, centres: Centres, k: int) -> Array:
 
 
 def _not_drawn(centres: Centres, k: int, box: Array) -> Iterator[str]:
-    """Lines that tell of the centres beyond the picture, and of those at infinity."""
+    """Lines on the centres beyond the picture, and on those at infinity."""
     scale, unit = factor(box)
     away, infinite = [], []
     for centre in centres.centres.values():

@@ -1,6 +1,6 @@
 """HTML of scenes, machines and results for notebooks: tables and small curves, without matplotlib.
 
-`html` finds the function for a type by its name in `_SHOWN`. Nothing here sizes or follows: what is shown is there.
+`html` finds the function for a type by its name in `_SHOWN`. Nothing here computes: results are only displayed.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def html(thing: object) -> str | None:
 
 
 def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
-    """Rows as an HTML table, numbers to the right; the first few of many, and how many more there are."""
+    """Rows as an HTML table, numbers to the right; the first few of many, and the number of the others."""
     found = list(rows)
     lines = ["".join(f'<th scope="col"{_side(title)}>{escape(title)}</th>' for title in header)] if header else []
     for row in found[:_MOST_ROWS]:
@@ -241,7 +241,7 @@ def _kinematics(motion: Kinematics) -> Iterator[str]:
 
 
 def _forces(forces: JointForces) -> Iterator[str]:
-    """Between what every component runs at the positions that were asked for."""
+    """The range of every component over the positions of the result."""
     from flywheel.motions.joint_forces import force_curves
 
     yield f"<p>{escape(repr(forces))}</p>"

@@ -1,11 +1,11 @@
-"""The power flow as a Sankey diagram: a trunk from the motor to the tool, its width to scale, losses bent down out of it.
+"""The power flow as a Sankey diagram: a trunk from the motor to the tool, its width to scale, from which losses bend down.
 
 The trunk runs along the shafts from the greatest input to the greatest output. At each of its stations streams join it or
-leave it: losses downwards, all else upwards, which is other loads, further inputs and, at one crank angle, what inertias,
-springs and weights take up or give back. What a side shaft takes and loses leaves the trunk where that shaft hangs on it. A
-stretch in which power goes backwards, towards the motor, is drawn so.
+leave it: losses downwards, everything else upwards: other loads, further inputs and, at one crank angle, the power into or
+out of inertias, springs and weights. The power and the losses of a side shaft leave the trunk at its connection. A stretch
+in which power goes backwards, towards the motor, is drawn in that direction.
 
-Layout: a sum of widths that is kept at every fork, as M. H. Sankey drew it (Minutes of Proceedings of the Institution of
+Layout: the sum of widths is constant at every fork, as M. H. Sankey drew it (Minutes of Proceedings of the Institution of
 Civil Engineers 134, 1898); M. Schmidt, The Sankey diagram in energy and material flow management, Journal of Industrial
 Ecology 12 (2008), 82-94 and 173-185.
 """
@@ -171,7 +171,7 @@ def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
 
 
 def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
-    """The shaft on which a stream is taken or given."""
+    """The shaft to which a stream belongs."""
     stream, scene = entry.stream, flow.scene
     for side in (stream.source, stream.target):
         if side.startswith("shafts.") and side[7:] in scene.shafts:
@@ -180,7 +180,7 @@ def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
 
 
 def _near(flow: PowerFlow, shaft: str) -> list[str]:
-    """A shaft, and those it hangs on up to the crank."""
+    """A shaft, and those between it and the crank."""
     return list(flow.scene.inwards(shaft))
 
 
@@ -192,7 +192,7 @@ def _way(flow: PowerFlow, first: str, last: str) -> list[str]:
 
 
 def _on_trunk(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> str:
-    """The shaft of the trunk on which the stream's own shaft hangs."""
+    """The shaft of the trunk to which the stream's own shaft is connected."""
     shaft = _shaft_of(flow, entry)
     away = _near(flow, shaft)
     on = [other for other in away if other in way]
@@ -253,7 +253,7 @@ class _Drawing:
         self.lines = {side: max((n for down, n in lines if down == side), default=0) for side in (True, False)}
 
     def width(self, power: float) -> float:
-        """Width (inches) of a power; 0 of one that is none beside the widest."""
+        """Width (inches) of a power; 0 for one that is negligible beside the widest."""
         return 0.0 if abs(power) <= _NO_STREAM * self.widest else _HEIGHT * abs(power) / self.widest
 
     def figure(self, title: str) -> Picture:
@@ -264,7 +264,7 @@ class _Drawing:
         return sheet.figure(title)
 
     def _sheet(self, levels: int) -> _Sheet:
-        """Patches and texts, with the names of what is bent on so many levels."""
+        """Patches and texts, with the names of bent streams on a number of levels."""
         sheet, x, sides = _Sheet(), 0.0, {True: _Side(levels), False: _Side(levels)}
         bands: list[tuple[float, float, float, float, float]] = []  # of the trunk: x, x, lower and upper edge, power
         power, edges = self.begins
@@ -312,7 +312,7 @@ class _Drawing:
         return sheet
 
     def _shares(self, step: _Step) -> tuple[float, float, float]:
-        """Widths (inches): of what the stream has to do with the trunk on its left, on its right, and of what passes by."""
+        """Widths (inches) of the stream's share of the trunk on its left, on its right, and of the power that passes by."""
         before, after = self.width(step.before), self.width(step.after)
         if step.before * step.after < 0.0:
             return before, after, 0.0
@@ -404,7 +404,7 @@ class _Side:
         self.names = [-np.inf] * levels
 
     def taken(self, least: float, half: float, wide: float) -> tuple[int, float]:
-        """The level and the middle of the next column, so wide, at `least` or behind it; its name is twice `half` wide.
+        """The level and the middle of the next column of a width, at `least` or behind it; its name is twice `half` wide.
 
         Columns to the second level pass between the names on the first.
         """
@@ -421,19 +421,19 @@ class _Side:
 
 
 def _ordered(leaves: Sequence[_Leaf], power: float) -> list[_Leaf]:
-    """The streams at a station from the left to the right: what joins comes first where the trunk goes to the right."""
+    """The streams at a station from left to right: those that join come first where the trunk goes to the right."""
     joining = [leaf for leaf in leaves if leaf.power < 0.0]
     leaving = sorted((leaf for leaf in leaves if leaf.power > 0.0), key=lambda leaf: leaf.down)
     return [*joining, *leaving] if power >= 0.0 else [*leaving, *joining]
 
 
 def _head(wide: float) -> float:
-    """Length (inches) of the head of an arrow that is so wide."""
+    """Length (inches) of the head of an arrow of a width."""
     return min(0.3 * wide, 0.35) + _HEAD
 
 
 def _notch(wide: float) -> float:
-    """Depth (inches) of the notch in the tail of an arrow that is so wide."""
+    """Depth (inches) of the notch in the tail of an arrow of a width."""
     return min(0.3 * wide + 0.02, 0.3)
 
 
@@ -469,7 +469,7 @@ class _Sheet:
         self.patches.append((Outline([*points, points[0]], codes), colour, 3.0))
 
     def tip(self, x: float, end: float, wide: float, side: float, leaves: bool, colour: str) -> None:
-        """The head of what leaves, or the tail of what joins."""
+        """The head of a stream that leaves, or the tail of one that joins."""
         half = 0.5 * wide
         if leaves:
             out = end + side * (0.3 * wide + _HEAD)

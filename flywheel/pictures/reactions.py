@@ -1,7 +1,7 @@
 """Reactions of joints over the motion: as curves over the driver or the time, or as hodographs.
 
-A hodograph is drawn in the frame's own directions, with equal scales; numbers along it tell where the driver stands. Where
-a force jumps, its curve is broken, and a dotted line says so.
+A hodograph is drawn in the frame's own directions, with equal scales; numbers along it give the driver's position. Where a
+force jumps, its curve is broken, and a dotted line marks the gap.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence
 
     Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
     second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate;
-    so is the driving action, in a panel of its own. Where the positions go once round, up to the one before the first, the
-    curves are closed; rounding is drawn as 0.
+    so is the driving action, in a separate panel. If the positions cover a whole turn except its end, the curves are closed;
+    rounding is drawn as 0.
 
     Args:
-        reactions: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
+        reactions: result of `flywheel.kinetostatics.reactions`, at positions in ascending order.
         path: where to save the picture, ending in .png, .svg or .pdf; the same reactions give the same file every time.
         joints: names of joints and couplings; all if None.
 
@@ -71,7 +71,7 @@ def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence
 
 
 def _check(reactions: Reactions, wanted: Sequence[str]) -> None:
-    """Refuses names of joints that does not exist, and a single position."""
+    """Refuses names of joints that do not exist, and a single position."""
     unknown = [name for name in wanted if name not in reactions.forces]
     if unknown:
         near = {name: nearest(name, list(reactions.forces)) for name in unknown}
@@ -122,8 +122,8 @@ def _fill(reactions: Reactions, made: Figure, wanted: Sequence[str], panels: Seq
 def _whole_round(poses: Poses) -> float:
     """Turns (rad) after which positions continue with the first one; 0 if they do not, or end there already.
 
-    They do where that lies no further from the last than others from one another, in the crank's angle and in the bodies'
-    places: some mechanisms need more than one turn to come round.
+    They continue if the distance from the last to the first is no greater than between others, in the crank's angle and in
+    the bodies' places: some mechanisms need more than one turn to return.
     """
     q = poses.q
     if poses.linkage.sliding or q.size < _FEWEST or np.any(np.diff(q) <= 0.0):
@@ -163,9 +163,9 @@ def _draw_path(panel: Axes, row: Row, path: Array) -> None:
 
 
 def _mark(panel: Axes, row: Row, positions: Array, path: Array, sliding: bool) -> Iterator[bool]:
-    """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged.
+    """Dots with the driver's coordinate beside them; those crowded around the origin are enlarged in a corner.
 
-    Between dots and words it yields whether there is such a corner, which must have its place before words come into it.
+    Between dots and words it yields True if there is such a corner, which must have its place before the words.
     """
     spots = np.stack([np.interp(row.along, positions, part) for part in path], axis=1)
     places = (1000.0 if sliding else 180.0 / np.pi) * np.array(row.along)
@@ -212,7 +212,7 @@ def _mark(panel: Axes, row: Row, positions: Array, path: Array, sliding: bool) -
 
 
 def _rows_of_corner(panel: Axes, corner: tuple[float, float]) -> Array:
-    """A line (2, m) to and fro over an enlarged corner with its numbers and title: no name fits between its rows."""
+    """A line (2, m) back and forth over an enlarged corner with its numbers and title: no name fits between its rows."""
     low, high = np.subtract(corner, (0.08, 0.1)), np.add(corner, (_WIDE, _TALL_CORNER + 0.08))
     heights = np.repeat(np.linspace(low[1], high[1], 25), 2)
     across = np.resize([low[0], high[0], high[0], low[0]], heights.size)
@@ -220,7 +220,7 @@ def _rows_of_corner(panel: Axes, corner: tuple[float, float]) -> Array:
 
 
 def _free_corner(panel: Axes, path: Array) -> tuple[float, float] | None:
-    """A corner of a panel (a share of its width and height) that no part of a path comes into, None if all are taken."""
+    """A corner of a panel (a share of its width and height) that no part of a path enters, None if there is none."""
     drawn = figures.along(panel.transAxes.inverted().transform(panel.transData.transform(path.T)).T, 0.01)
     for corner in _CORNERS:
         low = np.array(corner) - 0.06
@@ -248,7 +248,7 @@ def _over_driver(panel: Axes, row: Row, x: Array, curves: Sequence[Array], slidi
 
 
 def _beside_forces(panel: Axes, row: Row, x: Array, moment: Array) -> None:
-    """The moment of a slide on a scale of its own."""
+    """The moment of a slide on a separate scale."""
     other, (curve,) = panel.twinx(), row.curves
     _broken(other, x, moment, row.breaks, color=COLOURS[curve.colour], ls=curve.dash, lw=curve.width)
     other.set_ylabel(_("moment, N m (dotted)"), color=COLOURS[curve.colour])
@@ -309,8 +309,8 @@ def curves(
     The least and greatest value of every curve are marked, and listed with its name.
 
     Args:
-        found: what `flywheel.motions.joint_forces.force_curves` gives, at positions as close as the picture needs, both
-            sides of every jump among them.
+        found: result of `flywheel.motions.joint_forces.force_curves`, at positions as close as the picture needs, with both
+            sides of every jump.
         over: the axis.
         title: of the picture.
         path: where to save the picture, ending in .png, .svg or .pdf.
@@ -351,7 +351,7 @@ def curves(
 
 
 def _singly(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> None:
-    """The components of one joint: forces on the left, couples on a scale of their own on the right."""
+    """The components of one joint: forces on the left, couples on a separate scale on the right."""
     forces = [curve for curve in group if curve.unit == "N"]
     couples = [curve for curve in group if curve.unit != "N"]
     right = bool(forces) and any(np.nanmax(np.abs(curve.values), initial=0.0) > 0.0 for curve in couples)
@@ -407,7 +407,7 @@ def _beside(panel: Axes, *, right: bool) -> None:
 
 
 def _scaled(group: Sequence[ForceCurve]) -> tuple[float, str]:
-    """Factor of the values of curves of one unit, and the unit that they then have."""
+    """Factor of the values of curves of one unit, and the resulting unit."""
     largest = max(
         (float(np.nanmax(np.abs(c.values), initial=0.0)) for c in group if not np.isnan(c.values).all()), default=0.0
     )

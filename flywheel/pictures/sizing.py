@@ -1,7 +1,7 @@
 """Pictures of a sizing as the books draw them: turning moment, its work, reduced inertia, Wittenbauer's loop, speed.
 
-What is drawn is data (`flywheel.pictures.diagrams`); here rows of any diagram become panels of matplotlib. Names inside a
-panel are put in place when the figure has its layout: a panel's function returns what is left to do then.
+Diagrams are data (`flywheel.pictures.diagrams`); here their rows become panels of matplotlib. Names inside a panel are
+placed when the figure has its layout: a panel's function returns the function that does it.
 """
 
 from __future__ import annotations
@@ -114,10 +114,10 @@ def panel(sizing: Sizing, kind: str, *, form: str = "screen", name: str = "") ->
     """One panel as an SVG element with a title and a description, in the language in use.
 
     Args:
-        sizing: what `flywheel.size` gives.
+        sizing: result of `flywheel.size`.
         kind: one of `PANELS`.
         form: "screen", in colours, or "print", in greys, dashes and hatches.
-        name: what its ids begin with, unique in the document that it stands in; the kind if empty.
+        name: beginning of its ids, unique in the document; the kind if empty.
 
     """
     with rc_context(STYLE), pictures.form(form):
@@ -144,7 +144,7 @@ def _one(sizing: Sizing, panel: str) -> tuple[Part, dict[str, tuple[Diagram | st
 
 
 def _rows(part: Part, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, Row | None]]:
-    """The rows of a diagram, or why there is none for each of them."""
+    """The rows of a diagram, or for each the reason why there is none."""
     diagram = made(part, key)
     if isinstance(diagram, str):
         return dict.fromkeys(kind.rows, (diagram, None))
@@ -152,7 +152,7 @@ def _rows(part: Part, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, Ro
 
 
 def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, Row | None]) -> str:
-    """The result in a line for what has a flywheel in it, else what the row shows, or why it does not."""
+    """The result in a line for a row with the flywheel, else the contents of the row, or the reason why it is missing."""
     if kind in ("wittenbauer", "speed"):
         return headline(sizing).rpartition("\n")[2] + "."
     diagram, row = pair
@@ -160,7 +160,7 @@ def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, Row | None]) ->
 
 
 def headline(sizing: Sizing) -> str:
-    """The result in a line, below the scene's title (cut if it is too long for a picture's heading)."""
+    """The result in a line, below the scene's title (shortened if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
     speed, asked = written(sizing.speed * RPM, 6), written(scene.irregularity or 0.0, 10)
     on = _("the crank") if wheel.on == "crank" else _("shaft {name}", name=wheel.on)
@@ -262,7 +262,7 @@ def draw_row(panel: Axes, part: Part, diagram: Diagram, row: Row) -> Later:
 
 
 def _draw_curves(panel: Axes, diagram: Diagram, row: Row, x: Array, curves: Mapping[str, Array]) -> None:
-    """Curves over the driver, and what is filled below them; of a stack what each body adds to those before it."""
+    """Curves over the driver, and the areas below them; in a stack the share of each body on top of the others."""
     for area in row.fills:
         values = diagram.values(area.of)
         at, shown = figures.thinned(x, np.where(area.side * values > 0.0, values, 0.0))
@@ -353,7 +353,7 @@ def _draw_marks(panel: Axes, row: Row, x: Array, curves: Mapping[str, Array], *,
 
 
 def _name_areas(panel: Axes, part: Part, diagram: Diagram, row: Row, drawn: list[Array]) -> None:
-    """A1, A2... with their joules inside each area, or beside its curve where it is too slim; the largest choose first."""
+    """A1, A2... with their joules inside each area, or beside its curve if it is too narrow; the largest come first."""
     areas, samples = diagram.figures["areas"], part.samples
     assert samples is not None
     named = [(k, area) for k, area in enumerate(areas, 1) if area["from"] is not None and area["work"]]
@@ -406,7 +406,7 @@ def legend(panel: Axes, wide: float = 430.0) -> None:
         return
 
     def width(ncols: int) -> float:
-        """About how wide (points) it becomes: filled column by column, the first ones with one more if need be."""
+        """Approximate width (points): filled column by column, the first ones with one more if necessary."""
         chunks = np.array_split(np.array([len(label) for label in labels]), ncols)
         return sum(4.9 * float(chunk.max()) + 30.0 for chunk in chunks)
 

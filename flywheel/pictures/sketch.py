@@ -1,8 +1,8 @@
 """The sketch of a mechanism: figures that move with its bodies, paths of its points, and names.
 
 Lengths in m, angles in rad; outlines have x and y in two rows, shape (2, m), and a gap between strokes is a column of NaN.
-Bars and plates go through the points of a body, blocks run on guides, pins in slots; what is fixed is hatched. Guides and
-slots are as long as the motion needs them.
+Bars and plates go through the points of a body, blocks run on guides, pins in slots; fixed parts are hatched. Guides and
+slots are as long as the motion requires.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def slot(low: float, high: float, half_width: float) -> Array:
 
 
 def ground(low: float, high: float, step: float) -> Array:
-    """A line along x and short oblique strokes on its lower side, about a `step` (m) apart: something that is fixed."""
+    """A line along x and short oblique strokes on its lower side, about a `step` (m) apart: a fixed part."""
     count = max(round((high - low) / step), 2)
     foot = low + (np.arange(count) + 0.6) * (high - low) / count
     gap = np.full(count, np.nan)
@@ -111,9 +111,9 @@ _LARGEST = 50.0  # times the distance of centres: wheels beyond it would fill th
 
 
 class Shape(NamedTuple):
-    """A figure that stays on a place of a body and turns with a body: `outline` (2, m) is given about that place.
+    """A figure that stays on a place of a body and turns with a body: `outline` (2, m) is relative to that place.
 
-    kind: one of `CLOSED`, or mark, track, ground, arrow. `body` is whose it is.
+    kind: one of `CLOSED`, or mark, track, ground, arrow. `body` is its body.
     """
 
     kind: str
@@ -149,7 +149,7 @@ class Trace(NamedTuple):
 
 
 class Sketch(NamedTuple):
-    """Everything that is drawn of a linkage; `unit` (m) is the radius of its pins, `size` (m) how far it reaches."""
+    """All figures of a linkage; `unit` (m) is the radius of its pins, `size` (m) its extent."""
 
     shapes: tuple[Shape, ...]
     traces: tuple[Trace, ...]
@@ -208,7 +208,7 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
 
 
 def places(linkage: Linkage) -> dict[str, Place]:
-    """Every joint and every named point of a moving body, by the names under which their paths can be asked for."""
+    """Every joint and every named point of a moving body, by the names that select their paths."""
     joints = {joint.name: _where(joint) for joint in linkage.joints}
     points = {f"{link.name}.{p.name}": (link.name, (p.x, p.y)) for link in linkage.links for p in link.points}
     return joints | points
@@ -342,7 +342,7 @@ def radii(ratio: float, centres: float) -> tuple[float, float]:
 
 
 def _coupling(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[Shape]:
-    """Shapes of a coupling: wheels with a mark that shows how they turn, and their track; or a cam."""
+    """Shapes of a coupling: wheels with a mark that shows their turning, and their track; or a cam."""
     first, second = cycle.linkage.joint(coupling.first), cycle.linkage.joint(coupling.second)
     carrier = common_body(first, second)
     wheel, sense = _wheel_on(first, carrier)
@@ -363,7 +363,7 @@ def _coupling(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[Shape]:
 
 
 def _wheel_on(joint: Joint, carrier: str) -> tuple[Place, int]:
-    """The place of the wheel that a pin bears, and the sense in which the pin's coordinate counts its turning."""
+    """The place of the wheel on a pin, and the sign of its turning in the pin's coordinate."""
     if joint.first == carrier:
         return (joint.second, (joint.second_at.x, joint.second_at.y)), 1
     return (joint.first, (joint.first_at.x, joint.first_at.y)), -1
@@ -396,7 +396,7 @@ def _rolled_on(cycle: Poses, slide: Joint, carriage: str, wheel: Place, ratio: f
 
 
 def _cam(cycle: Poses, coupling: Coupling, at: Place, follower: Joint, unit: float) -> Shape:
-    """The profile that the motion gives, about the cam's pin; a plain disc where it cannot be known.
+    """The cam's profile from the motion, about its pin; a plain disc where it is unknown.
 
     Cam and follower meet at the point named, or on the face across a sliding follower: a flat face at height h over the
     cam's axis touches it at the eccentricity -dh/dtheta, to the left of its travel. The face is unknown for a follower that
@@ -428,7 +428,7 @@ _TURNED, _SLID = (1 / 6, 0.0, 1 / 3, 1 / 2, 2 / 3, 5 / 6), (0.5, 0.0, 0.25, 0.75
 
 @dataclass(frozen=True)
 class View:
-    """One mechanism, and how its own angle follows the coordinate q of the machine: psi = ratio q + phase."""
+    """One mechanism, and its own angle as a function of the machine's coordinate q: psi = ratio q + phase."""
 
     mechanism: Mechanism
     solution: Solution
@@ -445,7 +445,7 @@ class View:
 
     @cached_property
     def cycle(self) -> Poses:
-        """Poses all over the motion, evenly spread, both ends included."""
+        """Poses over the whole motion, evenly spread, both ends included."""
         return self.solution.poses(np.linspace(self.solution.low, self.solution.high, _POINTS))
 
     @cached_property
@@ -455,7 +455,7 @@ class View:
 
     @cached_property
     def box(self) -> Array:
-        """The box (m) that holds everything drawn of the mechanism through its motion: x and y, least and greatest."""
+        """The box (m) around all figures of the mechanism through its motion: x and y, least and greatest."""
         few = self.solution.poses(self.cycle.q[::6])
         outlines = [placed(shape, few).reshape(2, -1) for shape in self.sketch.shapes]
         whole = np.concatenate((*outlines, *(trace.path for trace in self.sketch.traces)), axis=1)
@@ -463,9 +463,9 @@ class View:
 
 
 def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
-    """Every mechanism of a scene but those without joints, such as laws, which have no bodies to draw.
+    """Every mechanism of a scene except those without joints, such as laws, which have no bodies to draw.
 
-    `points` are the names of joints or points whose paths are wanted, all if none is given.
+    `points` are the names of joints or points whose paths are drawn, all if none is given.
     A name is that of a joint (`B`), a point of a body (`rod.P`), or a point's own name where only one has it; with several
     mechanisms the name of the mechanism may stand before it (`press.rod.P`).
 
@@ -515,7 +515,7 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
 
 
 def headline(scene: Scene) -> str:
-    """The title of a picture: the scene's, or its file's name; what could not be drawn is named."""
+    """The title of a picture: the scene's, or its file's name; it names parts that cannot be drawn."""
     title = scene.title or (scene.file.stem if scene.file is not None else "")
     bare = [mechanism for mechanism in scene.mechanisms if not has_joints(mechanism)]
     names, types = ", ".join(m.name for m in bare), ", ".join(dict.fromkeys(m.type for m in bare))
@@ -523,7 +523,7 @@ def headline(scene: Scene) -> str:
 
 
 def positions(scene: Scene) -> tuple[float, ...]:
-    """Default positions of the drawing: a handful over a turn or a stroke (rad or m), the main one first."""
+    """Default positions of the drawing: a few over a turn or a stroke (rad or m), the main one first."""
     if scene.stroke is not None:
         return tuple(scene.stroke.start + share * scene.stroke.span for share in _SLID)
     turn = min(TURN / scene.shafts[mechanism.shaft] for mechanism in scene.mechanisms)
@@ -531,7 +531,7 @@ def positions(scene: Scene) -> tuple[float, ...]:
 
 
 def checked(scene: Scene, at: Iterable[float]) -> tuple[float, ...]:
-    """Coordinates that were asked for; a SceneError for one that is not finite or, on a stroke, lies beyond its ends."""
+    """Required coordinates; a SceneError for one that is not finite or, on a stroke, beyond its ends."""
     given = tuple(map(float, at))
     stroke = scene.stroke
     for q in given:
@@ -544,6 +544,6 @@ def checked(scene: Scene, at: Iterable[float]) -> tuple[float, ...]:
 
 
 def told(scene: Scene, q: float) -> str:
-    """A coordinate of the machine as a designer reads it: in degrees, or in mm where it slides."""
+    """A coordinate of the machine in words: in degrees, or in mm where it slides."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     return (f"{1000 * q:.6g} mm" if sliding else f"{np.degrees(q):.6g}°").replace("-", "−")

@@ -3,7 +3,7 @@
 The columns are the keys of `[drive.motor]`, an induction motor where no column `type` says otherwise, with the unit in the
 header or in every cell; in addition `name`, `price`, `currency` and `synchronous_speed`. Other columns are ignored. If a
 key means another quantity in another type (`starting_torque`: N m of a line, a share of an induction motor's rated torque),
-it is the row's type that counts.
+the row's type decides.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class _Column(NamedTuple):
     keys: Mapping[str, Key]
 
     def kinds(self, motor: str) -> tuple[str, ...]:
-        """Kinds that the cells may have for a motor's type; where the type has no such key, those of other types."""
+        """Kinds of value that the cells may have for a motor's type; those of other types if the type has no such key."""
         given = [self.keys[motor]] if motor in self.keys else self.keys.values()
         return tuple(dict.fromkeys(key.kind for key in given)) or ("speed",)
 
@@ -312,7 +312,7 @@ def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
 def _price(
     given: Mapping[str, str], columns: Iterable[_Column], at: Mapping[str, str], faults: list[Fault]
 ) -> tuple[float | None, str]:
-    """The price of a row and its currency: in a column of its own, in the header, or in the cell."""
+    """The price of a row and its currency: in a separate column, in the header, or in the cell."""
     text = given.get("price", "").strip()
     if not text:
         return None, ""

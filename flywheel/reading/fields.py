@@ -105,7 +105,7 @@ _TRADE = {
 
 
 def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]:
-    """Advice on an unknown key of a table, and the key that is meant; both empty if nothing is known of it.
+    """Advice on an unknown key of a table, and the key that is meant; both empty if there is none.
 
     The key is that of the table, or after a point that of the table around it.
 
@@ -160,7 +160,7 @@ def heading(name: str) -> str:
 
 
 def as_table(raw: object, path: str, faults: Faults) -> Mapping[str, Any] | None:
-    """A TOML table as a mapping with text keys, not too many of them; anything else is a fault."""
+    """A TOML table as a mapping with a limited number of text keys; anything else is a fault."""
     if isinstance(raw, Mapping) and len(raw) > MOST_TABLES:
         faults.add(path, f"a table of {len(raw)} keys", f"at most {MOST_TABLES}")
         return None
@@ -205,7 +205,7 @@ class Item(NamedTuple):
         return [name for name in names if name in self.raw]
 
     def one(self, *names: str) -> str:
-        """The one of some keys that is present; empty if there is none, or more."""
+        """The one of some keys that is present; empty if none or several are."""
         found = self.given(*names)
         return found[0] if len(found) == 1 else ""
 
@@ -307,7 +307,7 @@ def read_typed(
 
 
 def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
-    """A list of finite numbers; None after noting its faults, of its items the first few."""
+    """A list of finite numbers; None after noting its faults, those of the first few items."""
     found = items(raw)
     if found is None:
         faults.add(path, show(raw), "a list of numbers")
@@ -322,7 +322,7 @@ def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
 
 
 def read_unit(item: Item, name: str, dimension: str | None) -> Unit | None:
-    """The unit of a column; that of SI if none is named, None after noting a fault."""
+    """The unit of a column; the SI unit if none is named, None after noting a fault."""
     text = item.fields[name]
     if text is None:
         return Unit()
@@ -439,7 +439,7 @@ class Setting(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A shaft or a port, by its canonical name; `travel` (rad) of the angle that its loads see, in a cycle.
+    """A shaft or a port, by its canonical name; `travel` (rad) of its loads' angle in a cycle.
 
     `travel` is None while it is not known; `returns` is False if the displacement gains a constant.
     """
@@ -484,7 +484,7 @@ class Places(NamedTuple):
 
 
 def whole(count: float) -> int | None:
-    """The whole number, 1 at least, that a count is within 1e-9; None if it is near none.
+    """The whole number, at least 1, to which a count is equal within 1e-9; None if there is none.
 
     >>> whole(3.0000000001), whole(2.5), whole(0.0)
     (3, None, None)

@@ -1,8 +1,8 @@
 """The scene format as a JSON Schema (draft 7), for editors: completion, explanations and red lines while a scene is typed.
 
 It is made from the reader's lists of keys, and refuses the faults that these determine: unknown and missing keys, wrong
-types, choices, ranges of bare numbers, keys that exclude each other. Whatever depends on other tables (places, units,
-laws, lengths that lock) is the reader's.
+types, choices, ranges of bare numbers, keys that exclude each other. The reader checks all that depends on other tables
+(places, units, laws, lengths that lock).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Loads, springs, added inertias and the drive of a scene: their places, windows and laws.
 
 `LOAD_MODELS` has a line for each known kind of load, `[[load]] model = {type = ..., ...}`: its keys and its reader,
-which checks the values and gives the law.
+which checks the values and returns the law.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Site(NamedTuple):
 
 
 class Modelled(NamedTuple):
-    """The law of a model, and its description; the area (m²) on which a gas presses, if it is one."""
+    """The law of a model, and its description; the piston's area (m²) if it is a gas."""
 
     law: Expression | Table
     text: str
@@ -252,7 +252,7 @@ _PRESS = (
 
 
 def _press(item: Item, site: Site) -> Modelled | None:
-    """A press on a shaft over a window of the crank's angle, or on the port that it presses with."""
+    """A press on a shaft over a window of the crank's angle, or on the port of its ram."""
     source, sheared = item.one(*_SOURCES), item.one(*_AREAS)
     if not source:
         return None
@@ -408,7 +408,7 @@ def _indicator(item: Item, site: Site) -> Modelled | None:
 
 
 def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Modelled | None:
-    """A diagram with as many pressures out and back as places, which ascend from the cover."""
+    """A diagram with one pressure out and one back for each place, which ascend from the cover."""
     for name in ("out", "back"):
         item.needs(name, "a diagram covers both strokes of the piston")
     names = (*item.given("position", "volume"), "out", "back")
@@ -441,7 +441,7 @@ def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Mode
 
 
 def _pressures(item: Item, name: str, column: load_models.Array) -> load_models.Array:
-    """Pressures in Pa, which can be pressures; after noting a fault, those given."""
+    """Valid pressures in Pa; after noting a fault, those given."""
     unit = item.fields["pressure_unit"]
     try:
         scale = parse_unit(unit if isinstance(unit, str) else show(unit), "pressure")

@@ -1,4 +1,4 @@
-"""Mechanisms of a scene: their tables, turns in a cycle or stroke, the laws of `law`, and the ports that they offer.
+"""Mechanisms of a scene: their tables, turns in a cycle or stroke, the laws of `law`, and their ports.
 
 Linkages: bodies with their points, joints, couplings, driver, assembly and ports.
 """
@@ -90,7 +90,7 @@ Bodies = Mapping[str, Link]
 
 
 def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
-    """Every body, the frame first; one with faults is there as well, so that it can be named."""
+    """Every body, the frame first; one with faults is included, so that it can be named."""
     tables = as_table(raw, path, faults)
     if tables is None:
         return {}
@@ -337,7 +337,7 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
 
 
 def _geared(item: Item, pair: _Pair) -> dict[str, Any]:
-    """Ratio (of what rolls a radius with its sign), phase and pressure angle of a gear pair, or of what rolls on a slide."""
+    """Ratio (a signed radius for a wheel that rolls), phase and pressure angle of a gear pair, or of a wheel on a slide."""
     rolls = pair[1].kind == SLIDE
     if rolls and "ratio" not in item.raw:
         item.add("ratio", "nothing", 'a length such as "100 mm": the slide per rad of the pin')
@@ -574,7 +574,7 @@ _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     """The stroke of a scene whose driver moves one way; None if it turns in cycles.
 
-    Its numbers are NaN if they could not be read, so that the rest can be read against it all the same.
+    Its numbers are NaN if they could not be read, so that the rest can still be checked.
     """
     slides = driver_slides(raw)
     unread = Stroke(math.nan, math.nan, None, math.nan, slides is not False)
@@ -627,7 +627,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
 
 
 def _goes_one_way(kind: Kind) -> bool:
-    """Tests whether a mechanism may have a stroke: all may but laws, whose outputs are written for whole turns."""
+    """Tests whether a mechanism may have a stroke: all may except laws, whose outputs are written for whole turns."""
     return kind.driver != "turns" or kind.skeleton is not None
 
 

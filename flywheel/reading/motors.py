@@ -1,6 +1,6 @@
 """The drive's motor, `[drive] motor = {type = ..., ...}`: keys, checks, and the motor that they describe.
 
-`MOTORS` has a line for each type. Its reader is called where no key is at fault by itself. `start` within it is how the
+`MOTORS` has a line for each type. Its reader is called if no single key is at fault. `start` within it is how the
 motor is started; `TABLES` are such tables within a motor's own. Last the phases of a duty, `[[duty]]`.
 """
 
@@ -67,7 +67,7 @@ from flywheel.scene.scene import NOT_NEGATIVE, POSITIVE, Key, Phase, Range, Scen
 
 
 class Even(Range):
-    """Whole numbers that two divides."""
+    """Even whole numbers."""
 
     def __contains__(self, value: object) -> bool:
         return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
@@ -79,7 +79,7 @@ class Even(Range):
 def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
     """The motor of a table; None after noting faults.
 
-    Whatever a motor itself finds wrong with its values stands at the path of their keys.
+    Faults that the motor itself reports are placed at the paths of their keys.
     """
     item = read_typed(raw, MOTOR_TYPE, MOTORS, path, setting.faults)
     return None if item is None else _motor(item, setting.folder)
@@ -447,7 +447,7 @@ def _two_axis(item: Item, static: Induction) -> TwoAxisInduction | None:
 
 
 def _induction(item: Item, _: Path | None) -> Motor | None:
-    """An induction motor; of a bare speed the fault tells that it is in rad/s, although name plates have rpm."""
+    """An induction motor; the fault of a bare speed states that it is in rad/s, although name plates have rpm."""
     names, bare = ("power", "speed", "frequency", "breakdown_ratio", "inertia"), item.raw["speed"]
     plate = Plate(**{name: item.fields[name] for name in Plate._fields})
     try:
@@ -669,7 +669,7 @@ _OF_ALL = ("duty", "flywheel")
 
 
 def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
-    """The phases as they are written, every fault of theirs noted that does not depend on the machine."""
+    """The phases as they are written, after noting all faults that do not depend on the machine."""
     duty = raw.get("duty")
     if duty is None:
         return []
@@ -740,7 +740,7 @@ def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 
 def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
-    """The phases of a scene that was read without a fault, each with the machine as it runs then."""
+    """The phases of a scene that was read without a fault, each with its machine."""
     found = []
     for item in read:
         fields, rest = item.fields, bool(item.fields["rest"])

@@ -1,4 +1,4 @@
-"""The numbers of a scene by their paths (`mechanism.crank.length`, `load.0.from`), and the scene with others in place."""
+"""The numbers of a scene by their paths (`mechanism.crank.length`, `load.0.from`), and the scene with other numbers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Number(NamedTuple):
 
 
 def dotted(path: str) -> str:
-    """A path with the places in arrays between dots, as faults do not write them.
+    """A path with indices in arrays between dots, which faults write in brackets.
 
     >>> dotted("load[0].from")
     'load.0.from'
@@ -58,7 +58,7 @@ def by_path(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def numbers(scene: Scene) -> dict[str, Number]:
-    """Every number that a scene gives, by its path, also those written as a text with a unit; expressions are none.
+    """Every number that a scene gives, by its path, also those written as a text with a unit; expressions do not count.
 
     Args:
         scene: one that was read.
@@ -100,7 +100,7 @@ def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:
 
     Args:
         scene: one that was read.
-        values: numbers by their paths; one that the scene leaves to its default may be among them.
+        values: numbers by their paths; also of keys that the scene leaves to their defaults.
 
     Raises:
         SceneError: with every fault of the changed scene.
@@ -120,8 +120,8 @@ def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:
 def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
     """Faults of paths that take the numbers of columns: each must lead to a number of the scene.
 
-    A key that the scene leaves to its default is one where any of the first, the middle and the last number of its column
-    is read there.
+    A key that the scene leaves to its default counts if the first, the middle or the last number of its column can be read
+    there.
     """
     document, known, faults = _document(scene), numbers(scene), []
     leaves = dict(_leaves(document.tables, ""))
@@ -189,7 +189,7 @@ def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _unit(scene: Scene, path: str, quantity: Any) -> str:
-    """The unit with which a number is written: where one without would be refused, or lose what it is one of."""
+    """The unit with which a number is written: where a bare number would be refused, or change its meaning."""
     if path.startswith("parameters."):
         return shown(scene.units.get(path.removeprefix("parameters."))) or ""
     return "rad" if quantity.dimension == "angle" else ""
@@ -204,7 +204,7 @@ def parsed(scene: Scene, path: str, text: str) -> float:
     """A value (SI) for a number of the scene, from a text: a quantity of its dimension, or a bare number in SI.
 
     Raises:
-        QuantityError: for anything else, a unit that its number does not have among it.
+        QuantityError: for anything else, such as a unit of another dimension.
 
     >>> import flywheel
     >>> parsed(flywheel.load({"regime": {"speed": 6}, "flywheel": {"inertia": 2}}), "regime.speed", "60 rpm") == math.tau
@@ -235,7 +235,7 @@ def _bare(text: str) -> float | None:
 
 
 def _dimension_of_default(scene: Scene, path: str, text: str) -> str | None:
-    """The dimension of a number that a scene leaves to its default, as reading takes one in its place; None of no number."""
+    """The dimension of a number that a scene leaves to its default, if one can be read there; else None."""
     for value in (text, 0.0, 0.5, 5.0):
         with suppress(SceneError):
             read = {dotted(name): each for name, each in _document(scene.with_({path: value})).quantities.items()}

@@ -1,4 +1,4 @@
-"""From a scene's text to a checked `Scene`, or to every fault in it at once; and remarks on numbers that look unmeant."""
+"""From a scene's text to a checked `Scene`, or to every fault in it at once; and remarks on improbable numbers."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def of_texts(raw: object, path: str = "") -> Iterator[Remark]:
 
 
 def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
-    """A quantity that is out of proportion as it stands, for its unit was left out or is another."""
+    """A quantity that is out of proportion, because its unit is missing or wrong."""
     value, number, dimension, many_turns = quantity
     bare = plain_number(value)
     if (parts := split_range(value)) is not None:
@@ -165,7 +165,7 @@ def of_rim(speed: float) -> Iterator[Remark]:
 
 
 def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark]:
-    """A drive that brakes, as its `work` in a cycle (J) beside the energy fluctuation shows."""
+    """A drive that brakes, by its `work` in a cycle (J) compared with the energy fluctuation."""
     if work < -_WORK_ROUNDING * fluctuation:
         found = "it brakes, as the loads drive the machine"
         if balanced:
@@ -190,10 +190,10 @@ _QUARTER = 1e-12
 def load(source: str | Path | Mapping[str, Any]) -> Scene:
     r"""The scene in a TOML file (a path), in a TOML text, or in a mapping such as `tomllib` gives.
 
-    A text of several lines is TOML; a single line is a path if it ends in `.toml` or holds no equals sign. What it was
-    taken for stands in the scene's `given_as`, and with the faults of a scene that has some. CSV files are searched for
-    beside the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Quantities of pint, or of
-    whatever knows its base units alike, are taken wherever a quantity is. Raises SceneError.
+    A text of several lines is TOML; a single line is a path if it ends in `.toml` or holds no equals sign. The scene's
+    `given_as`, and its faults, state the choice. CSV files are searched for beside the scene's file; a text or a mapping has
+    none (see `parse_scene`, `build_scene`). Quantities of pint, or of a similar library, are accepted for every quantity.
+    Raises SceneError.
 
     >>> scene = load('regime.speed = 10\nflywheel.inertia = "2 kg m^2"')
     >>> scene.inertia, scene.given_as
@@ -224,7 +224,7 @@ def is_toml(source: object) -> bool:
 
 
 def _path(source: object) -> Path:
-    """The path of a scene's file; a fault that names the nearest file there where it is none."""
+    """The path of a scene's file; a fault with the most similar file name if it does not exist."""
     if not isinstance(source, (str, PathLike)):
         raise SceneError([Fault("scene", show(source), "a dict, the path of a TOML file, or a TOML text")])
     file, names = Path(source), []
@@ -243,8 +243,8 @@ def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
     r"""The linkage of any number of drivers in a TOML file (a path), in a TOML text, or in a mapping.
 
     It holds `[mechanism]` of type `linkage` as a scene does, its `driver` and `start` being lists of as many pins and slides
-    as there are degrees of freedom; besides that `title`, `source` and `[parameters]`. What drives and loads it is for the
-    calls of `flywheel.freedoms` to say. Raises SceneError with every fault.
+    as there are degrees of freedom; besides that `title`, `source` and `[parameters]`. Drives and loads are arguments of the
+    functions in `flywheel.freedoms`. Raises SceneError with every fault.
 
     >>> pendulum = {"bodies": {"rod": {"mass": "2 kg", "com": ["0.5 m", 0]}}, "driver": ["pivot"], "joints": [
     ...     {"name": "pivot", "type": "pin", "between": ["frame.origin", "rod.origin"]}]}
@@ -260,7 +260,7 @@ def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
 
 
 def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
-    """The linkage in a mapping, which holds nothing else that would go unheard."""
+    """The linkage in a mapping; other contents are faults, because they would be ignored."""
     from flywheel.reading.mechanisms import read_linkage
 
     faults = Faults()
@@ -347,7 +347,7 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
 
 
 def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
-    """Faults of the machine in a file, each with the line that it comes from; as they are where that is not known."""
+    """Faults of the machine in a file, each with its line; unchanged where that is unknown."""
     found = list(faults)
     if all(fault.line is not None for fault in found):
         return found
@@ -358,13 +358,13 @@ def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
 
 
 def _deepest_key(text: str) -> int:
-    """The most dots of anything that may be a key, which `tomllib` takes the square of in time."""
+    """The greatest number of dots in a possible key, because the time of `tomllib` grows with its square."""
     bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
     return max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare))
 
 
 def placed_in(faults: Iterable[Fault], text: str) -> list[Fault]:
-    """Faults of the machine in a text, each with the line that it comes from; as they are where that is not known."""
+    """Faults of the machine in a text, each with its line; unchanged where that is unknown."""
     import tomllib
 
     from flywheel.reading import toml_text
@@ -386,7 +386,7 @@ def plain_lines(text: str) -> str:
 
 @np.errstate(all="ignore")  # what is not finite is reported as a fault, with its place
 def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
-    """The scene in a mapping such as `tomllib` gives; numbers, lists and arrays of NumPy will do as well.
+    """The scene in a mapping such as `tomllib` gives; numbers, lists and arrays of NumPy are accepted too.
 
     >>> scene = build_scene({"regime": {"speed": "60 rpm"}, "flywheel": {"irregularity": "4 %"}})
     >>> scene.speed == 2 * math.pi, scene.irregularity
@@ -452,7 +452,7 @@ def file_text(file: Path) -> str:
 
 
 def _plain(raw: Any, depth: int = 0) -> Any:
-    """A mapping with the quantities of other libraries as texts; what has none is the same object."""
+    """A mapping with the quantities of other libraries as texts; the same object if there are none."""
     if depth > _DEEPEST_KEY:
         return raw
     if isinstance(raw, Mapping):
@@ -465,7 +465,7 @@ def _plain(raw: Any, depth: int = 0) -> Any:
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
-    """All parts of the scene, one after another; None if a fault stops it from being put together."""
+    """All parts of the scene, one after another; None if a fault prevents its construction."""
     known = {key.name for key in TOP}
     for name in raw:
         if name not in known and name not in SECTIONS:
@@ -544,14 +544,14 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
 
 
 def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
-    """The values of a table that stands alone; one that is missing has its defaults, or faults for what it requires."""
+    """The values of a single table; a missing one has its defaults, or faults for required keys."""
     table = as_table(raw.get(name, {}), name, faults)
     keys = SECTIONS[name].keys
     return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
 class Shafts(NamedTuple):
-    """The shafts of a scene: speeds over that of the reduction element, which comes first, and what joins them.
+    """The shafts of a scene: speeds over that of the reduction element, which comes first, and their connections.
 
     `shaft_drag` are the torques (N m) against the rotation of shafts, where they have any.
     """
@@ -563,14 +563,14 @@ class Shafts(NamedTuple):
 
     @property
     def efficiencies(self) -> dict[str, float]:
-        """The share of power that passes the mesh of a shaft, where some of it is lost."""
+        """The efficiency of a shaft's mesh, if it is below 1."""
         return {
             name: one.share for name, one in self.transmissions.items() if not (one.efficiency == 1.0 and one.slip == 0.0)
         }
 
 
 def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -> Shafts:
-    """The tree of shafts; `drive` is the scene's, whose place tells which side of a belt that slips runs slower.
+    """The tree of shafts; `drive` is the scene's, whose place decides which side of a slipping belt runs slower.
 
     A shaft whose ratio is at fault can still be named. Along a stroke there is only the reduction element.
     """
@@ -623,7 +623,7 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
 
 
 def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Faults) -> None:
-    """Notes what makes no sense of the crank, which meshes with nothing."""
+    """Notes keys that do not apply to the crank, which has no mesh."""
     ratio, efficiency = fields["ratio"], fields["efficiency"]
     if ratio not in (None, 1.0):
         faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
@@ -688,7 +688,7 @@ def _tree(shafts: Shafts, drive: object, faults: Faults) -> Shafts:
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Unit], list[str]]:
     """Parameters that have a value (SI; NaN for a faulty one, which can still be named), their units, and the balances.
 
-    A number alone has no unit, or one that the scene keeps to itself.
+    A number alone has no unit, or an unknown one.
     """
     values: dict[str, float] = {}
     units: dict[str, Unit] = {}
@@ -752,7 +752,7 @@ def _flywheel(raw: Mapping[str, Any], places: Places, drive: Drive, faults: Faul
 
 
 def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Faults) -> dict[str, float]:
-    """The limits that a flywheel shall keep; those of a motor need one whose rated figures tell what they are shares of."""
+    """The limits that a flywheel shall keep; those of a motor require its rated figures."""
     path = LIMITS.name
     table = as_table(written, path, faults)
     if table is None:
@@ -779,7 +779,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
 
 
 def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
-    """The wheel that some keys of `[flywheel]` ask for; None after noting faults."""
+    """The wheel that some keys of `[flywheel]` describe; None after noting faults."""
     if item.fields["shape"] is None:
         item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) with {written[0]}")
         return None

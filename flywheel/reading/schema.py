@@ -1,4 +1,4 @@
-"""The scene format in one place: every table and key, what it holds, its range and its default.
+"""The scene format in one place: every table and key, its kind of value, range and default.
 
 The reader checks scenes against these lists, the reference texts are tested against them. Load models and motors have
 theirs, with their readers, in `load_models` and `motors`; families of mechanisms in `mechanisms`.
@@ -30,10 +30,10 @@ MOST_TURNS = 1000
 class Section(NamedTuple):
     """One table of the scene; `array` is written `[[name]]`, `named` is `[name.NAME]`, `free` has keys of its own.
 
-    one_of: groups of keys, of each of which a table has exactly one. either: sets of keys, one of which a table has and
-    nothing of the others; what else goes with what is the reader's. reader: what makes a load's law, or a motor, of a table
-    whose keys follow from its type; makes: the class of the motor; begin: values with which it begins on
-    a form ("EFFORT" and "SPEED" stand for those of a place that rotates or translates).
+    one_of: groups of keys, of each of which a table has exactly one. either: sets of keys, of which a table has one and no
+    key of the others; the reader checks other combinations. reader: function that makes a load's law, or a motor, from a
+    table whose keys follow from its type; makes: the class of the motor; begin: values with which it begins on a form
+    ("EFFORT" and "SPEED" stand for those of a place that rotates or translates).
     """
 
     name: str
@@ -504,7 +504,7 @@ LINKAGE_SECTIONS = (FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT)
 
 
 def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
-    """The keys that one type of joint or coupling takes; those of all types where it is not known.
+    """The keys of one type of joint or coupling; those of all types if it is unknown.
 
     >>> [key.name for key in keys_for(JOINT, JOINT_KEYS["fixed"])]
     ['name', 'type', 'between', 'angle']

@@ -40,7 +40,7 @@ def read_table(
 ) -> Table | None:
     """A table in SI whose angles ascend; `dimension` is that of its values, `along` that of its angles.
 
-    Along a stroke that slides the "angles" are lengths. None after noting what is wrong with it.
+    Along a stroke that slides the "angles" are lengths. None after noting its faults.
     """
     before = len(faults)
     mapping = as_table(raw, path, faults)
@@ -106,7 +106,7 @@ def _ascends(angle: Array, path: str, faults: Faults) -> bool:
 
 
 def fit_period(table: Table, every: float, path: str, faults: Faults) -> Table | None:
-    """The table put exactly onto its period, or a fault if it does not span it."""
+    """The table fitted exactly to its period, or a fault if it does not span it."""
     span = float(table.angle[-1] - table.angle[0])
     if abs(span - every) > TOLERANCE * every:
         faults.add(path, _spans(table), f"a span of {_angle(every)}, after which the load repeats", _in_degrees(span, every))
@@ -144,7 +144,7 @@ def fit_stroke(table: Table, window: Window, path: str, faults: Faults) -> Table
 
 
 def _moved_ends(table: Table, first: float | None, last: float | None) -> Table:
-    """The table with its end rows put exactly where they nearly are."""
+    """The table with its end rows moved exactly to the ends that they nearly reach."""
     angle = table.angle.copy()
     if first is not None:
         angle[0] = min(first, angle[1])
@@ -171,7 +171,7 @@ def _in_degrees(span: float, every: float) -> str:
 
 
 def _angle(angle: float) -> str:
-    """An angle as a designer reads it."""
+    """An angle in words."""
     return f"{math.degrees(angle):.10g} deg"
 
 
@@ -216,7 +216,7 @@ def read_columns(
 
 
 def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path | None:
-    """The file beside the scene that a name stands for; nothing outside the scene's folder is ever opened."""
+    """The file of a name, beside the scene; no file outside the scene's folder is ever opened."""
     if not isinstance(name, str) or not name:
         faults.add(path, show(name), "the name of a CSV file in the scene's folder")
         return None
@@ -241,7 +241,7 @@ def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path 
 
 
 def _elsewhere(name: str) -> str:
-    r"""The advice for a name that is a place on a disk, or that escapes have spoilt: "C:\new" holds a line's end."""
+    r"""The advice for a name that is a path on a disk, or that has escapes: "C:\new" contains a line's end."""
     spelt = name
     for sign, letter in zip("\n\t\r\b\f", "ntrbf", strict=True):
         spelt = spelt.replace(sign, f"\\{letter}")
@@ -280,7 +280,7 @@ def is_utf16(content: bytes) -> bool:
 
 
 def lines_of(text: str) -> list[CsvLine]:
-    """The lines that hold something besides a comment, split by the separator that the last of them shows.
+    """The lines with data, split by the separator that the last of them has.
 
     Separators between double quotes do not count.
     """
@@ -330,7 +330,7 @@ def _column(column: object, header: CsvLine | None, width: int, path: str, fault
 def _numbers(
     lines: list[CsvLine], header: CsvLine | None, index: int, path: str, faults: Faults
 ) -> tuple[list[str], list[str]] | None:
-    """Both columns, once every row has proved to have the right width and numbers in them."""
+    """Both columns, after a check that every row has the right width and contains numbers."""
     width, wrong = len(header.fields if header else lines[0].fields), 0
     for line in lines:
         fields = line.fields
@@ -453,7 +453,7 @@ def repeats(output: Output, period: float) -> int | None:
 
 
 def fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
-    """An output that repeats after the period: a shorter table is laid end to end until it fills it."""
+    """An output that repeats after the period: a shorter table is repeated until it fills the period."""
     law, times = output.law, repeats(output, period)
     if not isinstance(law, Table):
         return output

@@ -1,7 +1,7 @@
 """Changes of a scene's text at the place of a value, a key or a table: comments and layout stay as they are.
 
-Every change is checked by reading the text again: it says what it said, except for the one place. One that cannot be made so
-is refused, and the text stays.
+Every change is checked by reading the text again: only the one place may differ. Any other change is refused, and the text
+stays.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class EditError(ValueError):
 
 
 def quoted(text: str, like: str = "") -> str:
-    r"""A text as a value of TOML on one line, in single quotes where those that stood there are, or where that is plainer.
+    r"""A text as a value of TOML on one line, in single quotes if the old value has them, or if that avoids escapes.
 
     >>> print(quoted("80 mm"), quoted('5" pipe'), quoted("a\nb'c"), quoted("x", like="'y'"))
     "80 mm" '5" pipe' "a\nb'c" 'x'
@@ -160,7 +160,7 @@ def _leaves(value: Any, leave: Path, path: Path = ()) -> dict[Path, Any]:
 
 
 def _added(found: Outline, path: Path, written: str) -> str:
-    """The text with a key or a table that is not there: beside its like, else below the heading of what it belongs to."""
+    """The text with a new key or table: beside similar ones, else below the heading of its table."""
     for k in range(len(path) - 1, -1, -1):
         above, rest = path[:k], path[k:]
         if above in found.values:
@@ -179,7 +179,7 @@ def _added(found: Outline, path: Path, written: str) -> str:
 
 
 def _statements(found: Outline, path: Path) -> list[Value]:
-    """The lines that give what stands at a path or below it, written with dots below another heading."""
+    """The lines of a path and everything below it, written with dots below another heading."""
     below = [
         value
         for at, value in found.values.items()
@@ -189,13 +189,13 @@ def _statements(found: Outline, path: Path) -> list[Value]:
 
 
 def _line(found: Outline, stop: int, block: Path, path: Path, written: str) -> str:
-    """The text with a line more behind the one in which a value stops."""
+    """The text with a new line behind the one in which a value ends."""
     end = _line_end(found.text, stop)
     return f"{found.text[:end]}\n{_dotted(path[len(block) :])} = {written}{found.text[end:]}"
 
 
 def _below_heading(found: Outline, number: int, path: Path, written: str) -> str:
-    """The text with a line more behind the last one below a heading."""
+    """The text with a new line behind the last one below a heading."""
     block = found.blocks[number]
     own = [value.stop for value in found.values.values() if value.statement and value.block == number]
     if own or block.path:
@@ -207,7 +207,7 @@ def _below_heading(found: Outline, number: int, path: Path, written: str) -> str
 
 
 def _with_table(found: Outline, path: Path, written: str) -> str:
-    """The text with a table of its own heading: a key's own where the key is not in one yet."""
+    """The text with a new table under its own heading: a key's own where the key is not in one yet."""
     value = tomllib.loads(f"value = {written}")["value"]
     table = path if isinstance(value, dict) or isinstance(path[-1], int) else path[:-1]
     if not table or (isinstance(path[-1], int) and not isinstance(value, dict)):
@@ -280,7 +280,7 @@ def _added_inline(found: Outline, value: Value, rest: Path, written: str) -> str
 
 
 def _inline(found: Outline, path: Path) -> Path:
-    """The list or table between brackets in which a path stands; nothing where it has lines of its own."""
+    """The list or table between brackets in which a path stands; None where it has separate lines."""
     for k in range(len(path) - 1, 0, -1):
         if path[:k] in found.values:
             return path[:k]
@@ -288,7 +288,7 @@ def _inline(found: Outline, path: Path) -> Path:
 
 
 def _without_inline(found: Outline, inline: Path, path: Path) -> str:
-    """The text without what stands at a path, or below it, between brackets."""
+    """The text without a path and everything below it, between brackets."""
     inside = found.values[inline]
     while taken := _first(found, path):
         value = found.values[taken]
@@ -325,7 +325,7 @@ def _first(found: Outline, path: Path) -> Path | None:
 
 
 def _without_lines(found: Outline, path: Path) -> str:
-    """The text without the headings and lines of what stands at a path or below it."""
+    """The text without the headings and lines of a path and everything below it."""
     gone = [i for i, block in enumerate(found.blocks) if block.path[: len(path)] == path]
     cuts = [(_begin(found, i), _begin(found, i + 1)) for i in gone]
     for at, value in found.values.items():

@@ -1,7 +1,7 @@
-"""A scene's text: the line on which every key stands, and what was meant where the text is no TOML.
+"""A scene's text: the line of every key, and the probable meaning of a text that is no TOML.
 
-`tomllib` says which texts are TOML and what they hold; this says where. One scanner walks the text by TOML's lexical rules:
-for a valid text it records the line of every key, table and item; for an invalid one it describes the errors in words
+`tomllib` decides which texts are TOML and reads them; this module gives places. One scanner walks the text by TOML's lexical
+rules: for a valid text it records the line of every key, table and item; for an invalid one it describes the errors in words
 that do not presuppose TOML's specification.
 """
 
@@ -71,7 +71,7 @@ class Index(NamedTuple):
     def placed(self, fault: Told) -> Told:
         """The fault with its line, of its key or of the table that lacks it, and the tables of arrays on the way to it.
 
-        These are counted from 1: "the 2nd [[load]]". The fault is as it was where its line is not known.
+        These are counted from 1: "the 2nd [[load]]". The fault is unchanged if its line is unknown.
         """
         where = fault.path
         while where and where not in self.lines:
@@ -133,7 +133,7 @@ def _joined_path(path: str, part: str | int) -> str:
 
 
 class Value(NamedTuple):
-    """Place of a value in a text: its key begins `at` (a list's item itself), it runs from `start` to `stop`.
+    """Place of a value in a text: its key begins `at` (for a list's item, the item), the value runs from `start` to `stop`.
 
     It is a `statement` where it has its line to itself, below the heading of that `block`. One that is no TOML is not
     `good`, and runs to the end of its line.
@@ -158,8 +158,8 @@ class TomlBlock(NamedTuple):
 class Outline(NamedTuple):
     """A text with the place of everything in it; `mapping` holds as much as can be read where it is no TOML.
 
-    `troubles` counts the errors that prevent its reading. `places` has paths as faults write them. Of a text that is longer
-    than a scene that somebody writes by hand nothing is told.
+    `troubles` counts the errors that prevent its reading. `places` has paths as faults write them. A text far longer than a
+    handwritten scene has no outline.
     """
 
     text: str
@@ -202,7 +202,7 @@ def outline(text: str) -> Outline:
 
 
 def _readable(scanner: _Scanner) -> dict[str, Any]:
-    """The tables and values that stand in good order in a text that is no TOML."""
+    """The tables and values that can be read in a text that is no TOML."""
     mapping: dict[str, Any] = {}
     given: list[tuple[Path, Any]] = [(block.path, {}) for block in scanner.blocks[1:]]
     for path, value in scanner.pairs.items():
@@ -223,7 +223,7 @@ def _readable(scanner: _Scanner) -> dict[str, Any]:
 
 
 class _Scanner:
-    """A walk over a text, statement by statement: what it notes are the places of paths, and the tables written [[so]]."""
+    """A walk over a text, statement by statement: it notes the places of paths, and the tables written [[so]]."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -251,7 +251,7 @@ class _Scanner:
         return len(self.text) if found < 0 else found
 
     def troubles(self) -> Iterator[_Trouble]:
-        """Errors of syntax, one at most for each statement; scanning continues after each where that makes sense."""
+        """Errors of syntax, one at most for each statement; scanning continues after each if possible."""
         at = 0
         while (at := self._skip(at)) < len(self.text):
             self.braces = 0
@@ -262,12 +262,12 @@ class _Scanner:
                 at = self.end(trouble.at) if trouble.resume is None else trouble.resume
 
     def _skip(self, at: int, blanks: re.Pattern[str] = _BLANKS) -> int:
-        """Behind blanks and comments."""
+        """The position behind blanks and comments."""
         match = blanks.match(self.text, at)
         return at if match is None else match.end()
 
     def _keys(self, text: str) -> tuple[str, ...]:
-        """The parts of a dotted key, which are not without end."""
+        """The parts of a dotted key, limited in number."""
         if text.count(".") > _MOST_PARTS:
             raise RecursionError
         if '"' not in text and "'" not in text:
@@ -333,7 +333,7 @@ class _Scanner:
         return match.end()
 
     def _pair(self, at: int, prefix: Path, match: re.Match[str] | None = None) -> int:
-        """Behind a key and its value, which end a line but within an inline table, where the key was matched already."""
+        """The position behind a key and its value, which end a line except in an inline table (its key is matched)."""
         ending = match is None
         match = match or _KEY.match(self.text, at)
         equals = -1 if match is None else self._skip(match.end(), _GAP)
@@ -366,7 +366,7 @@ class _Scanner:
         return stop
 
     def _value(self, at: int, path: Path, key: str) -> int:
-        """Behind a value; `key`: what it belongs to where that has the line to itself."""
+        """The position behind a value; `key`: its key if that has the line to itself."""
         mark = self.text[at : at + 1]
         if mark == "[":
             return self._list(at, path)
@@ -401,7 +401,7 @@ class _Scanner:
         return match.end()
 
     def _list(self, at: int, path: Path) -> int:
-        """Behind a list, whose items may stand on many lines."""
+        """The position behind a list, whose items may be on many lines."""
         opening, number = at, 0
         if re.match(rf"\[\s*{_KEY.pattern}[ \t]*=", self.text[at : at + _LONGEST]):
             raise self._mended(_Trouble(at, _glimpse(self.text[at:]), "a table between braces", "write { and }"), at)
@@ -423,7 +423,7 @@ class _Scanner:
         return at + 1
 
     def _within(self, at: int, opening: int) -> int:
-        """The next item of a list, or what closes it; a list that another statement interrupts was never closed."""
+        """The next item of a list, or its end; a list that another statement interrupts was never closed."""
         at = self._skip(at)
         start = self.starts[self.line(at) - 1]
         fresh = self.line(at) > self.line(opening) and not self.text[start:at].strip()
@@ -488,7 +488,7 @@ def _closing(text: str, opening: int) -> int | None:
 
 
 def _braced(inner: str) -> str:
-    """A table between braces on one line, from keys and values as a beginner writes them; empty if they are none.
+    """A table between braces on one line, from keys and values as a beginner writes them; empty if there are none.
 
     >>> _braced("length: 480 mm; mass = 2,5")
     '{length = "480 mm", mass = 2.5}'
@@ -546,13 +546,13 @@ def _is_value(text: str) -> bool:
 
 
 def _glimpse(text: str) -> str:
-    """The beginning of what was found, on one line."""
+    """The beginning of the wrong text, on one line."""
     line = text.split("\n", 1)[0].strip()
     return quote(line)[1:-1] if line else "the end of the line"
 
 
 def _written(key: str, values: Iterable[str]) -> str:
-    """The advice to write the first of some values that is one; none if none of them is, or the line is long."""
+    """The advice to write the first valid one of some values; empty if none is valid, or the line is long."""
     good = next((value for value in values if _is_value(value)), "")
     line = f"{key} = {good}" if key else good
     return f"write {line}" if good and len(line) <= _LONGEST and line.isprintable() else ""
@@ -574,7 +574,7 @@ _A_VALUE = "a number, or a text in quotes"
 
 
 def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
-    """A value that is none, or that something stands `behind`."""
+    """The fault of an invalid value, or of text `behind` it."""
     told = _without_comment(rest)
     head, tail = rest[:behind].strip(), rest[behind:].strip()
     if head and head[0] not in "\"'[{":
@@ -619,7 +619,7 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
 
 
 def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
-    """A value without quotes that is no number."""
+    """The fault of a value without quotes that is no number."""
     if _is_value(plain := told.lstrip("=: ")):
         return _Trouble(at, f"{told[: len(told) - len(plain)].strip()} after =", "one =", _written(key, (plain,)))
     if told.lower() in _TRUTHS:
@@ -663,7 +663,7 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
 
 
 def _text_trouble(at: int, key: str, text: str, is_open: bool) -> _Trouble:
-    """A text that is not closed, or that holds a backslash which means something else between double quotes."""
+    """The fault of a text that is not closed, or contains a backslash that is an escape between double quotes."""
     if text[0] == '"' and "\\" in text:
         inner = _without_comment(text).strip('"')
         ways = (f"'{inner}'", f'"{inner.replace(chr(92), "/")}"')
@@ -680,7 +680,7 @@ def _text_trouble(at: int, key: str, text: str, is_open: bool) -> _Trouble:
 
 
 def _item_trouble(at: int, rest: str) -> _Trouble:
-    """An item of a list, or a value of an inline table, that is none."""
+    """The fault of an invalid item of a list, or value of an inline table."""
     item = re.split(r"[,\]}#]", rest, maxsplit=1)[0].strip()
     if not item:
         return _Trouble(at, _glimpse(rest), "a value", "a comma or a bracket stands where a value should")
@@ -701,7 +701,7 @@ def _inline_trouble(at: int, rest: str) -> _Trouble:
 
 
 def _key_trouble(at: int, line: str) -> _Trouble:
-    """A line that is no key with its value."""
+    """The fault of a line that is no key with its value."""
     told = _without_comment(line)
     if line.startswith("```"):
         return _Trouble(at, _glimpse(line), "the scene alone", "leave the lines with ``` out")
@@ -733,7 +733,7 @@ def _key_trouble(at: int, line: str) -> _Trouble:
 
 
 def _ways(value: str) -> Iterator[str]:
-    """Possible meanings of a value, the likeliest first."""
+    """Possible meanings of a value, the most likely first."""
     yield value
     yield value.rstrip(",; ")
     trouble = _bare_trouble(0, "k", value)
@@ -750,7 +750,7 @@ def _as_heading(name: str) -> str:
 
 
 def _heading_trouble(at: int, line: str) -> _Trouble:
-    """A line that begins with a bracket and is no heading."""
+    """The fault of a line that begins with a bracket and is no heading."""
     told = _without_comment(line)
     match = re.match(r"(\[+)([^\[\]=]*)(\]*)[ \t]*(.*)", told)
     if match is None:

@@ -55,7 +55,7 @@ _AFTER = (
 
 
 def topics() -> list[str]:
-    """The names of all topics, in the order in which one would read them.
+    """The names of all topics, in reading order.
 
     >>> topics()[:3]
     ['overview', 'quantities', 'expressions']
@@ -96,7 +96,7 @@ def _value(key: Key) -> str:
 
 
 def schema_text() -> str:
-    """The scene format as a JSON Schema (draft 7), which editors check scenes by while they are written.
+    """The scene format as a JSON Schema (draft 7), by which editors check scenes while they are written.
 
     >>> '"additionalProperties": false' in schema_text()
     True

@@ -1,11 +1,11 @@
-"""The branch of steady periodic motions over the inertia of a flywheel: which flywheels have one, and which have none.
+"""The branch of steady periodic motions over the inertia of a flywheel: flywheels with and without one.
 
 For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, because the
 machine followed in time stops; or neither within the allowed effort. Use one `Branch` for a search over many flywheels: each
 motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct ways fail the
-machine is followed in time, which costs less than the other ways: it stops, or comes near the motion.
+machine is followed in time, which costs less than the other ways: it stops, or approaches the motion.
 
-Of a machine that sets its own speed by laws of angle and speed alone, motions do not cross: what starts faster stays faster.
+Motions of a machine that sets its own speed by laws of angle and speed alone do not cross: the faster one stays faster.
 A machine released above every speed of a periodic motion stays above all of them; where it stops, there is none. With a
 motor's own states it is released in the neighbouring motion, and if that stops the branch has ended.
 
@@ -85,7 +85,7 @@ class Stop(NamedTuple):
 
 
 class UnstableError(NoRegimeError):
-    """The only motion found is unstable."""
+    """The only known motion is unstable."""
 
     def __init__(self, motion: OwnMotion) -> None:
         super().__init__(f"an unstable motion: a disturbance grows {motion.solved.multiplier:.6g}-fold in a cycle")
@@ -299,7 +299,7 @@ class Outcome(Enum):
 class Ending(NamedTuple):
     """Outcome and place of a motion's end: `machine stalls at crank angle 83.2 deg after 1.2 s`.
 
-    `fault` is why it could not be followed, where that is known.
+    `fault` is the reason why it could not be followed, if known.
     """
 
     outcome: Outcome
@@ -315,7 +315,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
         speed: of the crank at the start, rad/s.
         inertia: of the flywheel, kg m² on the crank.
         balance: value (SI) of the scene's unknown.
-        hurried: true if enough work was spent on the machine already.
+        hurried: True if the machine has already had a large share of the effort.
 
     """
     cycle = machine.scene.cycle

@@ -84,7 +84,7 @@ def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
 
 
 def net_works(moments: Moments, speeds: Array) -> Array:
-    """Net works (J) of a cycle run at constant crank speeds (rad/s), a handful at a time."""
+    """Net works (J) of a cycle run at constant crank speeds (rad/s), a few at a time."""
     spend(_PER_SPEED * moments.mesh.phi.size * speeds.size)
     few = max(_AT_ONCE // moments.mesh.phi.size, 1)
     return np.concatenate([moments.net_work(speeds[k : k + few]) for k in range(0, speeds.size, few)])
