@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.elements import TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact, replaced
+from bondgraph.elements import OWN_FLOW, TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact, replaced
 from bondgraph.graph import BondGraph, Scale, Sum
 from bondgraph.motion.algebra import total
 from bondgraph.motion.walk import Port, Tables, Walk, displacements, targets, upstream
@@ -268,6 +268,7 @@ class SymbolicWalk(Walk):
     def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False) -> None:
         self.twin, self.sequential = twin, sequential
         self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
+        self.solved: dict[int, Callable[[], Any]] = {}  # variable of a loop -> what gives it in symbols
         self.nested = False  # whether a loop was solved by elimination
         self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
         super().__init__(tables, twin.places[TIME], state, {})
@@ -289,10 +290,8 @@ class SymbolicWalk(Walk):
         """
         import sympy
 
-        if any(self.graph.is_curve(p.element.name) or p.element.kind != "R" for p in ports):
-            return super()._closed(ports)
         form, columns = self.form, {self.form.column[p.output] for p in ports}
-        steps = [form.steps[k] for k in upstream(form, {p.input for p in ports})]
+        steps = [form.steps[k] for k in upstream(form, {v for p in ports for v in form.reads(p)})]
         needed = {v for step in steps for v in targets(step)} | set(form.column)
         unknown = {v for v in needed if columns.intersection(form.support[v])}
         made: list[list[tuple[int, Any]]] = []
@@ -303,16 +302,25 @@ class SymbolicWalk(Walk):
                 made.append([(step.target, -1), *step.terms])
             else:
                 made += [[(v, sign * self._ratio(ratio)) for v, ratio, sign in r.terms] for r in step.relations]
-        for port in ports:
-            resistance = port.sign * self._resistance(port.element.name)
-            effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
-            made.append([(effort, -1), (flow, resistance)])
+        lines = [self._line(port) for port in ports]
+        if None in lines:
+            return super()._closed(ports)
+        constants = [0] * len(made) + [line[1] for line in lines if line is not None]
+        made += [line[0] for line in lines if line is not None]
         rows: list[dict[int, Any]] = []
         right: list[Any] = []
-        for terms in made:
-            rows.append({v: self.twin.unfold(a) for v, a in terms if v in unknown})
-            right.append(self.twin.unfold(-total(a * self.value(v) for v, a in terms if v not in unknown)))
         few = not self.sequential and len(ports) <= _ONE_FRACTION
+        numbers: dict[Any, Any] = {}  # floats -> symbols that stand for them, so that nothing of a fraction is rounded
+
+        def whole(value: Any) -> Any:
+            value = self.twin.unfold(value)
+            fresh = {x: numbers.setdefault(x, sympy.Dummy(real=True)) for x in (value.atoms(sympy.Float) if few else ())}
+            self.twin.held.update({symbol: x for x, symbol in fresh.items()})
+            return value.xreplace(fresh)
+
+        for terms, constant in zip(made, constants, strict=True):
+            rows.append({v: whole(a) for v, a in terms if v in unknown})
+            right.append(whole(-constant - total(a * self.value(v) for v, a in terms if v not in unknown)))
         flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
         field, entries = sympy.construct_domain(flat if few else [], field=True)
         if few := few and field.is_Exact and not field.is_EX:
@@ -340,8 +348,36 @@ class SymbolicWalk(Walk):
         for i, pivot in reversed(order):
             known = sum((a * found[v] for v, a in rows[i].items() if v != pivot), zero)
             found[pivot] = named((right[i] - known) / rows[i][pivot])
-        solved = [found[port.output] for port in ports]
-        return [self.twin.hold(sympy.factor_terms(field.to_sympy(z))) for z in solved] if few else solved
+        self.solved |= {v: (lambda z=z: sympy.factor_terms(field.to_sympy(z))) if few else (lambda z=z: z) for v, z in found.items()}
+        return [self.value(port.output) for port in ports]
+
+    def value(self, variable: int) -> Any:
+        """A flow or effort without what followers give; in a loop, as the loop's solution has it."""
+        if variable in self.solved:
+            self._values[variable] = self.twin.hold(self.solved.pop(variable)())
+        return super().value(variable)
+
+    def _line(self, port: Port) -> tuple[list[tuple[int, Any]], Any] | None:
+        """The terms and the constant whose sum is 0 by a law that is a straight line in what the loop gives; else None."""
+        import sympy
+
+        name, law, kind = port.element.name, port.element.law, port.element.kind
+        effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
+        own = self.graph.own(name)
+        if kind == "R" and own is None:
+            return [(effort, -1), (flow, port.sign * self._resistance(name))], 0
+        if not isinstance(law, Function):
+            return None
+        at = flow if own == OWN_FLOW else effort
+        read = {n: at if n == own else self.form.read(port, n) for n in law.of}
+        given = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
+        value, partials = super()._symbolic_partials(law, self._arguments(law, name, given=given))
+        if any(partial.has(*given.values()) for partial in partials):
+            return None
+        signs = {n: port.sign if n == OWN_FLOW else 1 for n in given}
+        slopes = [(v, signs[n] * a) for (n, v), a in zip(read.items(), partials, strict=True) if v is not None]
+        left = (effort, -1) if own == OWN_FLOW else (flow, -port.sign) if own else (port.output, -1)
+        return [left, *slopes], value.xreplace(dict.fromkeys(given.values(), sympy.S.Zero))
 
     def _step(self, value: Any) -> Any:
         """A symbol for an intermediate result, if it is more than one."""

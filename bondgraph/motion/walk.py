@@ -347,12 +347,13 @@ class Walk:
             found = np.array([called(*row) for row in rows], dtype=float)
             return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
 
-    def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
-        own_name = self.graph.own(name)
+    def _arguments(self, law: Function, name: str, own: Any = None, given: Mapping[str, Any] | None = None) -> list[Any]:
+        """What a law is called with; `given` beside its own: flows and efforts that are not yet known."""
+        given = {self.graph.own(name): own} if given is None else given
         values = []
         for argument in law.of:
-            if argument == own_name:
-                values.append(own)
+            if argument in given:
+                values.append(given[argument])
             elif argument in self.graph.parameters:
                 values.append(self.graph.parameter(argument, name))
             elif argument in self._places:
@@ -538,8 +539,6 @@ class Walk:
                 found = [self._given_by(port) for port in ports]
             for k, value in zip(group.members, found, strict=True):
                 self.outputs[len(self.form.stores) + k] = value
-            if group.loop:
-                self._values.clear()
 
     def _explicit(self, port: Port) -> bool:
         """False of a resistor whose curve gives the other than what is asked of it."""
@@ -616,6 +615,7 @@ class Walk:
     def _closed(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of linear resistors in a loop."""
         residual, slopes = self._residual(ports, [0.0] * len(ports))
+        self._values.clear()
         try:
             return [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
         except GraphError as error:
@@ -626,7 +626,9 @@ class Walk:
         """The outputs of resistors of any law in a loop, by iteration."""
         known = [self.t, *self.state, *self._places.values()]
         shape = np.broadcast_shapes(*(np.shape(value) for value in known))
-        return settle(lambda given: self._residual(ports, given), len(ports), shape, loop_name(self.graph, ports))
+        found = settle(lambda given: self._residual(ports, given), len(ports), shape, loop_name(self.graph, ports))
+        self._values.clear()
+        return found
 
     def _store_rates(self) -> list[Any]:
         """The rates of momenta and displacements; on the way, what followers give."""

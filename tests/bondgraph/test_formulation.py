@@ -216,6 +216,23 @@ def test_a_field_of_resistors_in_a_loop_is_solved_in_fractions_too():
     assert_allclose(Dynamics(graph).rates(0.0, 2.0), [-float(1 / conductance)], rtol=1e-15)
 
 
+def test_a_loop_beside_a_field_of_inertias_is_one_fraction_in_symbols_too():
+    """Nodes joined by a gyrator, each with a resistor and a port of the field: e0/G + G (e0/R0 + i0)/R1 + i1 = 0."""
+    mass, ratio, resistors = [[0.79, 0.00415], [0.00415, 0.307]], 771.275, (5e17, 127.0)
+    b = Builder().zero("a").zero("b").gyrate("b", "a", ratio).on("a", I("m", 0.05), R("R0", resistors[0]))
+    graph = b.on("b", R("R1", resistors[1])).field(I("M", mass), "a", "b").build()
+    momenta = {"p_m": 0.3, "p_M_1": 0.7, "p_M_2": -0.4}
+    (k, c), (_, n) = ([Fraction(x) for x in row] for row in mass)
+    p, q, s = (Fraction(momenta[name]) for name in ("p_M_1", "p_M_2", "p_m"))
+    flows = (n * p - c * q) / (k * n - c * c) + s / Fraction(0.05), (k * q - c * p) / (k * n - c * c)
+    G, R0, R1 = map(Fraction, (ratio, *resistors))
+    effort = -(flows[1] + G * flows[0] / R1) / (1 / G + G / (R0 * R1))
+    expected = {"p_m": effort, "p_M_1": effort, "p_M_2": G * (effort / R0 + flows[0])}
+    names = [str(s) for s in state_equations(graph).states]
+    rates = state_equations(graph).numeric()(0.0, [momenta[n] for n in names])
+    assert_allclose(rates, [float(expected[n]) for n in names], rtol=1e-13)
+
+
 def test_a_mesh_of_resistors_has_equations_in_seconds():
     """Nested fractions share so much that as a tree they are millions of operations, which took minutes to walk."""
     b = Builder()
