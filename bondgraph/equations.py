@@ -39,7 +39,7 @@ from bondgraph.elements import (
 )
 from bondgraph.graph import BondGraph, Builder, as_graph
 from bondgraph.motion.algebra import readable
-from bondgraph.motion.dynamics import Dynamics, Formulation, loops_of_constants
+from bondgraph.motion.dynamics import Dynamics, Formulation, exact_gains
 from bondgraph.motion.walk import Group, Port
 from bondgraph.twin import SymbolicWalk, twin
 
@@ -482,7 +482,7 @@ def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequen
     """The reading of a graph, by the formulation of its numbers where it has them all."""
     settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
     if settled is not None:
-        loops_of_constants(settled)  # refuses loops without a solution, or of several
+        exact_gains(settled)  # refuses loops without a solution, or of several
     form = settled.of if settled is not None else lambda twin: Formulation(twin, causality)
     return Reading(graph, opaque, form, sequential)
 

@@ -16,7 +16,20 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.elements import OWN_FLOW, TIME, Dual, Element, Function, GraphError, Here, Law, Modulus, Motion, exact, replaced
+from bondgraph.elements import (
+    OWN_FLOW,
+    TIME,
+    Dual,
+    Element,
+    Function,
+    GraphError,
+    Here,
+    Law,
+    Modulus,
+    Motion,
+    exact,
+    replaced,
+)
 from bondgraph.graph import BondGraph, Scale, Sum
 from bondgraph.motion.algebra import total
 from bondgraph.motion.walk import Port, Tables, Walk, displacements, targets, upstream
@@ -348,7 +361,9 @@ class SymbolicWalk(Walk):
         for i, pivot in reversed(order):
             known = sum((a * found[v] for v, a in rows[i].items() if v != pivot), zero)
             found[pivot] = named((right[i] - known) / rows[i][pivot])
-        self.solved |= {v: (lambda z=z: sympy.factor_terms(field.to_sympy(z))) if few else (lambda z=z: z) for v, z in found.items()}
+        self.solved |= {
+            v: (lambda z=z: sympy.factor_terms(field.to_sympy(z))) if few else (lambda z=z: z) for v, z in found.items()
+        }
         return [self.value(port.output) for port in ports]
 
     def value(self, variable: int) -> Any:

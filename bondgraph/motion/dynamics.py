@@ -380,7 +380,7 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         owner_of={d.name: form.variable(d.of) for d in form.displacements},
         displacement_of={d.of: d.name for d in reversed(form.displacements)},
         iterated=tuple(g for g in form.groups if _bends(form, g)),
-        closed=loops_of_constants(form),
+        closed=exact_gains(form),
         bending=frozenset(k for k, p in enumerate(form.followers) if graph.is_curve(p.element.name)),
         weighed=_weighed(form),
         varying=upstream(form, {p.input for p in form.followers}),
@@ -404,14 +404,15 @@ def _bends(form: Formulation, group: Group) -> bool:
     return bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
 
 
-def loops_of_constants(form: Formulation) -> dict[int, dict[int, float]]:
-    """Gains of all variables in loops of constant resistors, and after them, on what the loops follow from.
+def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
+    """Gains of variables in loops of constant resistors, of those that constant followers give, and of all after them.
 
-    Leaks of 1e20 ohm beside 1 ohm leave no digit to a solution in floats: loops are solved in fractions, and rounded once.
+    Leaks of 1e20 ohm beside 1 ohm, or a great store that follows a small one, leave no digit to a solution in floats: both
+    are solved in fractions, and rounded once.
     """
     loops = [[_line(form, form.acting[k]) for k in g.members] for g in form.groups if g.loop]
     members = [[form.acting[k] for k in g.members] for g in form.groups if g.loop]
-    if not any(map(all, loops)):
+    if not any(map(all, loops)) and not form.followers:
         return {}
     gain = {variable: {k: Fraction(1)} for variable, k in form.column.items()}
 
@@ -430,6 +431,13 @@ def loops_of_constants(form: Formulation) -> dict[int, dict[int, float]]:
             right = [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows]
             gain |= zip(made, eliminated(matrix, right), strict=True)
     closed = set[int]()
+
+    def put(outputs: Mapping[int, Mapping[int, Fraction]]) -> None:
+        for v in [v for v, shares in gain.items() if outputs.keys() & shares.keys()]:
+            known = {**outputs, **{k: {k: Fraction(1)} for k in gain[v] if k not in outputs}}
+            gain[v] = combined(gain[v].items(), known)
+            closed.add(v)
+
     for lines, ports in zip(loops, members, strict=True):
         if not all(line and gain.keys() >= {v for v, _ in line} for line in lines):
             continue
@@ -442,11 +450,62 @@ def loops_of_constants(form: Formulation) -> dict[int, dict[int, float]]:
             raise GraphError(
                 f"the loop of {loop_name(form.graph, ports)} has no solution, or more than one: {error}"
             ) from error
-        for v in [v for v, shares in gain.items() if outputs.keys() & shares.keys()]:
-            known = outputs | {k: {k: Fraction(1)} for k in gain[v] if k not in outputs}
-            gain[v] = combined(gain[v].items(), known)
-            closed.add(v)
+        put(outputs)
+    put(_followed(form, gain, combined))
     return {v: {k: float(share) for k, share in gain[v].items()} for v in closed}
+
+
+def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[..., dict[int, Fraction]]) -> Any:
+    """The gains of what followers give, if they, their leaders and their sources are constants throughout; else none.
+
+    With y' = G z the rates of the leading stores' states and z' = S y' those of what they give, a follower of inertia or
+    compliance w gives w g z'.
+    """
+    graph, first, places = form.graph, len(form.stores), _weighed(form)
+    last, ports = first + len(form.acting), [form.stores[k] for k in places]
+    if form.massless or not gain.keys() >= {p.input for p in (*ports, *form.followers)}:
+        return {}
+    driven = {k for p in form.followers for k in gain[p.input] if k >= first}
+    acting = [form.acting[k - first] if k < last else form.followers[k - last] for k in driven]
+    if any(p.element.kind not in SOURCES or not isinstance(p.element.law, float) for p in acting):
+        return {}
+    at = {form.state_name(p): k for k, p in zip(places, ports, strict=True)}
+    slopes: dict[int, dict[int, Fraction]] = {}  # of what a store gives by the states
+    for k, port in zip(places, ports, strict=True):
+        law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
+        if (constant := _number(graph, name)) is not None:
+            slopes[k] = {k: Fraction(sign) / Fraction(constant)}
+        elif isinstance(law, Function) and law.is_affine and (at := at | {graph.own(name): k}).keys() >= {*law.of}:
+            slopes[k] = {
+                at[n]: Fraction(sign * s) for n, s in zip(law.of, law.partials(*[0.0] * len(law.of))[1], strict=True)
+            }
+        else:
+            return {}
+    gives: dict[int, dict[int, Fraction]] = {}  # column of a follower -> its shares of the leaders' rates
+    for k, port in enumerate(form.followers, last):
+        if (weight := _number(graph, port.element.name)) is None:
+            return {}
+        gives[k] = combined(
+            ((c, Fraction(port.sign * weight) * g) for c, g in gain[port.input].items() if c < first), slopes
+        )
+    rows, right = [], []
+    for k, port in zip(places, ports, strict=True):
+        sign = 1 if port.element.kind == "I" else int(port.sign)
+        shares = {c: sign * g for c, g in gain[port.input].items()}
+        folded = combined(((c, -g) for c, g in shares.items() if c >= last), gives)
+        rows.append([folded.get(n, Fraction()) + (n == k) for n in places])
+        right.append({c: g for c, g in shares.items() if c < last})
+    try:
+        rates = dict(zip(places, eliminated(rows, right), strict=True))
+    except GraphError:  # inertias that cancel: refused where the rates are asked for
+        return {}
+    return {c: combined(shares.items(), rates) for c, shares in gives.items()}
+
+
+def _number(graph: BondGraph, name: str) -> float | None:
+    """An element's constant; None if it has another law, or is a symbol."""
+    constant = graph.constant(name) if graph.is_linear(name) else None
+    return constant if isinstance(constant, float) else None
 
 
 def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
@@ -454,7 +513,7 @@ def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
     name, law, graph = port.element.name, port.element.law, form.graph
     effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
     sign, own = int(port.sign), graph.own(name)
-    if port.element.kind == "R" and graph.is_linear(name) and isinstance(resistance := graph.constant(name), float):
+    if port.element.kind == "R" and (resistance := _number(graph, name)) is not None:
         return [(effort, Fraction(1)), (flow, -sign * Fraction(resistance))]
     if port.element.kind != "R" or own is None or not isinstance(law, Function) or not law.is_affine:
         return []

@@ -214,7 +214,7 @@ class Tables(NamedTuple):
     owner_of: Mapping[str, int]  # displacement -> flow variable
     displacement_of: Mapping[str, str]  # 1-junction -> displacement
     iterated: tuple[Group, ...]  # groups of ports whose laws are no straight lines in what they give
-    closed: Mapping[int, Mapping[int, float]]  # variable of a loop of constants, or after it -> its gains, rounded once
+    closed: Mapping[int, Mapping[int, float]]  # variables of loops and followers of constants -> gains, rounded once
     bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
     weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
     varying: tuple[int, ...]  # places of the steps whose rates the followers need
@@ -633,7 +633,7 @@ class Walk:
     def _store_rates(self) -> list[Any]:
         """The rates of momenta and displacements; on the way, what followers give."""
         form, last = self.form, len(self.form.stores) + len(self.form.acting)
-        if not form.followers and not form.massless:
+        if self.tables.closed.keys() >= {p.output for p in form.followers} and not form.massless:
             return [self.own_rate(p) for p in form.stores]
         shares = self._shares()
         for k, (port, (rate, weight)) in enumerate(zip(form.followers, self._followed(shares), strict=True)):

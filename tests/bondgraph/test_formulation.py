@@ -216,6 +216,21 @@ def test_a_field_of_resistors_in_a_loop_is_solved_in_fractions_too():
     assert_allclose(Dynamics(graph).rates(0.0, 2.0), [-float(1 / conductance)], rtol=1e-15)
 
 
+@pytest.mark.parametrize("ratio", [-1.0, 3.0, 3e4])
+def test_a_great_store_that_follows_small_ones_leaves_their_rates_right(ratio):
+    """With f the flow of the common junction and i = e_b/r of the leak, f/a + T (T f - i)/b + f/c = 0."""
+    g = Builder().zero("n").zero("m").one("j").bond("j", "n").transform("j", "m", ratio, name="T")
+    g = g.on("n", C("a", 1e-6)).on("m", C("b", 1e-9), R("r", 1e19)).on("j", C("c", 1.0))
+    T, a, b, c = (Fraction(x) for x in (ratio, 1e-6, 1e-9, 1.0))
+    leak = Fraction(2e-9) / b / Fraction(1e19)
+    flow = T * leak / b / (1 / a + T * T / b + 1 / c)
+    dynamics = Dynamics(g.build())
+    assert dynamics.state.names == ("q_a", "q_b")
+    expected = [float(flow), float(T * flow - leak)]
+    assert_allclose(dynamics.rates(0.0, 1e-6, 2e-9), expected, rtol=1e-14)
+    assert_allclose(dynamics.at(0.0, [1e-6, 2e-9]).rates, expected, rtol=1e-14)
+
+
 def test_a_loop_beside_a_field_of_inertias_is_one_fraction_in_symbols_too():
     """Nodes joined by a gyrator, each with a resistor and a port of the field: e0/G + G (e0/R0 + i0)/R1 + i1 = 0."""
     mass, ratio, resistors = [[0.79, 0.00415], [0.00415, 0.307]], 771.275, (5e17, 127.0)
