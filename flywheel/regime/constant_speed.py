@@ -111,8 +111,8 @@ def speed_error(machine: Machine, speed: float) -> float:
 def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     """Every constant speed at which the net work is zero, ascending.
 
-    The search covers twelve decades around a typical speed, and the neighbourhood of every hump and hollow; where there
-    are none, over as many more on either side.
+    The search covers twelve decades around a typical speed, and the neighbourhood of every peak and trough; if there are no
+    such speeds, as many decades more on either side.
     """
     for decades in (_DECADES, 3 * _DECADES):
         grid, works = _scanned(moments, decades)
@@ -161,9 +161,9 @@ def speeds_to_try(typical: Any, marks: Array, decades: int = _DECADES) -> Array:
 
 
 def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
-    """Peaks below zero and hollows above it that may cross zero: there are then two speeds near them.
+    """Peaks below zero and troughs above it that may cross zero: there are then two speeds near them.
 
-    A round one rises above its highest sample by no more than it falls to the next, so flat ones are left out.
+    A smooth peak rises above its highest sample by no more than it falls to the next, so flat ones are left out.
     """
     sign, found = -np.sign(works), []
     for k in 1 + np.flatnonzero(humped(works)[0]):
@@ -179,7 +179,7 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
 
 def humped(works: Array) -> tuple[Any, Any]:
-    """Tests at which speeds but the first and last (speeds, ...) net works have such a hump, and which may reach zero."""
+    """Tests at which inner speeds (speeds, ...) net works have such a peak, and which may reach zero."""
     sign, size = -np.sign(works), np.abs(works[1:-1])
     side, here = sign[1:-1], -size
     alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
@@ -290,7 +290,7 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
     """The constant speed (rad/s) at which torques are taken, None if none depends on it, and the unknown's value there.
 
     That speed is the one given; else the required one if there is a balance, or the one at which the net work is zero;
-    along a stroke it is the stroke's. A SceneError says if there is none of them, and what depends on it.
+    along a stroke it is the stroke's. Raises SceneError, with the laws that depend on it, if there is none.
     """
     scene = machine.scene
     if scene.unknown is None and not machine.depends_on_speed:
@@ -369,7 +369,7 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
 
 
 def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[float, float]:
-    """The speed (rad/s) near that of a cycle at which its cells leave no net work, and its relative error."""
+    """The speed (rad/s) near that of a cycle at which its cells have no net work, and its relative error."""
     edges = cycle.mesh.edges
     if machine.keeps_step:
         return speed, 4 * cells.ROUNDING

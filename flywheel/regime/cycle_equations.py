@@ -50,7 +50,7 @@ class Demand(NamedTuple):
     """Requirements of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
-    leave the level of the motion open: a speed then sets it, and the net work of the cycle remains. What is not
+    do not determine the level of the motion: a speed then sets it, and the net work of the cycle remains. What is not
     required is None; of many motions at once the others are arrays.
     """
 
@@ -100,7 +100,7 @@ class Sensitivity(NamedTuple):
 
 
 class Periodic(NamedTuple):
-    """A periodic motion on a mesh, with the reference speed w (rad/s), and how it was found.
+    """A periodic motion on a mesh, with the reference speed w (rad/s), and data of its solution.
 
     `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken; `sensitivity` is that of a
     flywheel that was sized.
@@ -141,18 +141,18 @@ class NoRegimeError(NoMotionError):
 
 
 class UndefinedError(NoRegimeError):
-    """A law has no finite value at a speed of the iteration; `fault` says which and why."""
+    """A law has no finite value at a speed of the iteration; `fault` has the law and the reason."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(f"{fault.path} comes to {fault.found}")
 
 
 class LostError(NoRegimeError):
-    """A motion was found whose figures are lost in rounding; the message says which."""
+    """A motion whose figures are lost in rounding; the message names them."""
 
 
 class UnresolvedError(NoRegimeError):
-    """A flywheel was found that rounding leaves open: its irregularity hardly depends on it."""
+    """A flywheel that rounding leaves undetermined: the irregularity hardly depends on it."""
 
 
 # -- Newton's method on given cells --------------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
         reference: speed (rad/s) to which the energies are relative: the required one, or near the expected one.
         demand: the inertia, or the irregularity; with a balance the mean of extremes.
         start: a first guess.
-        apart: part left out of the rates of the states, (cells, states, nodes), in a continuation (`unevenness`).
+        apart: part subtracted from the rates of the states, (cells, states, nodes), in a continuation (`unevenness`).
 
     Raises:
         NoRegimeError: if the iteration does not converge: the machine would stop within the cycle, or no motion closes.
@@ -202,8 +202,8 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
 def periodic_motions(moments: Any, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:
     """The periodic motions of many machines at once, each nearest to its start, and which of them were found.
 
-    Arguments as those of `periodic`, with an axis of machines before all others. Those that have settled or are lost are
-    put aside when they are half of all.
+    Arguments as those of `periodic`, with an axis of machines before all others. Those that have converged or failed are set
+    aside when they are half of all.
     """
     equations, which = _Equations(moments, reference, demand), np.arange(reference.size)
     state, last, damped = start, np.full(reference.shape, np.inf), np.zeros(reference.shape)
@@ -483,7 +483,7 @@ class _Equations:
         return found
 
     def about_own_mean(self, state: State, which: Any = True) -> tuple[_Equations, State]:
-        """The same motion with its energies relative to its own mean of extremes; of many, those of some."""
+        """The same motion with its energies relative to its own mean of extremes; of many, a selection."""
         speed = self.w * (1.0 + 0.5 * self.extremes(state, self.speeds(state)).excess.sum(axis=-1))
         speed = np.where(which, speed, self.w)[()]
         shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
@@ -603,7 +603,7 @@ class _Equations:
     def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, Any]:
         """The state after a Newton step, shortened so that the machine keeps turning; its size by the fluctuation of speed.
 
-        A step leaves a quarter of omega² everywhere, and is halved until it does.
+        After a step at least a quarter of omega² remains everywhere; steps are halved until that holds.
         """
         matrix, column = self.conditions(state, here, change)
         scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
@@ -735,7 +735,7 @@ class _Equations:
     def result(self, state: State, change: Changes, steps: int) -> Periodic:
         """The motion at the state to which the iteration converged.
 
-        Its balance is the one that leaves no net work: large energies hide its last digits from the iteration.
+        Its balance makes the net work zero, because the iteration loses its last digits in large energies.
         """
         half, here = self.mesh.half, self.speeds(state)
         if self.balanced:

@@ -1,10 +1,10 @@
 """The motion of a machine in time from any start: from one smooth stretch of its laws to the next (`follow`).
 
-A stretch ends where the crank leaves a piece, where a time comes at which a law switches (`SwitchingTimes`, found beforehand
-by interval bounds, if time alone decides), and where a law that depends on speed, or the direction of the power through a
-mesh, changes its side. Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0
+A stretch ends where the crank leaves a piece, at a time at which a law switches (`SwitchingTimes`, computed beforehand by
+interval bounds, if time alone decides), and where a law that depends on speed, or the direction of the power through a mesh,
+changes its side. Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0
 returns exactly: one cycle is then stepped and copied. The difference of the stepped return is the steps' own
-error: it is stated, and not carried into the next cycle.
+error: it is reported, and not added to the next cycle.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class SwitchingTimes:
         self._times: list[float] = []
 
     def every(self) -> list[float]:
-        """All of them, before a finite end; found in a single search, so that no window's end is among them."""
+        """All of them, before a finite end; from a single search, so that no window's end is among them."""
         self._window = self.until
         found = [self.after(0.0)]
         while found[-1] < self.until:
@@ -74,7 +74,7 @@ class SwitchingTimes:
         return found[:-1]
 
     def after(self, t: float) -> float:
-        """The first time past t to stop at."""
+        """The first time after t at which to stop."""
         if not (self._switches or self._smooth):
             return self.until
         while (later := bisect_right(self._times, t)) == len(self._times):
@@ -88,7 +88,7 @@ class SwitchingTimes:
 
 
 def switching_times(machine: Machine, until: float) -> SwitchingTimes:
-    """The switching times of a machine; the last ones are kept with it, as motions up to the same end follow one another."""
+    """The switching times of a machine; the last ones are kept with it, for further motions up to the same end."""
     if "switching_times" not in machine.kept or machine.kept["switching_times"].until != until:
         machine.kept["switching_times"] = SwitchingTimes(machine, until)
     found: SwitchingTimes = machine.kept["switching_times"]
@@ -111,7 +111,7 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
 
 
 def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:
-    """The times between ends (s) that a search by interval bounds finds for laws of time; a fault names `t` as the scene."""
+    """The switching times (s) of laws of time between ends, by interval bounds; a fault names `t` as in the scene."""
     found: set[float] = set()
     for effort, law in laws:
         try:
@@ -456,9 +456,9 @@ class _Motion:
         return Trail(self.dynamics, self.start, stretches, goal, stuck, *counts)
 
     def _add(self, stretches: list[Stretch]) -> None:
-        """Keeps stretches that end now; in none of them does the speed go against the direction that its laws are for.
+        """Keeps stretches that end now; in none of them does the speed oppose the direction of its laws.
 
-        So no dry law gives energy: its moment is against that direction.
+        So no dry law supplies energy: its moment is against that direction.
         """
         for step, _, anchor in stretches if self.direction is not None else ():
             against = 0.0 if step.after is None else -anchor.direction * step.after[1]
@@ -471,7 +471,7 @@ class _Motion:
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
 
     def _check_friction(self) -> None:
-        """Refuses a reversal if friction is a moment of position, known for one sense alone."""
+        """Refuses a reversal if friction is a moment of position, known only for one direction."""
         stroke = self.machine.scene.stroke
         sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
@@ -484,7 +484,7 @@ class _Motion:
     def _settles(self) -> bool:
         """Tests whether it comes to rest at the end of a piece: a decaying swing about the place, driven back on both sides.
 
-        Its speed is then negligible, or it has swung so often that the remaining swing is stated instead.
+        Its speed is then negligible, or it has swung so often that the remaining swing is reported instead.
         """
         phi, speed = float(self.state[0]), abs(float(self.state[1]))
         self.swings = (phi, self.swings[1] + 1 if self.swings[0] == phi else 0)
@@ -497,9 +497,9 @@ class _Motion:
         return True
 
     def _rests(self) -> bool:
-        """Tests whether the machine moves on from rest (`direction` has the way), or time continues until a law switches.
+        """Tests whether the machine leaves its rest (in `direction`), or time continues until a law switches.
 
-        False if nothing that time changes acts on it: it then stands permanently.
+        False if no law that depends on time acts on it: it then stands permanently.
         """
         stop = min(self.times.after(self.t), self.until)
         rest, phi = Rest(self.dynamics, self.t, self.state.copy()), float(self.state[0])
@@ -539,7 +539,7 @@ class _Motion:
     # -- cycles that are like the one before -----------------------------------------------------------------------------
 
     def _again(self) -> str | None:
-        """Adds the remaining cycles if one has returned to its first speed, as it must; gives the goal reached in them.
+        """Adds the remaining cycles if one has returned to its first speed, as it must; returns the goal reached in them.
 
         As many copies of the last one are added as fit before the end and before a goal; goals are searched for at a few
         instants of every step.

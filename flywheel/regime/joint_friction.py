@@ -1,10 +1,10 @@
 """Friction in a linkage's joints as a moment on the crank, over the cycle or along the stroke.
 
 Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
-moment at any position. It is taken along a motion that is known, so that it depends on position alone and is fitted once by
+moment at any position. It is computed along a known motion, so that it depends on position alone and is fitted once by
 series on cells, bounded by the angles where it is not smooth: where a joint reverses, or a force passes zero. That
 motion is one at a constant speed, the scene's or if none is given the machine's own (`friction_curve`), or one with its
-own speeds and accelerations (`friction_along`), as of the steady regime.
+own speeds and accelerations (`friction_along`), such as the steady regime.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _MOST_BALANCES = 60
 def machine_of(given: Machine | Scene, speed: float | None = None) -> Machine:
     """The machine of a scene, or the one given, with the moment of friction in its joints where they have any.
 
-    speed: the constant one (rad/s, or m/s) that it is found at, if not the machine's own.
+    speed: the constant one (rad/s, or m/s) for it, if not the machine's own.
     """
     machine = given if isinstance(given, Machine) else Machine(given)
     return _rough(machine, speed) if machine.scene.rubs and machine.friction is None else machine
@@ -208,7 +208,7 @@ def _corners(machine: Machine, course: Course, balance: float) -> Array:
     first, ends = np.sign(values[row, cell, place]), np.sign(values[row, cell, place + 1])
 
     def before(at: Array) -> Array:
-        """The value on the side before, where it changes its sign; where it becomes zero or begins there, its side alone."""
+        """The value on the side before, if its sign changes; if it becomes zero or begins there, only its sign."""
         there = _rows(_forces(machine, at, course, balance))[0][row, np.arange(row.size)]
         sign = np.where(np.abs(there) > least[row, 0], np.sign(there), 0.0)
         return np.where(first * ends < 0.0, there * first, np.where(sign == first, 1.0, -1.0))

@@ -128,7 +128,7 @@ def own_motion(
         machine: the machine.
         reference: speed (rad/s) near that of the motion; the required one if there is one.
         demand: requirements of the motion.
-        guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
+        guess: initial inertia of a flywheel to be sized, kg m² on the crank.
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
         directly: true to try only methods without intermediate motions.
@@ -136,8 +136,8 @@ def own_motion(
     Raises:
         NoRegimeError: if there is no such motion, or none that can be resolved.
 
-    A sized flywheel is checked by the motion with it: by half as much again where torques damp a change of speed so fast
-    that rounding may have made its sensitivity, and by itself where laws switch along the motion.
+    A sized flywheel is checked by its motion: with half as much again where torques damp a change of speed so fast that its
+    sensitivity may be rounding, and with itself where laws switch along the motion.
 
     """
     search = _Search(machine, reference, demand, rtol)
@@ -165,7 +165,7 @@ def own_motion(
 
 
 def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float) -> OwnMotion:
-    """The steady motion with a given flywheel (kg m² on the crank), found from one with a flywheel near it.
+    """The steady motion with a given flywheel (kg m² on the crank), from one with a similar flywheel.
 
     Args:
         machine: the machine.
@@ -175,7 +175,7 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
         rtol: relative error allowed in the irregularity.
 
     Raises:
-        NoRegimeError: if there is no such motion, or it is too far off.
+        NoRegimeError: if there is no such motion, or it is too far away.
 
     """
     search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
@@ -185,7 +185,7 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
 
 
 def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array, own: Array, rtol: float) -> OwnMotion:
-    """The steady motion with a given flywheel, found from one that has nearly settled.
+    """The steady motion with a given flywheel, from one that has nearly settled.
 
     Args:
         machine: the machine.
@@ -196,7 +196,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
         rtol: relative error allowed in the irregularity.
 
     Raises:
-        NoRegimeError: if there is no such motion, or it is too far off.
+        NoRegimeError: if there is no such motion, or it is too far away.
 
     """
     reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
@@ -206,10 +206,10 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
 
 
 def _checked(motion: OwnMotion) -> OwnMotion:
-    """The motion, with the effect of the speed's last digits on a stiff torque in its errors; refused if too large.
+    """The motion, whose errors include the effect of the speed's last digits on a stiff torque; refused if too large.
 
-    F is off by |dF/domega| omega u where the speed is extreme, and the energy by the integral of that from where the cell
-    begins. No cells mend that: it comes to the errors when the search for cells is over.
+    F has an error of |dF/domega| omega u where the speed is extreme, and the energy the integral of that from the cell's
+    beginning. No choice of cells reduces that: it is added to the errors after the search for cells.
     """
     run = motion.run
     # what may as well have an irregularity of 2 may as well stop
@@ -284,7 +284,7 @@ class _Search(NamedTuple):
     def motion(self, inertia: float, unknown: float, *, directly: bool = False) -> OwnMotion:
         """The stable motion, by the first method that gives one; else an unstable one.
 
-        Directly, from a motion that is even at first and grows uneven, from the speeds at which stiff torques balance, and
+        The methods: directly, from an even motion that becomes uneven, from the speeds at which stiff torques balance, and
         from heavier flywheels down.
         """
         if self.demand.inertia is not None and (even := self.even(inertia, unknown)) is not None:
@@ -319,7 +319,7 @@ class _Search(NamedTuple):
         return float(cells.integral(np.maximum(-slope, 0.0) / total, moments.mesh.half).sum())
 
     def even(self, inertia: float, unknown: float) -> OwnMotion | None:
-        """The motion at a constant speed, in closed form, where nothing varies it; None if anything does."""
+        """The motion at a constant speed, in closed form, if nothing varies it; else None."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
         solved = even_motion(moments, self.reference, self.demand, inertia, unknown)
         return None if solved is None else _described(solved, self.demand)
@@ -378,7 +378,7 @@ class _Search(NamedTuple):
     def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
         """The motion from a first guess.
 
-        Where laws switch and that fails, branches are first decided at every node, and cells cut where they then switch.
+        If that fails and laws switch, branches are first decided at every node, and cells cut where they then switch.
         """
         moments = self.moments(base, cuts)
         try:
@@ -407,7 +407,7 @@ class _Search(NamedTuple):
         return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
 
     def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
-        """Edges and cuts, with edges ever closer towards that end of each cell at which the speed settles steeply.
+        """Edges and cuts, with edges that concentrate at the end of each cell where the speed settles steeply.
 
         The effect of a jump of torque on a strongly damped machine is over within 1/|dF/dE| rad after it; if changes grow
         with phi, before it.
@@ -497,7 +497,7 @@ class _Search(NamedTuple):
         return best
 
     def work_of_cuts(self, solved: Periodic, base: Array, cuts: Array) -> float:
-        """Work (J) by which a motion is off whose laws switch at other angles than its cells are cut, at most.
+        """Bound of the error of work (J) of a motion whose laws switch at other angles than those of its cells.
 
         Between the two its moment is that of the wrong branch: the integral of the difference at the motion's speed.
         """
@@ -512,10 +512,10 @@ class _Search(NamedTuple):
         return float(cells.integral(np.abs(true - taken), moments.mesh.half).sum())
 
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
-        """Given flywheels from one heavy enough for a nearly constant speed down to the required one.
+        """The motion by a series of flywheels from one heavy enough for a nearly constant speed to the required one.
 
-        Each step is as large as can be taken. A sized flywheel lies on the way: it is searched for from motions that vary
-        half as much as asked and more; an irregularity near 2 by steps towards it, each on the cells of the one before.
+        Each step is as large as possible. A sized flywheel lies between: it is searched for from motions with at least half
+        the required irregularity; an irregularity near 2 by steps towards it, each on the cells of the previous one.
         """
         eps, target = self.demand.irregularity, self.demand.inertia or 0.0
         moments = self.moments(self.machine.mesh, np.zeros(0))
@@ -561,7 +561,7 @@ class _Search(NamedTuple):
 
 
 def _without(finer: Array, edges: Array, base: Array) -> Array:
-    """Finer edges without the cuts of the cells before."""
+    """Finer edges without the cuts of the previous cells."""
     return np.asarray(finer[~np.isin(finer, edges) | np.isin(finer, base)])
 
 
@@ -569,8 +569,8 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
     """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges.
 
     And the error of each (rad) that changes a cycle's work by rounding: 0 if a law
-    switches; where a mesh reverses, what it passes is tau' x after x rad, of which (1/efficiency - efficiency) tau' x²/2 J
-    would be lost too many or too few. Two reversals of a mesh with less between them are none.
+    switches; where a mesh reverses, it passes tau' x after x rad, which changes the loss by up to (1/efficiency -
+    efficiency) tau' x²/2 J. Two reversals of a mesh with less between them do not count.
     """
     moments, state = solved.moments, solved.state
     mesh, known = moments.mesh, moments.machine.mesh
@@ -646,8 +646,8 @@ class MotionErrors(NamedTuple):
 def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: Any) -> MotionErrors:
     """The errors of a steady motion by those of the cycle along it.
 
-    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine stops;
-    a flywheel sought has the required irregularity, and hardly changes with the level there.
+    With a given flywheel an error of the level changes the irregularity, more so near a stop of the machine; a sized
+    flywheel has the required irregularity, and hardly changes with the level.
 
     Args:
         solved: the motion.
@@ -741,7 +741,7 @@ def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
 
 
 def error_of_speeds(motion: OwnMotion) -> float:
-    """Error (rad) of the angles of extreme speed as far as errors of speeds change torques there.
+    """Error (rad) of the angles of extreme speed due to the effect of errors of speed on torques there.
 
     d phi = |dF/d omega| d omega/|d(M* - omega² dI*/dphi/2)/dphi| at a root inside a cell, at most the width of the cell.
     """
@@ -759,7 +759,7 @@ def error_of_speeds(motion: OwnMotion) -> float:
 
 
 def error_of_cuts(motion: OwnMotion) -> float:
-    """Error (rad) of the angles of extreme speed that stand where cells are cut by the motion itself."""
+    """Error (rad) of the angles of extreme speed at which cells are cut by the motion itself."""
     moments, run = motion.solved.moments, motion.run
     angles, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
     cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - known).min(axis=1) > 1e-9 * known[-1])

@@ -99,7 +99,7 @@ def reduce(
 
 
 def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: float | None) -> MachineState:
-    """The machine at its own coordinates, in the pieces of the anchors; what is not finite on a stroke is refused."""
+    """The machine at its own coordinates, in the pieces of the anchors; refuses infinite values on a stroke."""
     reduced = machine.reduce(angles, anchor)
     chain = machine.kinematics
     flows = chain.flows(angles, anchor)
@@ -138,7 +138,7 @@ def state_errors(
 
     Args:
         machine: the machine.
-        state: as `reduce` found it.
+        state: as computed by `reduce`.
         balance: value (SI) of the scene's unknown in it.
         speed: that of its torques.
 
@@ -166,7 +166,7 @@ def state_errors(
 
 
 def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machine]:
-    """Two machines with the lengths of all mechanisms changed by a few roundings, each differently, but equal ones alike.
+    """Two machines with all mechanisms' lengths changed by a few roundings, in two ways, equal lengths equally.
 
     friction: False leaves out the moment of friction in their joints, which takes long to compute.
     """
@@ -181,7 +181,7 @@ def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machin
 
 
 def mechanisms_rounded_otherwise(mechanisms: Sequence[Mechanism]) -> list[tuple[Mechanism, ...]]:
-    """Mechanisms with lengths a few roundings off, twice, each time another way, but equal lengths alike."""
+    """Mechanisms with lengths changed by a few roundings, in two ways, equal lengths equally."""
 
     def moved(length: float, phase: float) -> float:
         return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
@@ -218,9 +218,9 @@ def spread(figures: Any, others: Sequence[Any]) -> Any:
 
 
 def own_coordinate(scene: Scene, given: Array) -> Array:
-    """The machine's coordinate from 0 to the cycle: angles modulo the cycle; on a stroke the way from its beginning.
+    """The machine's coordinate from 0 to the cycle: angles modulo the cycle; on a stroke the travel from its beginning.
 
-    Raises SceneError for what is not finite, or lies outside the stroke.
+    Raises SceneError for coordinates that are not finite, or outside the stroke.
     """
     stroke = scene.stroke
     sliding = stroke is not None and stroke.sliding
@@ -265,8 +265,8 @@ def along(
 ) -> Passage:
     """Driving action and motion along a stroke: F = m* a + ½ dm*/dx v² - F*, v_i = g_i v, a_i = g_i a + g_i' v².
 
-    The driving action follows from the power of all inertia forces and loads (virtual power): it is what the driver
-    exerts for its speed v and acceleration a. Where the driver turns, I*, phi and M* stand for m*, x and F*.
+    The driving action follows from the power of all inertia forces and loads (virtual power): it is the force that the
+    driver exerts for its speed v and acceleration a. Where the driver turns, I*, phi and M* stand for m*, x and F*.
 
     Args:
         machine: a `Machine`, or a `Scene`, with a stroke.

@@ -49,7 +49,7 @@ class ReducedInertia(NamedTuple):
 
 
 class Broken(NamedTuple):
-    """Heavier flywheels (kg m²), from `start` to `end` (None: without end), that break what a lighter one keeps.
+    """Heavier flywheels (kg m²), from `start` to `end` (None: infinity), that break a limit that a lighter one keeps.
 
     The errors are those of the ends, relative.
     """
@@ -60,7 +60,7 @@ class Broken(NamedTuple):
     end_error: float = 0.0
 
     def as_dict(self) -> dict[str, float | None]:
-        """The ends for JSON; the errors stand with those of the other figures."""
+        """The ends for JSON; the errors are among those of the other figures."""
         return {"from": self.start, "to": self.end}
 
 
@@ -69,8 +69,8 @@ class Flywheel(NamedTuple):
 
     The exact figure (before its floor at 0) is proven to lie within `proven_bounds`, which follow from the accumulated
     areas, and within `proven_bounds_torque`, which follow from the inertia torque. `inertia_torque` is a total,
-    `inertia_torque_flywheel` what of it is the flywheel's: without the machine's least inertia, as in `approximate`.
-    `exact` is the smallest that keeps what is asked; `broken` tells which heavier ones do not.
+    `inertia_torque_flywheel` the flywheel's share of it: without the machine's least inertia, as in `approximate`.
+    `exact` is the smallest that keeps the requirements; `broken` lists heavier ones that do not.
     """
 
     on: str
@@ -99,9 +99,9 @@ class Figures(NamedTuple):
     """A resolved cycle with the extremes of everything that a sizing compares.
 
     `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the required one. `roots` are those
-    of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that tells it
-    better. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` what errors of
-    flywheels are relative to.
+    of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that is more
+    accurate. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` the reference of the
+    flywheels' relative errors.
     """
 
     cycle: Cycle
@@ -156,13 +156,13 @@ def refined(
     rtol: float,
     motion_of: Callable[[Figures], Run | None] = lambda _: None,
 ) -> tuple[Figures, Run | None]:
-    """The figures on cells that are halved until every figure's estimated error is within rtol/2, as far as that helps.
+    """The figures on cells that are halved until every estimated error is within rtol/2, or halving has no effect.
 
     Args:
         machine: the machine.
         cycle_on: the cycle on cells between given edges (rad).
         speed: mean of extremes, rad/s.
-        rtol: relative error allowed; half of it is left to the confirmation.
+        rtol: relative error allowed; half of it is reserved for the confirmation.
         motion_of: the motion with the flywheel of the figures, whose error counts as well.
 
     """
@@ -226,7 +226,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
 
 
 def _at_hand(cycle: Cycle, unit: float) -> float:
-    """The inertia (kg m²) to which errors are relative where a figure is rounding alone: of the machine, or by its work."""
+    """The reference inertia (kg m²) of errors if a figure is only rounding: the machine's, or that by its work."""
     return max(float(np.abs(cycle.series[2]).sum(axis=-1).max()), cycle.exchanged / unit, 1e-300)
 
 
@@ -266,9 +266,9 @@ def areas(figures: Figures) -> tuple[Area, ...]:
 
 
 def _reduced_inertia(cycle: Cycle, extremes: Extremes, extent: Extent) -> ReducedInertia:
-    """I* without the flywheel over the cycle: extremes by its slope, summed up, or by its own series, as is known better.
+    """I* without the flywheel over the cycle: extremes by the integral of its slope or by its series, the more accurate.
 
-    A sum keeps the small variation of a large I*, and loses the least I* beside a peak.
+    The integral keeps the small variation of a large I*, but loses the least I* beside a peak.
     """
     mean = float((cycle.series[2] @ cells.MEAN) @ cycle.mesh.half[:, 0] / cycle.mesh.edges[-1])
     least, greatest, error, greatest_error = extent
@@ -330,9 +330,9 @@ def proven_bounds(approximate_total: float, inertia: ReducedInertia, irregularit
 def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     """The errors of the flywheels; None in an analysis.
 
-    Where an approximate flywheel is 0, as the machine's own inertia suffices, only the total is in doubt; an exact 0 has the
-    error of the figure nearest to it. What the cycle leaves over is part of each. If figure and fluctuation are no more than
-    rounding, the errors are relative to the inertia and the work at hand.
+    If an approximate flywheel is 0, because the machine's own inertia suffices, only the total has an error; an exact 0 has
+    the error of the figure before its floor. The net work of the cycle is part of each. If figure and fluctuation are only
+    rounding, the errors are relative to the machine's inertia and the work exchanged.
     """
     if figures.irregularity is None:
         return None

@@ -141,7 +141,7 @@ def _rows_of(rows: Iterable[Row], kind: str = "") -> str:
 
 
 def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table whose first column names the rows, figures to the right; a telephone scrolls it."""
+    """A table whose first column names the rows, figures to the right; it scrolls on a narrow screen."""
 
     def line(cells: Iterable[str], first: str) -> str:
         name, *figures = cells
@@ -270,7 +270,7 @@ def _missing(scene: Scene) -> str:
 
 
 def panel(sizing: Sizing, kind: str) -> Figure:
-    """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
+    """A panel of the sizing's picture, in colours, with dashes and hatches that remain distinct in grey."""
     titles = {
         "moment": _("Turning moment and its areas"),
         "work": _("Accumulated work of the net moment"),
@@ -385,7 +385,7 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
 
 
 def _mechanisms(known: Context | None, given: Sizing | Machine | Scene) -> Iterator[Section]:
-    """Mechanism, bond graph, positions and coefficients, I* and M*: drawn where the steps of the regime do not."""
+    """Mechanism, bond graph, positions and coefficients, I* and M*: drawn if the steps of the regime do not."""
     try:
         from flywheel.report import mechanisms  # type: ignore[attr-defined, unused-ignore]
     except ImportError:
@@ -417,7 +417,7 @@ def _scene(scene: Scene, told: list[str]) -> Section:
 
 
 def _values(value: Any, path: str) -> Iterator[tuple[Cell, ...]]:
-    """The values of a scene's tables by their paths, in the order in which they stand."""
+    """The values of a scene's tables by their paths, in their order."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             if not path and key in ("title", "source"):
@@ -526,7 +526,7 @@ def check(known: Context) -> Section | None:
 
 
 def accuracy(known: Context, remarks: Iterable[str]) -> Section:
-    """Section on approximations and their errors: approximate flywheels, estimated errors, what was left out."""
+    """Section on approximations and their errors: approximate flywheels, estimated errors, omissions."""
     sizing, wheel = known.sizing, known.sizing.flywheel
     parts: list[Part] = []
     if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
@@ -646,7 +646,7 @@ class PrintError(RuntimeError):
 
 
 def browsers() -> Iterator[str]:
-    """The browsers that can print without a window: one named by FLYWHEEL_BROWSER, then those that are installed."""
+    """The browsers that can print without a window: the one in FLYWHEEL_BROWSER, then installed ones."""
     if named := os.environ.get(_CHOICE):
         yield named
     for name in _NAMES:
@@ -672,7 +672,7 @@ def browser() -> str:
 
 
 def pdf(text: str) -> bytes:
-    """A report's HTML as PDF, printed by a browser that neither opens a window nor asks the network.
+    """A report's HTML as PDF, printed by a browser without a window or network access.
 
     Raises:
         PrintError: if there is no browser, or it prints nothing.

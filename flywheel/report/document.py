@@ -490,14 +490,14 @@ _SCROLLED = 30  # characters of a formula read out that a telephone may not hold
 
 
 def _line(shown: str, kind: str) -> str:
-    """A formula in lines of its own; one whose terms a narrow screen may have to scroll is reached by keys."""
+    """A formula in lines of its own; one that may scroll on a narrow screen can be focused by keys."""
     longest = max(map(len, re.findall(r'alttext="([^"]*)"', shown)), default=0)
     reached = ' tabindex="0"' if longest > _SCROLLED else ""
     return f'<div class="{kind}"{reached}>{shown}</div>'
 
 
 def html(document: Document) -> str:
-    """A document as one HTML file in the language in use, which loads nothing else."""
+    """A document as one HTML file in the language in use, which loads no other file."""
     writer = _Writer(document.customary)
     body = writer.parts(document.parts, 2)
     top = [part.title for part in document.parts if isinstance(part, Section)]
@@ -531,7 +531,7 @@ _REFERENCE = re.compile(r'(url\(#|href="#)([^)"]+)')
 
 
 def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
-    """A drawing as an element of a document: with a title and a description, and ids that no other drawing there has.
+    """A drawing as an element of a document: with a title and a description, and ids unique in the document.
 
     Ids without a reference in the drawing are left out.
 

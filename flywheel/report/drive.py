@@ -222,7 +222,7 @@ _LIMITS = {  # formulas of the limits
 
 
 def limits(known: Context) -> Section | None:
-    """Table of the limits: asked, reached, the flywheel that each alone would need, and which binds."""
+    """Table of the limits: required and reached values, the flywheel that each alone needs, and the binding one."""
     sizing = known.sizing
     if not sizing.limits:
         return None

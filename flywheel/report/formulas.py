@@ -1,7 +1,7 @@
 """Formulas of the report: one text is shown as a formula, shown again with numbers and units, and evaluated.
 
-A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that the formula on the page and the one
-that a test evaluates are the same tree. Names are symbols: `phi` is a Greek letter, what follows `_` an index, `I_star` is I
+A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that the displayed formula and the one that
+a test evaluates are the same tree. Names are symbols: `phi` is a Greek letter, the part after `_` an index, `I_star` is I
 with a star, `g_prime` a g with a prime, `omega_mean` has the index "mean". In addition to functions there are `integral(f,
 phi, a, b)`, `total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle),
 which are shown and not evaluated. Any name may be called: `W(phi)`.
@@ -184,7 +184,7 @@ def sides(formula: str) -> tuple[ast.expr, ...]:
     """The expressions of a formula, one for each side of its equals signs.
 
     Raises:
-        FormulaError: for a text that is none.
+        FormulaError: for a text that is no formula.
 
     """
     try:
@@ -229,7 +229,7 @@ def value_of(
     functions: Mapping[str, Callable[..., Any]],
     number: Callable[[float], Any],
 ) -> Any:
-    """The value of a tree over any kind of number: that of its names, of which `number` makes one from a constant."""
+    """The value of a tree over any kind of number: with values for its names; `number` converts a constant."""
     match node:
         case ast.Constant(value=int() | float() as constant):
             return number(constant)
@@ -275,7 +275,7 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
 
 
 def _terms(node: ast.expr, numbers: Mapping[str, Quantity]) -> list[_Shown]:
-    """The terms of a sum, all but the first with their signs; what is no sum is one term."""
+    """The terms of a sum, all but the first with their signs; anything else is one term."""
     if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub)):
         return [_shown(node, numbers)]
     first, *others = _terms(node.left, numbers)
@@ -298,7 +298,7 @@ def equation(quantity: Quantity) -> str:
 
 
 def element(inner: str, text: str, *, display: bool = True) -> str:
-    """A MathML element around its content, with the text that a screen reader without MathML reads."""
+    """A MathML element around its content, with a text for screen readers without MathML."""
     return _element(_Shown(inner, text), ' display="block"' if display else "")
 
 

@@ -438,7 +438,7 @@ def _coupled(made: Sheet, coupling: Coupling, relation: Relation, symbols: Seque
 
 
 def _unknowns(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
-    """The unknowns at the position, as Newton's method finds them, with both derivatives."""
+    """The unknowns at the position, by Newton's method, with both derivatives."""
     rows: list[tuple[Cell, ...]] = []
     for k, name in enumerate(cycle.solution.equations.loops.names[1:], start=1):
         what, of = name.split(" of ", 1)

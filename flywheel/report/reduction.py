@@ -1,4 +1,4 @@
-"""I* body by body and M* load by load: each share as a formula, with the numbers put in, and its sum over the cycle."""
+"""I* body by body and M* load by load: each share as a formula, with its numbers, and its sum over the cycle."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Steps:
 
     @cached_property
     def elements(self) -> list[Element]:
-        """Elements that store, drive or resist, as the machine's bond graph has them."""
+        """Elements that store, drive or resist, from the machine's bond graph."""
         graph, found = self.machine.graph, []
         for element in graph.elements.values():
             if element.kind in ("I", "Se", "C", "R") and element.law:

@@ -110,7 +110,7 @@ def _row(entry: Mapping[str, Any]) -> Row:
 
 
 def _told(value: Any) -> str:
-    """A text, or the one of the language in use from a table of them."""
+    """A text, or the one in the language in use from a table."""
     if isinstance(value, Mapping):
         return str(value.get(language.current(), value["en"]))
     if not isinstance(value, str):
@@ -119,7 +119,7 @@ def _told(value: Any) -> str:
 
 
 def ours(sizing: Sizing, row: Row) -> float | None:
-    """The figure of a row as computed here, or None if there is none."""
+    """The computed figure of a row, or None if there is none."""
     if row.at is None:
         tables: Any = sizing.as_dict()
     else:

@@ -197,7 +197,7 @@ def _stresses(known: Context, found: Wheel, torque: float | None) -> Iterator[Pa
 
 
 def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quantity) -> Iterator[Part]:
-    """Stresses of a rim on arms (Timoshenko): the arms hold the rim back as it grows."""
+    """Stresses of a rim on arms (Timoshenko): the arms restrain the rim as it expands."""
     body = found.body
     arms, hub = body.arms, body.hub
     assert arms is not None

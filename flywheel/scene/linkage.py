@@ -1,8 +1,8 @@
 """A plane linkage as plain data: bodies with named points, joints between them, couplings between joints, a driver.
 
 Every body has a frame of its own, in which its points and its centre of mass are given; its angle is that of its own x
-axis from the frame's +x, counter-clockwise. The fixed body is called `frame`. Everything here is hashable, so that what
-was found for a linkage can be kept. Lengths in m, angles in rad, masses in kg.
+axis from the frame's +x, counter-clockwise. The fixed body is called `frame`. Everything here is hashable, so that results
+for a linkage can be cached. Lengths in m, angles in rad, masses in kg.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Point(NamedTuple):
 class Link(NamedTuple):
     """A body: its points, mass, inertia about its centre of mass, the place of that centre in the body's frame.
 
-    `guess` is about the angle (rad) at which the body stands where the driver starts; None if nothing is known.
+    `guess` is the approximate angle (rad) of the body at the driver's start; None if it is unknown.
     """
 
     name: str
@@ -60,8 +60,8 @@ class Joint(NamedTuple):
     pin-in-slot: as slide, but second may turn: the pin `second_at` slides in a slot of first.
     fixed: the points coincide, and the angle of second against first is `angle`; no coordinate.
 
-    `guess` is about the coordinate (m) of a slide or pin-in-slot where the driver starts. `friction` is Coulomb's
-    coefficient mu; a pin with friction has a `radius` (m), a slide a `length` (m) of its shoe (0: none that matters).
+    `guess` is the approximate coordinate (m) of a slide or pin-in-slot at the driver's start. `friction` is Coulomb's
+    coefficient mu; a pin with friction has a `radius` (m), a slide a `length` (m) of its shoe (0: negligible).
     """
 
     name: str
@@ -124,7 +124,7 @@ class Side(NamedTuple):
 
 
 class Driver(NamedTuple):
-    """A joint that drives beside the first one: its name, and its coordinate (rad or m) where guesses and sides hold."""
+    """A joint that drives beside the first one: its name, and its coordinate (rad or m) at which guesses and sides hold."""
 
     joint: str
     start: float = 0.0
@@ -132,10 +132,10 @@ class Driver(NamedTuple):
 
 @dataclass(frozen=True)
 class Linkage:
-    """A linkage and how it is driven.
+    """A linkage with its drivers.
 
     links: the moving bodies, in any order; ground: the fixed body's points.
-    driver: name of the pin or slide whose coordinate drives; guesses and sides hold where it stands at `start` (rad or m).
+    driver: name of the pin or slide whose coordinate drives; guesses and sides hold at its `start` (rad or m).
     path: its path in a scene, for messages.
     further: the other drivers of a linkage of several degrees of freedom (see `flywheel.freedoms`).
     """
@@ -202,8 +202,8 @@ CRANK, STROKE = "crank", "slide"
 def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:
     """Ports by name, True if one rotates: bodies that can turn, slides and slots, then `points`.
 
-    The body that a turning driver turns against the frame is no port: what acts on it acts on its shaft. Nor is a
-    driver that is called `slide`, as its coordinate is.
+    The body that a turning driver turns against the frame is no port: a load on it acts on its shaft. Nor is a driver called
+    `slide`, which is the name of its coordinate.
     """
     held = {FRAME, *straight(linkage.joints)}
     for joint in linkage.joints:  # and the body that the driver turns, where it is a pin of the frame

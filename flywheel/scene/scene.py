@@ -1,4 +1,4 @@
-"""The scene: what a user asks, checked and in SI, as plain data that is frozen to its leaves and can be pickled.
+"""The scene: a user's input, checked and in SI, as plain immutable data that can be pickled.
 
 Nothing here computes. `flywheel.reading.scenes` fills these from TOML; `flywheel.machine` turns them into a bond graph.
 Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.slider`).
@@ -43,7 +43,7 @@ DEFAULT_RTOL = 1e-9
 
 
 def rtol_faults(rtol: float) -> list[Fault]:
-    """Faults of a relative error asked for; none if it is valid.
+    """Faults of a required relative error; empty if it is valid.
 
     >>> print(*rtol_faults(1.0), *rtol_faults(1e-9))
     rtol: found 1.0, expected a number from 1e-14 to 0.1
@@ -53,12 +53,12 @@ def rtol_faults(rtol: float) -> list[Fault]:
 
 
 def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
-    """The level asked for by its name, or by whether to simulate: True means `audit`, False `normal`, nothing `audit`.
+    """The level by its name, or by whether to simulate: True means `audit`, False `normal`, None `audit`.
 
     "fast" is "normal".
 
     Raises:
-        ValueError: for another name, or where the two contradict each other.
+        ValueError: for another name, or if the two contradict each other.
 
     >>> level(), level(simulate=False), level("confirm"), level("fast")
     ('audit', 'normal', 'confirm', 'normal')
@@ -76,7 +76,7 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
 
 
 def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
-    """Parts of a sizing that were left out, by the route of its confirmation; none if nothing `moves` to be confirmed.
+    """Parts of a sizing that were left out, by the route of its confirmation; empty unless a motion (`moves`) is confirmed.
 
     >>> left_out("time", moves=True), len(left_out(None, moves=True))
     ((), 1)
@@ -90,7 +90,7 @@ TURN = 2 * np.pi
 
 
 def read_only(mapping: Mapping[Any, Any]) -> MappingProxyType[Any, Any]:
-    """A mapping that cannot be written, of a copy of the one given."""
+    """A read-only copy of a mapping."""
     return MappingProxyType(dict(mapping))
 
 
@@ -98,7 +98,7 @@ copyreg.pickle(MappingProxyType, lambda view: (read_only, (dict(view),)))  # Pyt
 
 
 class Samples:
-    """Base of records of arrays: copies that cannot be written, and equality by values."""
+    """Base of records of arrays: read-only copies, and equality by values."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -172,9 +172,9 @@ class Mechanism(Frozen):
 
     `geometry` holds lengths (m) and angles (rad) by their path in the scene (`crank.length`, `slider.offset`,
     `yoke.direction`), and `assembly` (`open`, `crossed`) for a four-bar. `period` (rad of psi) is the span after which
-    the laws of a `law` mechanism repeat; `travel` (rad of psi) is how far the crank turns in a cycle. `linkage` is what a
-    mechanism of type `linkage` consists of, `points` its ports at points of bodies. `stroke` is set if the driver moves
-    one way from one end to another (rad or m of psi), instead of turning in cycles.
+    the laws of a `law` mechanism repeat; `travel` (rad of psi) is the turn of the crank in a cycle. `linkage` is the linkage
+    of a mechanism of type `linkage`, `points` its ports at points of bodies. `stroke` is set if the driver moves one way
+    from one end to another (rad or m of psi), instead of turning in cycles.
     """
 
     type: str
@@ -253,7 +253,7 @@ class Transmission(NamedTuple):
 
     `ratio` is that of teeth or pulleys, speed of the shaft over that of `on`, without slip. `efficiency` and 1 - `slip` are
     the shares of the power that pass, in either direction. `drag` (N m) is the constant torque against the rotation of the
-    shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is what slips.
+    shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is the one that slips.
     """
 
     on: str = "crank"
@@ -265,7 +265,7 @@ class Transmission(NamedTuple):
 
     @property
     def gear(self) -> float:
-        """Speed of the shaft over that of `on`, slip included: what is driven runs slower by the slip.
+        """Speed of the shaft over that of `on`, slip included: the driven side is slower by the slip.
 
         >>> Transmission(ratio=2.0, slip=0.02).gear, Transmission(ratio=2.0, slip=0.5, drives=True).gear
         (1.96, 4.0)
@@ -279,7 +279,7 @@ class Transmission(NamedTuple):
 
 
 class Areas(NamedTuple):
-    """Areas between the crossings of a turning-moment diagram, with the work (J) that one unit stands for."""
+    """Areas between the crossings of a turning-moment diagram, with the work (J) of one unit."""
 
     values: tuple[float, ...]
     scale: float
@@ -288,7 +288,7 @@ class Areas(NamedTuple):
 class Stroke(NamedTuple):
     """A one-way motion of the driver from `start` to `end` (m, or rad where it turns), with its speed and acceleration.
 
-    `speed` is None if none is given: what needs one then asks for it. `sliding` is true if the reduction element
+    `speed` is None if none is given. `sliding` is true if the reduction element
     slides (`slide`, in m) or turns (`crank`, in rad).
     """
 
@@ -310,9 +310,9 @@ class Stroke(NamedTuple):
 
 
 class Clutch(NamedTuple):
-    """A friction clutch in the mesh of a shaft with the one that it hangs on; torques (N m) and heats (J) at that shaft.
+    """A friction clutch in the mesh of a shaft with the one nearer to the crank; torques (N m) and heats (J) at that shaft.
 
-    `torque` is passed while it slips, `static_torque` at the most while it does not. `rise` (s) is the time in which both
+    `torque` is passed while it slips, `static_torque` at most while it does not. `rise` (s) is the time in which both
     build up evenly. After `disengage` (crank angle, rad), where it is released, they last for the time `hold` and then
     vanish evenly in the time `fall`.
     """
@@ -329,7 +329,7 @@ class Clutch(NamedTuple):
 
 
 class Brake(NamedTuple):
-    """A brake on a shaft that stops with the crank: torque (N m) at it, put on at a crank angle `engage` (rad).
+    """A brake on a shaft that stops with the crank: torque (N m) at it, applied at a crank angle `engage` (rad).
 
     `rise` (s) is the time in which its torque builds up evenly, `fall` that in which it vanishes when a stroke begins.
     """
@@ -344,12 +344,12 @@ class Brake(NamedTuple):
 
 
 class SingleStroke(NamedTuple):
-    """A machine that works stroke by stroke: its clutch takes the crank along, its brake stops it about `stop_at` (rad).
+    """A machine that works stroke by stroke: its clutch drives the crank, its brake stops it near `stop_at` (rad).
 
     One of `rate` (strokes per second) and `idle` (s, from standstill to the next engagement) is set. `continuous` strokes
     follow one another before the crank is stopped. For the safety distance of ISO 13855: the `approach` speed of a hand
-    (m/s), the `response` time (s) of what sees it, and the `intrusion` distance (m) before it does. `inch` (s) is how
-    long a touch engages the clutch where the press is set up.
+    (m/s), the `response` time (s) of the detector, and the `intrusion` distance (m) before detection. `inch` (s) is the time
+    for which a touch engages the clutch when the press is set up.
     """
 
     clutch: Clutch
@@ -365,11 +365,11 @@ class SingleStroke(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """A phase of a duty: the machine as it runs then, None if its motor is off and it stands still, and for how long.
+    """A phase of a duty: its machine, None at rest with the motor off, and its length.
 
-    One of `duration` (s) and `cycles` (of the machine) is set. `starts` are how often the machine starts from rest within
-    the phase; `cooling` is the share of its time by which a phase at rest counts for the motor's cooling; `loaded` is False
-    of a phase whose loads are taken off.
+    One of `duration` (s) and `cycles` (of the machine) is set. `starts` is the number of starts from rest within the phase;
+    `cooling` is the share of its time that counts for the motor's cooling at rest; `loaded` is False for a phase without
+    loads.
     """
 
     name: str
@@ -395,10 +395,10 @@ class Document(NamedTuple):
 
 @dataclass(frozen=True)
 class Scene(Frozen):
-    """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
+    """One machine and its requirements. Speeds in rad/s, angles in rad, everything SI.
 
     `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft); None
-    if none is given: the machine's own steady speed, if it has one, is then to be found.
+    if none is given: the machine's own steady speed, if it has one, is then computed.
     `unknown` is the name of the balance: "drive", a parameter's name, or None.
     One of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set, or neither
     where the scene has no flywheel: such a machine can be moved and drawn, reduced and followed, but not sized. Where the
@@ -452,7 +452,7 @@ class Scene(Frozen):
     def with_document(
         self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]
     ) -> Scene:
-        """The same scene, with the tables that it was read from, what reads such tables, and the numbers in them."""
+        """The same scene, with its source tables, their reader, and the numbers in them."""
         object.__setattr__(self, "document", Document(frozen(tables), read, read_only(quantities)))
         return self
 
@@ -461,12 +461,12 @@ class Scene(Frozen):
 
         Args:
             changes: values as a scene's file has them, by paths: keys joined by dots, in arrays the place counted from 0
-                (`load.0.force`, or `load[0].force` as faults write it). What is missing on the way is put in, the place
-                after an array's last appends to it, and None takes a key or an array's item out.
+                (`load.0.force`, or `load[0].force` as faults write it). Missing tables are added, the index after an array's
+                last appends to it, and None removes a key or an array's item.
 
         Raises:
-            SceneError: every fault of the changed scene, as of one that is read; a place that an array does not have; a key
-                to take out that is not there; a scene that was not read but made by `dataclasses.replace`.
+            SceneError: every fault of the changed scene; an index that an array does not have; a missing key to remove; a
+                scene that was not read but made by `dataclasses.replace`.
 
         >>> import flywheel
         >>> crank = {"type": "slider-crank", "crank": {"length": "80 mm"}, "rod": {"length": "300 mm"}}
@@ -527,7 +527,7 @@ class Scene(Frozen):
     def has_speed(self) -> bool:
         """True if the speed of steady running is fixed: given, or set by torques or mesh losses that depend on it.
 
-        Meshes lose of what is accelerated, too, which grows with the speed; that decides where all torques are known.
+        Meshes also lose a share of inertia torques, which grow with the speed; that decides if all torques are known.
         """
         lossy = self.unknown is None and any(share < 1.0 for share in self.efficiencies.values())
         return self.speed is not None or self.depends_on_speed or lossy
@@ -542,7 +542,7 @@ class Scene(Frozen):
         return self.transmissions[shaft].on if shaft in self.transmissions else self.reduction_element
 
     def inwards(self, shaft: str) -> Iterator[str]:
-        """A shaft, and one after another those that it hangs on, the crank last."""
+        """A shaft, then those between it and the crank, the crank last."""
         while shaft != self.reduction_element:
             yield shaft
             shaft = self.near(shaft)
@@ -564,7 +564,7 @@ def frozen(value: Any) -> Any:
 
 
 def _thawed(value: Any) -> Any:
-    """Copies that can be written of what `frozen` gave."""
+    """Writable copies of the results of `frozen`."""
     if isinstance(value, Mapping):
         return {key: _thawed(inner) for key, inner in value.items()}
     return list(map(_thawed, value)) if isinstance(value, tuple) else value
@@ -641,9 +641,8 @@ class Key(NamedTuple):
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type), "changes" (values by paths of the scene).
-    default: SI, or None if there is none. missing: advice where a required key is not there. example: of a value, where
-    that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
-    without a unit.
+    default: SI, or None if there is none. missing: advice if a required key is missing. example: of a value, if that of its
+    dimension does not fit. many_turns: an angle that may be any number of turns even without a unit.
     """
 
     name: str
@@ -659,7 +658,7 @@ class Key(NamedTuple):
 
 
 def length(about: str, name: str = "length") -> Key:
-    """A length above 0 that has to be given."""
+    """A required length above 0."""
     return Key(name, "length", about, required=True, range=POSITIVE)
 
 

@@ -1,11 +1,12 @@
 """Confirmation of one steady cycle by an independent method; the difference is the reported error.
 
-In time: (J + I*) alpha + ½ dI*/dphi omega² = M* is integrated on I* and M* straight from the bond graph, M* at the speed of
-the moment. It shares no cell, quadrature or closed form with the sizing.
+In time: (J + I*) alpha + ½ dI*/dphi omega² = M* is integrated on I* and M* straight from the bond graph, M* at the
+instantaneous speed. It shares no cell, quadrature or closed form with the sizing.
 
 By collocation: Newton's method gives the energy along the cycle, its level and the balance, on separate
 cells. With loads that depend on position alone it shares I* and M* with the closed form, but no cell, no
-node and no formula for the flywheel; with torques that depend on speed it repeats the collocation of the figures elsewhere.
+node and no formula for the flywheel; with torques that depend on speed it repeats the collocation of the figures on other
+cells.
 """
 
 from __future__ import annotations
@@ -174,7 +175,7 @@ def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, 
 def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> SteadyCycle:
     """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u).
 
-    The scale is of the size of the irregularity, so that u keeps its digits however small that is.
+    The scale is of the size of the irregularity, so that u keeps its digits even if that is small.
     """
     pieces = machine.restarts.size - 1
     if _LEAST * pieces > _MOST_EVALUATIONS:
@@ -313,7 +314,7 @@ def on_thirds(machine: Machine) -> Machine:
 
 
 def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_motion.OwnMotion:
-    """The steady motion with a flywheel (kg m² on the crank); the speed of the sizing is kept if no torque sets one."""
+    """The steady motion with a flywheel (kg m² on the crank); at the speed of the sizing if no torque sets one."""
     scene = machine.scene
     free = scene.unknown is None and machine.sets_its_speed
     held = None if free else (scene.speed or regime.speed)
