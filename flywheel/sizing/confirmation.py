@@ -502,7 +502,7 @@ class _Scaled(NamedTuple):
         return anchor._replace(factors=now.factors or None), np.array(own)
 
     def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
-        """Events that end the next stretch, with their sides at the anchor, if a motor has states of its own.
+        """Events that end the next stretch, with their sides at the anchor, if a motor has its own states.
 
         start: tau where the stretch begins, from the state.
         """

@@ -1,6 +1,6 @@
-"""Drive of a machine over a steady cycle: its moment, work, power and heat; an engine, whose gas drives; an inverter.
+"""Drive of a machine over a steady cycle: its moment, work, power and heat; an engine driven by gas; an inverter.
 
-Last a synchronous motor in step: its load angle and its swing.
+Finally a synchronous motor in step: its load angle and its swing.
 """
 
 from __future__ import annotations
@@ -210,8 +210,8 @@ def harmonics(sizing: Sizing, period: float, natural: float, damping: float, ine
         damping: damping ratio of the swing.
         inertia: mean J + I* on the crank, kg m².
 
-    The magnification of harmonic k is |1/(1 - x² - 2 j zeta x)|, x the natural over the harmonic's frequency: of the speed
-    of a rotor that a moment swings, J dw/dt + c w + K integral(w) = M, over that with c = K = 0.
+    The magnification of harmonic k is |1/(1 - x² - 2 j zeta x)|, x the natural over the harmonic's frequency: for the speed
+    of a rotor under a moment M, J dw/dt + c w + K integral(w) = M, relative to that with c = K = 0.
 
     """
     even = sizing.constant or sizing.cycle
@@ -236,7 +236,7 @@ _FLAT = 1e-9  # of the largest value: by which a figure is lower away from where
 
 
 def place_of_greatest(mesh: Cells, values: Array) -> tuple[float, float]:
-    """The angle (rad) at which a figure, given at the nodes, is greatest, and its error; of a flat stretch the first."""
+    """The angle (rad) at which a figure, given at the nodes, is greatest, and its error; the first on a flat stretch."""
     fine = (cells.fit(values) @ cells.basis(_WITHIN, cells.ORDER).T).ravel()
     angles = (mesh.middle + mesh.half * _WITHIN).ravel()
     k, size = int(np.argmax(fine)), float(np.abs(fine).max())
@@ -337,7 +337,7 @@ def _of_peak(motor: Motor, omega: Array) -> Array:
 
 
 def servo_messages(load: ServoLoad) -> Iterator[str]:
-    """Messages on a servo drive at its peak curve, or with a load of great inertia: where, how much, what would mend it."""
+    """Messages on a servo drive at its peak curve, or with a load of great inertia: place, amount and remedy."""
     if load.at_peak:
         at, speed = f"at crank angle {np.degrees(load.peak_angle):.4g} deg", load.peak_speed * 30 / math.pi
         told = f"THE SERVO DRIVE REACHES ITS PEAK CURVE {at}, {abs(load.peak_torque):.4g} N m at {speed:.5g} rpm"

@@ -9,8 +9,8 @@ the cooling. Short changes between the regimes of two phases are left out; `sett
 counted by their own heat and torque, from rest until the regime is reached.
 
 Valid for a duty that is short compared with the minutes in which windings warm up: 10 minutes unless another time is agreed
-on, as IEC 60034-1 has it for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten);
-Dubey, Fundamentals of Electrical Drives, chapter 4 (ratings by the root mean square).
+on, by IEC 60034-1 for S3 to S8. Source: IEC 60034-1, duty types; Fischer, Elektrische Maschinen (Betriebsarten); Dubey,
+Fundamentals of Electrical Drives, chapter 4 (ratings by the root mean square).
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     Args:
         scene: with a duty.
         size: sizes the scene of the phase that decides, as requested.
-        plain: sizes a scene without a confirmation of its own, for the others.
+        plain: sizes a scene without its own confirmation, for the other phases.
 
     Raises:
         SceneError: with the faults of all phases that cannot run, and if no flywheel keeps a limit over the duty.
@@ -191,7 +191,7 @@ def ranges(sizing: Sizing) -> list[Span]:
 
 
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
-    """Tests whether a limit is kept from a flywheel on, and not by slightly lighter ones."""
+    """Tests whether a limit is kept by a flywheel, and not by slightly lighter ones."""
     return any(span.state is LimitState.KEPT and span.first == inertia for span in spans)
 
 
@@ -225,7 +225,7 @@ def analysed(scene: Scene, inertia: float) -> Scene:
 
 
 def _with_flywheel(scene: Scene, found: Sizing, inertia: float, error: float) -> Sizing:
-    """An analysis as the sizing of a scene, whose flywheel it is."""
+    """An analysis as the sizing of a scene with that flywheel."""
     wheel = found.flywheel._replace(inertia=None, exact=inertia, needed=inertia > 0.0)
     return replace(found, scene=scene, flywheel=wheel, error=found.error._replace(exact=error))
 
@@ -304,7 +304,7 @@ class _Branches:
 def _search(
     scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]
 ) -> tuple[limits.Search, Callable[[float, float], limits.FlywheelPoint]]:
-    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and what finds its motions."""
+    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and its steady motions."""
     branches = _Branches(scene, running, alone, whole)
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
     lightest, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
@@ -320,7 +320,7 @@ def _rated(sizing: Sizing) -> dict[str, float]:
 
 
 def _at_motor(rated: Mapping[str, float], shares: Mapping[str, Share]) -> tuple[dict[str, Any], dict[str, float]]:
-    """The load of a motor by its shares, as `_of_motor` gives it, and errors."""
+    """The load of a motor from its shares, as in `_of_motor`, and errors."""
     values: dict[str, Any] = dict.fromkeys(_FIGURES)
     off = {"mean_power": 0.0}
     for name, share in shares.items():
@@ -577,7 +577,7 @@ def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float,
 def _rows(
     phases: list[Phase], sizings: Mapping[str, Sizing], inertia: float, before: list[PhaseLoad], follow: bool
 ) -> list[PhaseLoad]:
-    """The phases one after another, each from the speed at the end of the last; `before` are those of a round before."""
+    """The phases one after another, each from the speed at the end of the last; `before` are those of the previous round."""
     faults, rows = list[Fault](), list[PhaseLoad]()
     for k, phase in enumerate(phases):
         last = phases[k - 1]

@@ -48,7 +48,7 @@ class Finding(NamedTuple):
     `key` is that in JSON, with a dot before a figure of a block; `unit` is SI; `about` the text of the reference;
     `value` that of a sizing, or the path of the field if that is not the key. Figures that people read have `words`,
     marked for translation, the absolute error (SI) that limits their digits, and the `symbol` of the report. `outputs` are
-    those of `OUTPUTS` that show the figure as a row like any other; elsewhere it stands in a row, step or table of its own.
+    those of `OUTPUTS` that show the figure as a row like any other; elsewhere it has a separate row, step or table.
     `beside` is the note after it in the full listing if not its unit, `column` its column in sweeps.
     """
 
@@ -123,12 +123,12 @@ def _dict(name: str) -> Callable[[Sizing], Any]:
 
 
 def _block(sizing: Sizing) -> dict[str, Any]:
-    """A block whose figures have lines of their own."""
+    """A block whose figures have separate lines."""
     return {}
 
 
 def _block_of(name: str) -> Callable[[Sizing], dict[str, Any] | None]:
-    """A block whose figures have lines of their own; None if a sizing lacks the record of that name."""
+    """A block whose figures have separate lines; None if a sizing lacks the record of that name."""
     return lambda sizing: None if getattr(sizing, name) is None else {}
 
 

@@ -3,14 +3,14 @@
 Each limit's figure is taken along the steady periodic motion with a flywheel, the torque, heat and current of the motor at
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
 not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
-motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
-of about 0.001 down to none, a few a decade; beside each hump and hollow of a figure its extreme is searched for; and what
-lies beyond is given by the figure at infinite inertia, to which it goes like 1/J. Between inertias on either side of a limit
-the crossing is found by inverse interpolation, at the required error.
+motion. Therefore no figure is assumed to fall. All are computed on a grid of inertias, from one that gives an irregularity
+of about 0.001 down to none, a few per decade; at each peak and trough of a figure its extreme is searched for; beyond the
+grid the figure tends to that at infinite inertia like 1/J. Between inertias on either side of a limit the crossing is found
+by inverse interpolation, at the required error.
 
-Each motion is found from that with the nearest flywheel, so that all lie on one branch. Flywheels with which no motion is
-found, nor shown not to exist, count neither as kept nor as broken. One search serves machines, duties, and many designs at
-once (`Search`): it asks for the figures with one flywheel after another, whoever finds them.
+Each motion is found from that with the nearest flywheel, so that all lie on one branch. A flywheel whose motion is neither
+found nor shown not to exist counts neither as kept nor as broken. One search serves machines, duties, and many designs at
+once (`Search`): it requests the figures with one flywheel after another, and its caller computes them.
 
 Source: R. P. Brent, Algorithms for Minimization without Derivatives, Prentice-Hall 1973, ch. 4 (inverse interpolation in a
 bracket) and 5 (parabolas and golden sections).
@@ -111,7 +111,7 @@ def _limit(asked: float, share: Share, kept: Span, square: float = 1.0) -> Limit
 
 
 class LimitState(Enum):
-    """State of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is open."""
+    """State of a limit with a flywheel; `NONE` where the machine stops with it, `UNKNOWN` where that is undetermined."""
 
     KEPT = "kept"
     BROKEN = "broken"
@@ -140,7 +140,7 @@ class FlywheelPoint(NamedTuple):
     shares: Mapping[str, Share] = {}
 
     def beyond(self, name: str, asked: float) -> float:
-        """Excess of a figure over its limit: not above 0 if the limit is kept, or where the error leaves that open."""
+        """Excess of a figure over its limit: not above 0 if the limit is kept, or if that is within the error."""
         if not self.motions:
             return np.inf
         share = self.shares[name]
@@ -159,7 +159,7 @@ Steps = Generator[tuple[float, float], FlywheelPoint, Outcome]
 
 
 def answered(steps: Steps[Outcome], at: Callable[[float, float], FlywheelPoint]) -> Outcome:
-    """The outcome of a search whose flywheels are looked at one after the other."""
+    """The outcome of a search whose flywheels are computed one after the other."""
     point = None
     while True:
         try:
@@ -178,7 +178,7 @@ class Search:
         lightest: an inertia (kg m²) below which little changes.
         heaviest: one with which the speed is nearly constant.
         rtol: required relative error of an inertia.
-        swings: whether a motor's own states may swing, so that figures vary sharply near resonances.
+        swings: True if a motor's own states may swing, so that figures vary sharply near resonances.
 
     """
 
@@ -219,7 +219,8 @@ class Search:
         """Flywheels from the heaviest down to none, the lightest first.
 
         If several in a row have no motion, the search continues with no flywheel, and from there with heavier ones as long
-        as they have a motion. What stops one machine stops it with any lighter flywheel, unless its motor swings.
+        as they have a motion. A machine that stops with one flywheel also stops with any lighter one, unless its motor
+        swings.
         """
         inertias = self.inertias
         points, lost = list[FlywheelPoint](), 0
@@ -246,7 +247,7 @@ class Search:
     # -- where a limit is kept
 
     def spans(self, name: str) -> Steps[list[Span]]:
-        """The ranges of inertia, from 0 without end, in which a limit is kept, is not, or neither is known.
+        """The ranges of inertia, from 0 to infinity, in which a limit is kept, is not, or neither is known.
 
         Raises:
             NoRegimeError: if even the heaviest flywheel leaves no steady motion.
@@ -305,7 +306,7 @@ class Search:
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
     def _ultimately(self, name: str, asked: float) -> Steps[float]:
-        """Excess of a figure over its limit at infinite inertia; 0 if its error leaves that open."""
+        """Excess of a figure over its limit at infinite inertia; 0 if that is within its error."""
         if not self.ultimate:
             yield from self._extrapolated()
         share = self.ultimate.get(name)
@@ -326,7 +327,7 @@ class Search:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
         By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
-        halves where that leaves the bracket, or gains little.
+        bisection where that leaves the bracket, or gains little.
         """
         low, high, rising = yield from self._bracket(name, asked, before, after)
         for inertia, point in self.known.items():
@@ -376,7 +377,7 @@ class Search:
     ) -> Steps[tuple[float, float, bool]]:
         """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
 
-        What is looked at coarsely may lie on the other side by a little: the bracket is widened then.
+        A coarse figure may be slightly on the other side: the bracket is then widened.
         """
         rising = before.beyond(name, asked) <= 0.0
 
@@ -397,7 +398,7 @@ class Search:
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
     def _slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
-        """|d figure/d ln J| at a flywheel, from the nearest one that is known as closely, or from one beside it."""
+        """|d figure/d ln J| at a flywheel, from the nearest one of the same accuracy, or from one beside it."""
         value = here.shares[name].value
         apart = {
             abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
@@ -411,7 +412,7 @@ class Search:
         return np.inf if not beside.motions else float(abs(beside.shares[name].value - value) / _BESIDE)
 
     def _with_extremes(self, name: str, asked: float) -> Steps[list[FlywheelPoint]]:
-        """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
+        """The flywheels of the grid, with those at which the figure may pass its limit and return between two of them."""
         found = list(self.grid)
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
             if not (low.motions and middle.motions and high.motions):
@@ -453,7 +454,7 @@ class Search:
         return by_scale[best]
 
     def best(self, name: str) -> tuple[float, float, float]:
-        """The least figure that any flywheel gives, its error, and that flywheel's inertia (kg m² on the crank)."""
+        """The least figure with any flywheel, its error, and that flywheel's inertia (kg m² on the crank)."""
         found = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motions]
         if name in self.ultimate:
             found.append((*self.ultimate[name], np.inf))
@@ -503,13 +504,13 @@ def along_branch(
 
 
 def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
-    """Inertias (kg m² on the crank): one too small to matter, and one with which the speed is nearly constant.
+    """Inertias (kg m² on the crank): a negligible one, and one with which the speed is nearly constant.
 
     Args:
         fluctuation: of energy at a constant speed, J.
         own: the machine's own inertia, kg m².
         speed: rad/s.
-        irregularity: asked for.
+        irregularity: the required one.
 
     """
     heaviest = max(fluctuation / (min(_LARGEST, 0.5 * irregularity) * speed**2), 10.0 * own) or 1.0
@@ -517,7 +518,7 @@ def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2
 
 
 def extent_of(sizing: Sizing) -> tuple[float, float]:
-    """The same of a machine that was sized, at its flywheel's own shaft."""
+    """The same for a sized machine, at its flywheel's own shaft."""
     own = 0.0 if sizing.reduced_inertia is None else sizing.reduced_inertia.max
     lightest, heaviest = extent(sizing.energy_fluctuation, own, sizing.constant_speed or sizing.speed)
     square = sizing.scene.flywheel_ratio**2
@@ -525,7 +526,7 @@ def extent_of(sizing: Sizing) -> tuple[float, float]:
 
 
 def branch_of(sizing: Sizing) -> Branch:
-    """The steady motions, over its flywheel, of a machine that was sized."""
+    """The steady motions of a sized machine over its flywheel."""
     assert sizing.machine is not None
     speed, constant = sizing.constant_speed or sizing.speed, sizing.constant or sizing.cycle
     unknown = 0.0 if constant is None else constant.balance or 0.0
@@ -566,11 +567,11 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
         rtol: required relative error of the inertia.
-        by_irregularity: a motion with the required irregularity, where one was sized for it.
+        by_irregularity: the motion with the required irregularity, if sized.
 
     Raises:
         SceneError: for limits that no flywheel reaches, or that none keeps together.
-        NoRegimeError: if even a heavy flywheel leaves no steady motion.
+        NoRegimeError: if there is no steady motion even with a heavy flywheel.
 
     """
     scene = machine.scene
@@ -583,7 +584,7 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
 
 
 def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span]], float, float]]:
-    """Finds where each limit is kept, and the least inertia (kg m²) with which all are, with its relative error.
+    """Finds the range of each limit, and the least inertia (kg m²) that keeps all, with its relative error.
 
     Args:
         search: the search.
@@ -603,7 +604,7 @@ def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span
 
 
 def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -> Steps[Smallest]:
-    """The same by a search, as far as its flywheels are looked at."""
+    """The same from a search, for the flywheels that it has computed."""
     square = scene.flywheel_ratio**2
     spans, inertia, error = yield from first_kept(search, square)
     binding = next((name for name in spans for span in spans[name] if span.first == inertia and inertia > 0.0), None)
@@ -635,7 +636,7 @@ def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: f
         search: the search.
         spans: where each limit is kept, by their names.
         square: of the speed of the flywheel's shaft over that of the inertias.
-        duty: whether figures are those of a whole duty.
+        duty: True if figures are those of a whole duty.
 
     """
     never = [name for name, each in spans.items() if not any(span.state is LimitState.KEPT for span in each)]
@@ -644,7 +645,7 @@ def check_reached(search: Search, spans: Mapping[str, Sequence[Span]], square: f
 
 
 def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
-    """Refuses limits that are kept each by some flywheels, but by none together."""
+    """Refuses limits that some flywheels keep one by one, but none together."""
     if any(span.state is LimitState.KEPT for span in together(spans.values())):
         return
     told = "; ".join(

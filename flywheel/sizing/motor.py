@@ -49,15 +49,15 @@ def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) 
 
 
 def above_error(value: float, error: float) -> float:
-    """A figure, or 0 if rounding leaves nothing of it: ratios to it would be noise."""
+    """A figure, or 0 if it is within rounding: ratios to it would be noise."""
     return 0.0 if abs(value) <= error else value
 
 
 class MotorShaft:
     """A motor's shaft along the steady motion: its speed, torque and current on any mesh, with the error of the speed.
 
-    `speed` (rad/s) is the mean of extremes of the crank, where the run does not bring its own; `rtol` what integrals and
-    extremes are found to. `along` is the crank's speed at the nodes of the run's cycle where no inertia determines it.
+    `speed` (rad/s) is the mean of extremes of the crank, if the run does not have its own; `rtol` the tolerance of integrals
+    and extremes. `along` is the crank's speed at the nodes of the run's cycle where no inertia determines it.
     """
 
     def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float, along: Array | None = None) -> None:
@@ -81,7 +81,7 @@ class MotorShaft:
 
     @property
     def torque_error(self) -> float:
-        """Error of the torque by the cells (N m on the motor's shaft) where it follows states of its own."""
+        """Error of the torque by the cells (N m on the motor's shaft) where it follows its own states."""
         if not self.run.states or self.run.drive is None:
             return 0.0
         return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio
@@ -145,7 +145,7 @@ class MotorShaft:
         return cells.refined(first, lambda edges: evaluated(cells.cells(edges)), rtol, max(_MOST_CELLS, 2 * first.size))
 
     def speed_error(self, omega: Array) -> Array:
-        """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
+        """Error of the crank's speed, rad/s: from the level of energy, greater at low speed, and from its variation."""
         run = self.run
         if self.along is not None:
             return np.full(omega.shape, run.error * run.irregularity * run.speed_max)
@@ -157,7 +157,7 @@ class MotorShaft:
         """The mean over time of a value along the motion, its error, and cells that are fine enough for it.
 
         integral of h/omega dphi over integral of dphi/omega; `law` gives h and |dh/domega| on a mesh. An error d(omega)
-        makes (|dh/domega| + |h - mean|/omega) d(omega) of h.
+        changes h by (|dh/domega| + |h - mean|/omega) d(omega).
         """
 
         def evaluated(mesh: Cells) -> tuple[tuple[Any, ...], Any, Coarse]:
@@ -217,19 +217,19 @@ IRREGULARITY = "irregularity"
 
 
 class Share(NamedTuple):
-    """A figure that is limited, and its absolute error; along many motions arrays of them."""
+    """A limited figure and its absolute error; along many motions arrays of them."""
 
     value: Any
     error: Any
 
 
 def of_motor(scene: Scene) -> tuple[str, ...]:
-    """The limits of a scene that are those of its motor."""
+    """The limits of a scene that apply to its motor."""
     return tuple(name for name in scene.limits if name != IRREGULARITY)
 
 
 def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
-    """The figures that are limited, along a motion of the motor's shaft.
+    """The limited figures along a motion of the motor's shaft.
 
     motor_torque       max |T|/T_n
     motor_rms          sqrt((1/t) integral of T² dt)/T_n, over the period t of a cycle

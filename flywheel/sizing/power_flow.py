@@ -1,15 +1,15 @@
 """Power flow of a steady cycle: from the motor's input through every mesh to the loads, with every loss and every store.
 
-At each angle phi the crank turns at omega with the acceleration alpha. the parts connected to shaft s, reduced to the crank,
-has the inertia I_s and the moment M_s, so that the moment which enters it is
+At each angle phi the crank turns at omega with the acceleration alpha. The parts connected to shaft s, reduced to the crank,
+have the inertia I_s and the moment M_s, so that the moment which enters it is
 
     tau_s = I_s alpha + ½ dI_s/dphi omega² - M_s + sum over the shafts c that mesh with s of k_c tau_c,
 
 where k_c = 1/eta_c while power goes outwards through that mesh (tau_c > 0), else eta_c, and tau = 0 at the crank. Every part
-of that, times omega, is a power: of loads, of the drive, of drags, dampers and friction, of what inertias, springs and
-weights store, of a mesh, (k_c - 1) tau_c omega. In a mesh of efficiency eta and slip s the share s of the power that enters
-is lost by slip, and (1 - s)(1 - eta) of it by friction of teeth or belt. Works are integrals over phi, mean powers works
-over the period; the mean of what is stored is zero.
+of that, times omega, is a power: of loads, of the drive, of drags, dampers and friction, of stores (inertias, springs and
+weights), of a mesh, (k_c - 1) tau_c omega. In a mesh of efficiency eta and slip s the share s of the power that enters is
+lost by slip, and (1 - s)(1 - eta) of it by friction of teeth or belt. Works are integrals over phi, mean powers works over
+the period; the mean of stored power is zero.
 
 Sources: J. L. Meriam and L. G. Kraige, Engineering Mechanics: Dynamics, chapter 6 (power); Fitzgerald et al., Electric
 Machinery, 6th ed., chapters 6 and 7 (from the mains through a motor); M. Schmidt, The Sankey diagram in energy and material
@@ -51,7 +51,7 @@ class _Part(NamedTuple):
 
 
 class _Flows(NamedTuple):
-    """All powers on a mesh: what enters each shaft through its mesh (N m, on the crank), and the crank's residual."""
+    """All powers on a mesh: the moment into each shaft through its mesh (N m, on the crank), and the crank's residual."""
 
     mesh: Cells
     omega: Array
@@ -68,9 +68,9 @@ class _Flows(NamedTuple):
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def power_flow(sizing: Sizing) -> PowerFlow | None:
-    """The power flow of a sizing or an analysis, along its steady motion; None for a scene of areas, or a cycle without end.
+    """The power flow of a sizing or an analysis, along its steady motion; None for a scene of areas, or an endless cycle.
 
-    Powers are found at the nodes of the cells that the motion is known on, halved where works are not within its rtol yet.
+    Powers are computed at the nodes of the motion's cells, halved where works are not within its rtol yet.
 
     >>> import flywheel
     >>> press = {"shafts": {"motor": {"ratio": 8, "efficiency": 0.9}},
@@ -137,7 +137,7 @@ class _Train:
         return omega, np.where(np.isfinite(alpha), alpha, 0.0)  # of a machine without inertia
 
     def flows(self, mesh: Cells, faster: float = 1.0) -> _Flows:
-        """All powers at the nodes, with the crank `faster` than it is by a factor close to 1."""
+        """All powers at the nodes, with the crank `faster` by a factor close to 1."""
         scene, (omega, alpha) = self.scene, self.motion(mesh)
         omega = omega * faster
         shape, none = omega.shape, np.zeros(omega.shape)
@@ -197,7 +197,7 @@ class _Train:
             yield _Part(place, "heat", "damper", damper.path, damper.on, resistance * omega)
 
     def _acting(self, path: str, place: str, moment: Any, mesh: Cells, omega: Array) -> Iterator[_Part]:
-        """A load, or the drive with what its motor takes from the mains."""
+        """A load, or the drive with its motor's power from the mains."""
         load = self.loads[path]
         if load.path == "drive":
             yield from self._drive(place, wide(moment, omega.shape), mesh, omega)
@@ -209,7 +209,7 @@ class _Train:
             yield _Part(place, load.path, "load", load.path, load.on, -moment)
 
     def _drive(self, place: str, moment: Array, mesh: Cells, omega: Array) -> Iterator[_Part]:
-        """The drive on its shaft; of a motor whose kind tells it also its heat, and what it takes from the mains."""
+        """The drive on its shaft; for motors of known heat also that, and the power from the mains."""
         scene, run = self.scene, self.sizing.run
         assert scene.drive is not None
         ratio = scene.shafts[scene.drive.on]

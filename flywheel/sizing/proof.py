@@ -2,8 +2,8 @@
 
 The machine's reduction is recorded with every number of the scene as an input, breakpoints included, and the recorded
 program is evaluated over balls: another kind of numbers, the same machine. Works follow from Taylor models between the
-proven breakpoints, extremes from bisection. A figure's interval holds its true value for the model that the scene describes;
-of the model itself nothing is proven.
+proven breakpoints, extremes from bisection. A figure's interval contains its true value for the model that the scene
+describes; of the model itself nothing is proven.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _NARROW = 1e-6  # of a figure: a width that does not count
 
 
 class Motion(NamedTuple):
-    """A motion near the one that is to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0."""
+    """A motion near the one to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0."""
 
     wheel: float
     unknown: float
@@ -115,7 +115,7 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int,
 
 
 def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
-    """Every figure that can be proven, by its key, and how many pairs of numbers count as equal."""
+    """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
     from flywheel.numerics import balls
 
     assert scene.document is not None
@@ -190,7 +190,7 @@ def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = Fa
 
 
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
-    """Check every decision that recording took, over balls; how many rest on two numbers that are the same."""
+    """Checks every decision of the recording over balls; returns the number of those between equal numbers."""
     from flywheel.numerics import balls
 
     conditions, same = structure.conditions, 0
@@ -211,7 +211,7 @@ def _kept(structure: Structure, columns: Sequence[Any]) -> int:
 
 
 def _threshold(value: float) -> Any:
-    """The ball of a number in a decision: a threshold of the reader is the float that it is."""
+    """The ball of a number in a decision: a threshold of the reader is its exact float."""
     from flywheel.numerics import balls
 
     try:
@@ -256,9 +256,9 @@ def _of_cycle(
         sums: the extremes.
         speed: mean of the extreme speeds, rad/s.
         ratio: of the flywheel to the crank.
-        last: the irregularity asked for, or the flywheel's inertia (kg m²).
-        left: what cells leave open, relative.
-        asked: whether it is the irregularity.
+        last: the required irregularity, or the flywheel's inertia (kg m²).
+        left: uncertainty of the cells, relative.
+        asked: True if it is the irregularity.
 
     """
     from flywheel.numerics import balls
@@ -286,9 +286,9 @@ def _of_cycle(
 
 
 class _Mark(NamedTuple):
-    """An edge of a smooth piece: where it is nearly (rad), and its formula, or the function with its slope whose zero it is.
+    """An edge of a smooth piece: its approximate angle (rad), and its formula, or the function of which it is a zero.
 
-    An edge inside a piece has neither: it is wherever it is, as nothing breaks there.
+    An edge inside a piece has neither: its exact place has no effect.
     """
 
     angle: Any
@@ -321,8 +321,8 @@ def _marks(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
 def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
     """Balls of the edges of smooth pieces.
 
-    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float which it began
-    at does not count.
+    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float at which it began
+    has no effect.
     """
     from flywheel.numerics import balls
 
@@ -337,7 +337,7 @@ def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
 
 
 def _cells(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
-    """Models of I*, dI*/dphi, M* and whatever else functions of the stretches give, on cells all over the cycle."""
+    """Models of I*, dI*/dphi, M* and all other outputs of the stretches' functions, on cells over the whole cycle."""
     from flywheel.numerics import balls
 
     stretches = list(pairwise(edges))
@@ -397,7 +397,7 @@ class _Sums:
             speed: w, the mean of the extreme speeds, rad/s.
             wheel: J at the crank, kg m².
             bounds: least and greatest I*, kg m².
-            left: what cells leave open, relative.
+            left: uncertainty of the cells, relative.
 
         Raises UnprovenError where no motion is proven: the flywheel is too light.
 
@@ -425,7 +425,7 @@ def _cycle_over_ranges(
 ) -> dict[str, Any]:
     """The balls of the figures of a cycle all over the ranges of numbers, by their keys.
 
-    Ranges are halved, those first that leave most open, until the figures are wider by little than their slopes make them.
+    Ranges are halved, those of the greatest uncertainty first, until the figures are little wider than by their slopes.
 
     Args:
         scene: with its numbers at the middles.
@@ -433,7 +433,7 @@ def _cycle_over_ranges(
         middles: of all its numbers.
         ranges: half the width of the range of a number, by its place.
         order: of polynomials.
-        left: what cells leave open, relative.
+        left: uncertainty of the cells, relative.
 
     """
     boxes = [_over_box(scene, structure, middles, ranges, order, left)]
@@ -452,7 +452,7 @@ def _cycle_over_ranges(
 
 
 class _Box(NamedTuple):
-    """Figures over a part of the ranges; the share of their width that slopes leave open, and by which number."""
+    """Figures over a part of the ranges; the share of their width beyond that by slopes, and the number that causes it."""
 
     figures: dict[str, Any]
     middles: Sequence[Any]
@@ -511,8 +511,8 @@ def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any
 class _SumsOverRanges:
     """The extremes of a cycle all over the ranges of numbers, with `balance`.
 
-    Positions are shares of the smooth pieces between edges, which move with the numbers, so that all that is summed varies
-    smoothly with them.
+    Positions are shares of the smooth pieces between edges, which move with the numbers, so that all sums vary smoothly with
+    them.
     """
 
     def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: _Sums, order: int) -> None:
@@ -574,7 +574,7 @@ class _SumsOverRanges:
     def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
         """The irregularity e with a given flywheel (as in `_Sums`).
 
-        Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all that they lead to.
+        Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all results.
         """
         from flywheel.numerics import balls
 
@@ -651,9 +651,9 @@ def _moving(
 ) -> dict[str, Any]:
     """The balls of the figures of the motion, by their keys.
 
-    A flywheel for an irregularity, and a balance for a speed, follow from the intermediate value theorem: on one side of
-    it the motion is less even than asked, on the other more, and in between there is one motion for each flywheel, which
-    changes continuously with it; and so is the speed with the balance.
+    A flywheel for an irregularity, and a balance for a speed, follow from the intermediate value theorem: on one side of it
+    the motion is less even than required, on the other more even, and between them there is one motion for each flywheel,
+    which changes continuously with it; likewise the speed with the balance.
     """
     from flywheel.numerics import balls
 
@@ -685,7 +685,7 @@ def _moving(
 
 
 class _Speeds(NamedTuple):
-    """The greatest and the least speed of a motion, and whether the unknown speeds it up (1), slows it down (-1) or both.
+    """The greatest and the least speed of a motion, and the sign of the unknown's effect on it (0: both).
 
     `start` is the ball of the kinetic energy at the beginning of the cycle, J.
     """

@@ -1,7 +1,7 @@
 """Results of a sizing: frozen records in SI, the estimated error of every figure, and the dictionary for JSON.
 
-These are records: what follows from a sizing, as the drive's energy, the engine and the errors of all its figures, is worked
-out when it is asked for, by the functions that a sizing brings along (`Derivations`).
+These are records: results that follow from a sizing, such as the drive's energy, the engine and the errors of all figures,
+are computed on request, by the functions in the sizing's `Derivations`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Balance(NamedTuple):
 class Proof(NamedTuple):
     """Proven intervals of figures, (low, high) in SI by their keys in JSON, for a scene's numbers as written in decimals.
 
-    `reason` says why nothing is proven; it is empty if something is. `statement` says what is proven and what is not,
+    `reason` states why nothing is proven, or is empty. `statement` describes what is proven and what is not,
     and `seconds` is the processor's time that it took. `ranges` is true if the intervals hold for all numbers in the
     ranges that the scene gives.
     """
@@ -73,7 +73,7 @@ class Proof(NamedTuple):
 
 
 class Confirmation(NamedTuple):
-    """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found.
+    """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` is its method.
 
     That is "time" (stepping), "collocation", "quadrature", or "areas", which leave the machine's own inertia out.
     """
@@ -91,9 +91,9 @@ class Confirmation(NamedTuple):
 class Limit(NamedTuple):
     """A limit of `[flywheel.limits]`, and its result; shares of the motor's rated figures, except for irregularity.
 
-    `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) that it alone would need. `simulated` is
-    what the confirmation in time finds instead of `reached`, None without one. The errors are those of `reached`, relative
-    to it, and of `alone`, relative to it too, or where that is 0, to what decides that it is.
+    `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) the flywheel for it alone. `simulated` is
+    the value of the confirmation in time, None without one. The errors are those of `reached`, relative to it, and of
+    `alone`, relative to it too, or if that is 0, to the inertia that decides it.
     """
 
     asked: float
@@ -104,16 +104,16 @@ class Limit(NamedTuple):
     alone_error: float = 0.0
 
     def as_dict(self) -> dict[str, float | None]:
-        """The figures for JSON; the errors stand with those of the other figures."""
+        """The figures for JSON; the errors are among those of the other figures."""
         return {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
 
 
 class Stability(NamedTuple):
     """Stability of a motion whose torques depend on speed.
 
-    `multiplier`: what a cycle leaves of a small change of the state at its start; `damping` is 1 less it. `steps`: Newton
-    steps that the motion took. `level_error`: relative error of its mean speed. `constant_speed` (rad/s): at which areas
-    and approximate figures take the torques, with its own relative error where the machine takes it by itself.
+    `multiplier`: share of a small change of the state at the start that remains after a cycle; `damping` is 1 minus it.
+    `steps`: Newton steps that the motion took. `level_error`: relative error of its mean speed. `constant_speed` (rad/s): at
+    which areas and approximate figures take the torques, with its own relative error if the machine sets it.
     """
 
     multiplier: float
@@ -141,7 +141,7 @@ class ConstantSpeed(NamedTuple):
 class FrictionIteration(NamedTuple):
     """Iteration of friction in joints and the steady motion, each of which depends on the other.
 
-    `rounds`: how often one was found from the other; `left`: what they may still be off by (J in a cycle).
+    `rounds`: number of rounds; `left`: remaining error (J in a cycle).
     """
 
     rounds: int
@@ -152,7 +152,7 @@ class FrictionIteration(NamedTuple):
 class Confirmed(NamedTuple):
     """A motion that was found, its error relative to the figures it confirms, that of its period, and remarks.
 
-    `limited` are the figures that the scene limits, by their names, as a route of its own finds them.
+    `limited` are the figures that the scene limits, by their names, by a separate route.
     """
 
     motion: Confirmation | None = None
@@ -167,12 +167,11 @@ class Regime(NamedTuple):
 
     `figures` are those of the areas, at a constant speed where torques depend on it; `motion` is the one that they give, or
     that was solved for; `run` is the same, but None if nothing stores energy, and even where nothing varies the speed.
-    `cycle` is the one along the motion, `speed` its mean of extremes (rad/s), `exact` the inertia on the crank (kg m²) that
-    its irregularity asks for, or its limits, with its relative error, where torques depend on speed; `broken` are heavier
-    flywheels, at their own shaft, that break what is asked. `limits` are those of
-    the flywheel, and `binding` the one that decides it, where a motor's are among them. `confirmed` is the motion of a
-    machine without inertia, `extremes_error` (rad) what the places of switches add to the error of the angles of extreme
-    speed.
+    `cycle` is the one along the motion, `speed` its mean of extremes (rad/s), `exact` the inertia on the crank (kg m²) for
+    its irregularity or its limits, with its relative error, where torques depend on speed; `broken` are heavier flywheels,
+    at their own shaft, that break a requirement. `limits` are those of the flywheel, and `binding` the one that decides it,
+    where a motor's are among them. `confirmed` is the motion of a machine without inertia, `extremes_error` (rad) the share
+    of the places of switches in the error of the angles of extreme speed.
     """
 
     machine: Machine
@@ -193,14 +192,14 @@ class Regime(NamedTuple):
 
     @property
     def constant(self) -> Cycle | None:
-        """The cycle at a constant speed, where that is another than the one along the motion."""
+        """The cycle at a constant speed, if that differs from the one along the motion."""
         return None if self.cyclic is None else self.figures.cycle
 
 
 class SelectedWheel(NamedTuple):
     """The wheel to be built, and the irregularity that the machine has with it, with its relative error.
 
-    `torque` is the greatest between hub and rim (N m, on the wheel's shaft) that its arms were checked for, None without.
+    `torque` is the greatest between hub and rim (N m, on the wheel's shaft) for which its arms were checked, None without.
     """
 
     wheel: Wheel
@@ -236,8 +235,8 @@ class EngineCycle(NamedTuple):
 
     `indicated_work` (J) and `indicated_power` (W) of the gas on its pistons; `swept_volume` (m³) of all cylinders, as often
     as their gas works in the cycle, and `mean_effective_pressure` (Pa) over it, None if a bore is not known;
-    `brake_work` and `brake_power` of the loads, and `mechanical_efficiency`, their share of the indicated work, None
-    if they take nothing. `error` (J) is that of the works.
+    `brake_work` and `brake_power` of the loads, and `mechanical_efficiency`, their share of the indicated work, None if they
+    take no work. `error` (J) is that of the works.
     """
 
     indicated_work: float
@@ -257,7 +256,7 @@ LOSSES = (*HEATS, "mesh", "slip", "drag", "damper", "friction", "resistance")  #
 class Stream(NamedTuple):
     """Power from one place to another over a steady cycle, positive from `source` to `target`.
 
-    kind: "input" (of the mains), "drive" (of the motor's shaft), "shaft" (what arrives through a mesh), "load", "stored" (by
+    kind: "input" (of the mains), "drive" (of the motor's shaft), "shaft" (through a mesh), "load", "stored" (by
     inertias, springs, weights: mean 0), or one of `LOSSES`, whose target is "heat". Places are "mains", "drive",
     "shafts.NAME", "heat", and paths of the scene ("load[0]", "spring", "flywheel", "gravity"); `name` is the path of the
     part whose power it is, and `on` the place in the machine where it acts. `mean` (W) is over time,
@@ -428,19 +427,19 @@ class Synchronism(NamedTuple):
 
     @property
     def counting(self) -> tuple[Harmonic, ...]:
-        """The harmonics that count."""
+        """The significant harmonics."""
         greatest = max((one.swing * one.magnification for one in self.harmonics), default=0.0)
         return tuple(one for one in self.harmonics if one.swing * one.magnification > COUNTS * greatest)
 
     @property
     def near_resonance(self) -> Harmonic | None:
-        """The counting harmonic nearest to the natural frequency, if it is near; else None."""
+        """The significant harmonic nearest to the natural frequency, if it is near; else None."""
         near = min(self.counting, key=lambda one: abs(one.frequency / self.natural_frequency - 1.0), default=None)
         return near if near is not None and abs(near.frequency / self.natural_frequency - 1.0) < NEAR else None
 
     @property
     def heavier_is_nearer(self) -> Harmonic | None:
-        """The highest harmonic that counts below the natural frequency, to which a heavier flywheel lowers it; else None."""
+        """The highest significant harmonic below the natural frequency, which a heavier flywheel lowers; else None."""
         below = [one for one in self.counting if one.frequency < self.natural_frequency]
         return max(below, key=lambda one: one.frequency, default=None)
 
@@ -449,7 +448,7 @@ class Trip(NamedTuple):
     """Cause of a trip of an inverter: "overcurrent" (over the rated current), "overvoltage" or "chopper_power" (W returned).
 
     `value` is the greatest along the motion, `limit` the permitted value, `angle` that of the crank where it is greatest
-    (rad). Of a motion in time `time` is the first at which it trips (s), and `angle` the one there; None of a cycle.
+    (rad). For a motion in time `time` (s) is that of the first trip, and `angle` the one there; None for a cycle.
     """
 
     kind: str
@@ -481,8 +480,8 @@ class InverterLoad(NamedTuple):
 class Temperature(NamedTuple):
     """Rise of the windings' temperature (K) in a cycle or a duty repeated indefinitely; `limit` is that of their class.
 
-    `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`,
-    of each phase that has starts, the most in an hour with its load between them. `error` is relative.
+    `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`
+    the greatest number of starts an hour of each phase with starts, with its load between them. `error` is relative.
     """
 
     greatest: float
@@ -546,7 +545,7 @@ class PhaseLoad(NamedTuple):
     `speed` (rad/s, mean of extremes, of the crank), `irregularity`; `mean_power` and `peak_power` (W) of the drive,
     `rms_torque` (N m, on its shaft), `heat` (W) of the motor, `current_rms` (A), those of starts included except
     for the peak; shares are over the rated point. `start_time` (s) and `start_heat` (J) are those of one start,
-    `change_time` and `change_heat` those of the change of speed from the phase before, if it is followed, up to
+    `change_time` and `change_heat` those of the change of speed from the previous phase, if it is followed, up to
     `change_speed` (rad/s). `settling` (s) is the time in which a change of speed decays to 5 %. `errors` are estimated
     errors of figures, in their units.
     """
@@ -772,7 +771,7 @@ class Sizing:
 
         A wheel counts as built, rounded up or not. The others are that wheel with the necessary width:
         at its radii mass and inertia are proportional to the width. Their rims run at the speed for which the built wheel
-        was chosen for, as the shafts are geared.
+        was chosen, times the gear ratio.
         """
         if self.inertia is None:
             return ()

@@ -94,11 +94,11 @@ def size(
         rtol: required relative accuracy of every figure; the scene's own if None.
         simulate: true to confirm by time stepping (accuracy "audit", else "normal").
         accuracy: "normal", or "fast": the exact figures; "confirm": these and the motion by periodic collocation on other
-            cells; "proof": the exact figures with proven intervals (extra `proof`); "audit", which is taken if None: the
-            exact figures and the motion stepped in time. An analysis at "normal" has its motion by quadrature.
+            cells; "proof": the exact figures with proven intervals (extra `proof`); "audit", the default: the exact figures
+            and the motion stepped in time. An analysis at "normal" has its motion by quadrature.
 
     Raises:
-        SceneError: if the machine cannot run as the scene says (net work, balance without effect, values not finite).
+        SceneError: if the machine cannot run as the scene describes (net work, balance without effect, values not finite).
         ValueError: for another `accuracy`, or one that `simulate` contradicts.
 
     Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cycle.
@@ -271,9 +271,9 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
 
     Friction follows from the motion, flywheel and balance, and these follow from friction. From friction at a constant speed
     on, each is computed from the other until the change by further rounds is negligible compared with the required error.
-    Each round changes a fraction of the change before, from which that bound follows; it is part of the friction's error.
-    Rounds alone converge slowly, or diverge, if the irregularity is large: friction is taken along a mixture of the last few
-    motions (see `_mixture`).
+    Each change is a fraction of the previous one, which gives that bound; it is part of the friction's error. Simple rounds
+    converge slowly, or diverge, if the irregularity is large: friction is taken along a mixture of the last few motions (see
+    `_mixture`).
     """
     regime, costs = _regime(machine_of(machine), rtol)
     at_constant, left, rounds, before = _at_constant_speed(regime), 0.0, 0, None
@@ -314,7 +314,7 @@ def _mixture(last: Sequence[_Round]) -> list[float]:
     """Weights of the last rounds' motions in the one along which friction is taken next (Anderson's mixing).
 
     Equation: with the change r_i of the squares of speeds in round i, the sum of w_i r_i is least where w_i sum to 1.
-    A mixture that stops, or nearly so, is no motion: the mean of the last two then replaces it.
+    A mixture that stops, or nearly stops, is no motion: the mean of the last two then replaces it.
     Source: D. G. Anderson, Iterative Procedures for Nonlinear Integral Equations, J. ACM 12 (1965).
     """
     if len(last) == 1:

@@ -128,8 +128,8 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
 def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
     """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
 
-    None if a flywheel is given or needed, and if there is no such speed: torques that do
-    not fall with speed, that jump at one, or a motor's current with a state of its own.
+    None if a flywheel is given or needed, and if there is no such speed: with torques that do not fall with speed, that jump
+    at one, or a motor's current as a state.
     """
     scene, most = machine.scene, machine.scene.irregularity or 2.0
     held = scene.speed if scene.unknown is not None else None

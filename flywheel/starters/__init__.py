@@ -74,7 +74,7 @@ def _of_duty(duty: str) -> str:
 
 
 def write_starter(kind: str, path: str | Path) -> None:
-    """Writes a starter scene into a new file. Raises FileExistsError rather than touch a file that is there."""
+    """Writes a starter scene into a new file. Raises FileExistsError if the file exists."""
     text = starter(kind)
     path = Path(path)
     with path.open("x", encoding="utf-8") as file:

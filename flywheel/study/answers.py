@@ -1,17 +1,17 @@
-"""The question of a scene, the reference of its answer by two routes, and the methods that answer it as a script does.
+"""The question of a scene, the reference of its answer by two routes, and the methods that answer it like a script.
 
 **The reference.** Torques that depend on speed: the periodic motion by collocation, verified by stepping it in time. Loads
 of position alone: the closed form on Chebyshev cells, verified by Gauss' rule on halved panels in the longest floats that
-numpy has, which is then the reference. That shares nothing with the sizing but the bond graph, which it walks in extended
-precision: no Chebyshev cells, no series, no search for roots on polynomials. Where the machine has no floats longer than
-doubles, or a mechanism finds its positions by iteration in doubles, what is gained is the other route alone, and the error
-bound is wider.
+numpy has, which is then the reference. It shares only the bond graph with the sizing, which it walks in extended
+precision: no Chebyshev cells, no series, no search for roots on polynomials. If the computer has no floats longer than
+doubles, or a mechanism computes its positions by iteration in doubles, only the route is independent, and the error bound is
+wider.
 
 **The methods.** On a grid of angles: the trapezoidal rule, the greatest and the least sample. In time: Euler, RK4, and
-SciPy's RK45, DOP853 and LSODA, each with and without a restart where the machine's loads and ratios break; without one,
-steps run over jumps and windows as a script's do. Without reduction: by the whole bond graph, or by Lagrange's multipliers
-on bodies in absolute coordinates. What is unknown at the start of the cycle (its speed, a motor's current, the balance, the
-flywheel) is found by Powell's hybrid method on what the cycle lacks at its end; whatever runs the cycle can be plugged in.
+SciPy's RK45, DOP853 and LSODA, each with and without a restart at the breakpoints of the machine's loads and ratios; without
+one, steps run across jumps and windows, as in a simple script. Without reduction: by the whole bond graph, or by Lagrange's
+multipliers on bodies in absolute coordinates. The unknowns at the start of the cycle (its speed, a motor's current, the
+balance, the flywheel) follow from Powell's hybrid method on the residuals at its end, with any function that runs the cycle.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ _NO_FLUCTUATION = 1e-13  # of the work exchanged: a smaller fluctuation counts a
 
 
 class Question(NamedTuple):
-    """The figure that all methods are to find: a flywheel (kg m², on its own shaft), or with a given one the irregularity.
+    """The figure that all methods compute: a flywheel (kg m², on its own shaft), or with a given one the irregularity.
 
-    `scale` is what errors are relative to where the figure itself is smaller: energy_fluctuation/(eps w²) for a flywheel.
+    `scale` is the reference of relative errors if the figure itself is smaller: energy_fluctuation/(eps w²) for a flywheel.
     """
 
     machine: Machine
@@ -97,7 +97,7 @@ class Question(NamedTuple):
 
     @property
     def given(self) -> float:
-        """The given flywheel on the crank (kg m²), 0 if one is to be found."""
+        """The given flywheel on the crank (kg m²), 0 if one is to be sized."""
         return (self.machine.scene.inertia or 0.0) * self.crank
 
     def error(self, value: float, true: float) -> float:
@@ -134,7 +134,7 @@ _NODES, _WEIGHTS = _gauss()
 
 
 class _Curve:
-    """A cycle on panels: the unknown's value, W (J) at the edges, and what rounding of the scene's own angles does to W."""
+    """A cycle on panels: the unknown's value, W (J) at the edges, and the effect of rounding of the scene's angles on W."""
 
     def __init__(self, machine: Machine, edges: Long) -> None:
         self.machine, self.edges = machine, edges
@@ -188,7 +188,7 @@ class _Curve:
 
 
 def flywheel_inertia(machine: Machine) -> tuple[float, float]:
-    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0), and how far it is off at most.
+    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0), and a bound of its error.
 
     I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)².
 
@@ -220,7 +220,7 @@ def irregularity(machine: Machine, inertia: float) -> tuple[float, float]:
 
 
 def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
-    """The irregularity at the level of energy whose mean of extremes is the speed wanted."""
+    """The irregularity at the level of energy whose mean of extremes is the required speed."""
     start = curve.at(np.arange(1), curve.edges[:1])[2][0]
     square = speed**2
 
@@ -258,9 +258,9 @@ def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
 
 
 def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> tuple[float, float]:
-    """A figure on panels, which end wherever anything breaks or bends, halved until it no longer changes; and its error.
+    """A figure on panels between all jumps and corners, halved until it no longer changes; and its error.
 
-    The error is what the last halving changed, and what rounding leaves.
+    The error is the change by the last halving plus the rounding error.
     """
     known = np.asarray(machine.mesh, dtype=np.longdouble)
     parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(known)]
@@ -291,7 +291,7 @@ _LEAST = 16 * ROUNDING  # error bound of two routes that happen to agree
 
 
 class Reference(NamedTuple):
-    """A figure (kg m² or 1), how far it may be off (relative), and how it was found and verified."""
+    """A figure (kg m² or 1), its relative error bound, and the methods of computation and verification."""
 
     value: float
     doubt: float
@@ -456,13 +456,13 @@ _STOPS = 1e3  # residual of a machine that stops within its cycle
 
 
 class NoAnswerError(ValueError):
-    """A method that does not come to an answer; the message says why."""
+    """A method without an answer; the message gives the reason."""
 
 
 class Trial(NamedTuple):
     """A cycle to be run: flywheel (kg m² on the crank), the unknown's value (SI), speed (rad/s) and states of a motor.
 
-    `period` is about how long it takes (s).
+    `period` is its approximate duration (s).
     """
 
     inertia: float
@@ -487,11 +487,11 @@ Revolve = Callable[[Trial], Revolution]
 def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float:
     """The answer from cycles run by `revolve`, to a tolerance of its search (relative).
 
-    The search starts from a plain grid. Every unknown is measured in the change of it that matters, which is about the
-    irregularity's share, and so is what a cycle lacks: irregularity, mean of extremes, closure of speed and of current.
+    The search starts from a plain grid. Every unknown is scaled by its significant change, about the irregularity's share,
+    and so are the residuals: irregularity, mean of extremes, closure of speed and of current.
 
     Raises:
-        NoAnswerError: if the search comes to no motion.
+        NoAnswerError: if the search finds no motion.
 
     """
     machine, scene = question.machine, question.machine.scene
@@ -546,7 +546,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
 
 
 class StepRange(NamedTuple):
-    """Angles (rad) that are stepped in one go; `middle` is inside their smooth piece, None without restart."""
+    """Angles (rad) stepped without a restart; `middle` is inside their smooth piece, None without restarts."""
 
     low: float
     high: float
@@ -554,7 +554,7 @@ class StepRange(NamedTuple):
 
 
 def stretches_of(machine: Machine, restart: bool) -> list[StepRange]:
-    """The cycle in one go, or from one place where the machine's loads and ratios break to the next."""
+    """The whole cycle, or the ranges between breakpoints of the machine's loads and ratios."""
     if not restart:
         return [StepRange(0.0, machine.scene.cycle, None)]
     return [StepRange(a, b, 0.5 * (a + b)) for a, b in pairwise(machine.restarts.tolist())]
@@ -573,7 +573,7 @@ def _summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float
 
 
 def standing_out(values: Array) -> list[int]:
-    """The samples that stand out among their neighbours, as far as a peak beside one may come to be the greatest of all.
+    """The samples that exceed their neighbours, if a peak beside them may be the greatest of all.
 
     >>> standing_out(np.array([0.0, 1.0, 0.5, 0.98, 0.5, 0.2, 0.3, 0.1]))
     [1, 3]
@@ -622,7 +622,7 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
 
 
 def _between(rates: Rates, t: float, state: Array, h: float, after: Array) -> Callable[[Any], Array]:
-    """Hermite's cubic over a step; its rates are found when it is first looked into, as few steps ever are."""
+    """Hermite's cubic over a step; its rates are computed at its first evaluation, because few steps need it."""
     cubic: list[Callable[[Any], Array]] = []
 
     def dense(times: Any) -> Array:
@@ -732,8 +732,8 @@ def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
 def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
     """Runs cycles by `flywheel.multibody` on the machine's mechanism as a linkage.
 
-    Joints are equations with multipliers, put back after every step. Loads come in as the torque at the crank that does the
-    same work, and what turns in a constant ratio as inertia of the crank.
+    Joints are equations with multipliers; positions are corrected after every step. Loads become the torque at the crank
+    that does the same work, and parts that turn in a constant ratio inertia of the crank.
     """
     scene, mechanism = machine.scene, machine.scene.mechanisms[0]
     linkage, added = linkage_of(mechanism), _added_inertia(machine) or 0.0

@@ -1,6 +1,6 @@
 """Cost of accuracy on a scene: every method that applies, each with its true error and its time.
 
-The result is plain data: a row for each method, and the cheapest that keeps the accuracy wanted.
+The result is plain data: a row for each method, and the fastest one with the required accuracy.
 """
 
 from __future__ import annotations
@@ -32,11 +32,10 @@ from flywheel.study.answers import NoAnswerError, Question, Reference, Revolve, 
 class MethodRow(NamedTuple):
     """One method on one scene.
 
-    `error` is the true relative error of its `value`, None without an answer; `meets` whether that is within rtol, None
-    where the reference's own doubt does not let one tell. `seconds` is the median of `repeats`, `fastest` and `slowest`
-    their extremes.
-    `evaluations`: positions of the crank at which the machine was evaluated. `promised` is the error that it promises
-    by itself, None if it does not know its own. `outcome` is done, no answer, out of time or not run.
+    `error` is the true relative error of its `value`, None without an answer; `meets` is True if that is within rtol, None
+    if the reference's own error leaves it undetermined. `seconds` is the median of `repeats`, `fastest` and `slowest` their
+    extremes. `evaluations`: positions of the crank at which the machine was evaluated. `promised` is its own error estimate,
+    None if it has none. `outcome` is done, no answer, out of time or not run.
     """
 
     name: str
@@ -61,9 +60,8 @@ class Tradeoff:
     """Every method on one scene, against a verified reference (kg m² on the flywheel's shaft, or an irregularity).
 
     Errors are relative to the figure, or to `scale` where that is larger. `cheapest` names the fastest row that keeps rtol,
-    `level` those that took as long within the noise, `cheapest_promised` the fastest of those that know their own error and
-    promise rtol. `messages` are what the sizing itself has to say.
-    `cannot` lists methods that the scene is nothing for, with the reason.
+    `level` those that took as long within the noise, `cheapest_promised` the fastest of those with an own estimate within
+    rtol. `messages` are those of the sizing itself. `cannot` lists methods that do not apply to the scene, with the reason.
     """
 
     title: str | None
@@ -180,9 +178,9 @@ _FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a f
 
 
 class Method(NamedTuple):
-    """A way to the answer: its family and setting, a short label for pictures, and what it leaves out.
+    """A way to the answer: its family and setting, a short label for pictures, and its omissions.
 
-    `promised` is the relative error that it promises, None if it does not know its own error.
+    `promised` is its own estimate of the relative error, None if it has none.
     """
 
     family: str
@@ -199,7 +197,7 @@ class Method(NamedTuple):
 
     @property
     def group(self) -> tuple[str, bool]:
-        """Common key of the settings of one family, which follow one another from rough to fine."""
+        """Common key of the settings of one family, ordered from coarse to fine."""
         return self.family, self.setting.endswith(RESTARTED)
 
 
@@ -210,7 +208,7 @@ def ordered(rows: Iterable[MethodRow]) -> list[MethodRow]:
 
 
 def methods(question: Question) -> list[Method]:
-    """Every method that can answer, in the order in which they are run: those that tell most for their time first."""
+    """Every method that can answer, in the order of their runs: the most informative for their time first."""
     machine, own = question.machine, question.machine.sets_its_speed
     varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
     frozen = "that the speed varies, for the inertia torque" + (" and for the loads" if own else "")
@@ -344,17 +342,17 @@ class Run(NamedTuple):
 
     @property
     def least(self) -> float:
-        """The least of its times (s): what it takes where nothing disturbs it."""
+        """The least of its times (s): its time without disturbance."""
         return min(self.times, default=float("inf"))
 
 
 class OutOfTimeError(Exception):
-    """A method that was not done when the time was over."""
+    """A method that did not finish in time."""
 
 
 @contextmanager
 def limited(end: float) -> Iterator[Tally]:
-    """Counts what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
+    """Counts evaluations in the block; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
 
     def check() -> None:
         if time.perf_counter() > end:
@@ -369,10 +367,10 @@ def measured(
 ) -> tuple[list[Run], bool, float]:
     """Runs methods until all are done, the budget (s) is spent, or the user interrupts.
 
-    Returns every method's run, whether the user stopped it, and how long all took (s).
+    Returns every method's run, True if the user stopped it, and the total time (s).
 
-    What is `spent` already counts, but half of the budget is left for methods whatever it was. A method is left out where a
-    rougher setting of the same has already taken too long.
+    The time `spent` before counts, but half of the budget is always reserved for methods. A method is left out if a coarser
+    setting of it has already taken too long.
     """
     begun = time.perf_counter() - spent
     over = begun + max(budget, spent + 0.5 * budget)
@@ -420,9 +418,9 @@ def _timed(method: Method) -> tuple[float, float]:
 
 
 def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
-    """The runs that are close to the fastest of them, timed again in turns so that what disturbs one disturbs all.
+    """The runs that are close to the fastest of them, timed again in turns so that a disturbance affects all.
 
-    Also whether the user stopped that.
+    Also returns True if the user stopped that.
     """
     given = [run for run in runs if run.times]
     fastest = min((run.least for run in given), default=0.0)
@@ -451,18 +449,19 @@ def tradeoff(
 ) -> Tradeoff:
     """Runs every method that can answer a scene, and measures the cost and error of each.
 
-    All answer the same question: the flywheel for the irregularity asked, or the irregularity of the flywheel given. Errors
-    are true ones, against a reference found by two independent routes. Times hold for a machine that is built already.
+    All answer the same question: the flywheel for the required irregularity, or the irregularity with the given flywheel.
+    Errors are true ones, against a reference found by two independent routes. Times are for a machine that is already built.
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
-        rtol: relative error that is to be kept; the scene's own if None.
-        budget: seconds after which no further method is begun; one method gets at most a tenth of it. Finding the reference
-            counts, but leaves half of it to methods; timing the best ones again takes up to two seconds more.
-        progress: called before each method with its number, how many there are, and its name.
+        rtol: required relative error; the scene's own if None.
+        budget: seconds after which no further method is begun; one method gets at most a tenth of it. The time for the
+            reference counts, but half of the budget is reserved for methods; timing the fastest ones again takes up to two
+            seconds more.
+        progress: called before each method with its number, their number, and its name.
 
     Raises:
-        SceneError: if the machine cannot run as the scene says, or the scene has no machine.
+        SceneError: if the machine cannot run as the scene describes, or the scene has no machine.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
@@ -537,7 +536,7 @@ def _promises(run: Run, rtol: float) -> bool:
 
 
 def _chosen(level: list[Run], rtol: float) -> str | None:
-    """Chooses the run that estimates an error of rtol, and no less, among those that take as long; else the fastest."""
+    """The run with the greatest estimate within rtol among those that take as long; else the fastest."""
     promises = [run for run in level if _promises(run, rtol)]
     best = max(promises, key=lambda run: run.method.promised or 0.0, default=level[0] if level else None)
     return best and best.method.name

@@ -272,7 +272,7 @@ def _slope(derivative: Derivative) -> str:
 
 
 def _told(value: float, unit: str, most: int = _DIGITS) -> str:
-    """A number with so many digits; an angle in degrees, see `_unit`."""
+    """A number with a number of digits; an angle in degrees, see `_unit`."""
     return figure(degrees(value) if unit == "rad" else value, most=most)
 
 
@@ -482,7 +482,7 @@ _WIDE = 20  # characters of a motor's name
 
 
 def motors_text(found: SuitableMotors, rows: int = 20) -> str:
-    """The suitable motors by total price, in at most so many rows; then the others with their reasons."""
+    """The suitable motors by total price, in a limited number of rows; then the others with their reasons."""
     count = len(found.suitable) + len(found.refused)
     title = f"Suitable motors: {len(found.suitable)} of {count}"
     if found.missing:
@@ -537,7 +537,7 @@ def _currency(found: SuitableMotors) -> list[str]:
 
 
 def _motor_cells(choice: MotorChoice, prices: int) -> list[str]:
-    """A motor's row, with so many prices."""
+    """A motor's row with its prices."""
     rated, start = choice.motor.motor.rated, choice.start
     share = None if start is None else start.share
 
@@ -714,7 +714,7 @@ def _names(rows: list[MethodRow], comparison: Tradeoff) -> str:
 
 
 def unfinished(comparison: Tradeoff) -> list[str]:
-    """Reason why a table is not whole, in a sentence; empty if it is.
+    """Reason why a table is incomplete, in a sentence; empty if it is complete.
 
     >>> from flywheel.study.answers import Reference
     >>> nothing = ("irregularity", "", 1e-6, Reference(1.0, 1e-15, "", ""), 0.0, (), None, (), None, {}, 60.0, 0.1)

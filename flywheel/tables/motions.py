@@ -614,7 +614,7 @@ def _stored(transient: Transient, samples: Samples) -> tuple[dict[str, Any] | No
 
 
 def transient_csv(transient: Transient, points: int, breaks: bool = False) -> str:
-    """The motion at so many times (see `evenly`) as CSV, SI throughout."""
+    """The motion at a number of times (see `evenly`) as CSV, SI throughout."""
     return csv(transient_table(transient, points, breaks))
 
 

@@ -277,7 +277,7 @@ def graph_table(graph: BondGraph, form: str) -> str:
 
 
 def draw_graph(graph: BondGraph, path: Path, scene: Path, rows: Sequence[MapRow] = ()) -> None:
-    """The picture of a graph, in the file format of the path; with rows of a map, each part on a colour of its own."""
+    """The picture of a graph, in the file format of the path; with rows of a map, each part in its own colour."""
     parts: dict[str, list[str]] = {}
     for row in rows:
         if row.group != "-":
@@ -287,10 +287,10 @@ def draw_graph(graph: BondGraph, path: Path, scene: Path, rows: Sequence[MapRow]
 
 
 class MapRow(NamedTuple):
-    """An element of a graph and what it stands for.
+    """An element of a graph and its meaning.
 
-    part: body, joint, shaft or other part of the scene; element: its name in the graph; meaning: in words. `group`: what a
-    picture has in place of the part, all joints of a mechanism in one; "-": nothing, the element has a row of its own.
+    part: body, joint, shaft or other part of the scene; element: its name in the graph; meaning: in words. `group`: the
+    group of the part in a picture, which has all joints of a mechanism in one; "-": none, the element has a separate row.
     """
 
     part: str

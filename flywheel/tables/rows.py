@@ -1,8 +1,8 @@
 """Layout of results: quantities in customary units, rows and sentences, columns as CSV, data as JSON.
 
 Units are metric ones or those of the United States, with their numbers as people write them. Inertias are in kg m², in the
-United States as WR² in lb ft², the same quantity: mass times the square of the radius of gyration. GD², its metric fourfold,
-is no figure of theirs.
+United States as WR² in lb ft², the same quantity: mass times the square of the radius of gyration. GD², four times as much,
+is used only with metric units.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def few_digits(value: float, most: int, error: float = 0.0) -> str:
 
 
 def _digits(value: float, digits: int) -> str:
-    """A number to so many digits, without an exponent if it is readable without one."""
+    """A number to a number of digits, without an exponent if it is readable without one."""
     if 10.0**digits <= abs(value) < _LONGEST:
         return f"{float(f'{value:.{digits}g}'):.0f}"
     return f"{value:#.{digits}g}".rstrip(".")
@@ -238,19 +238,19 @@ def rpm(speed: float) -> str:
 
 
 def percent_and_steadiness(eps: float, error: float, most: int) -> tuple[str, str]:
-    """An irregularity as a deviation to either side in per cent, and as its reciprocal."""
+    """An irregularity as a deviation to either side in percent, and as its reciprocal."""
     if eps <= max(error, NOTHING):
         return ("±0", "without limit") if max(eps, error) <= NOTHING else ("?", "?")
     return f"±{figure(50 * eps, 50 * error, most)}", figure(1 / eps, error / eps**2, most)
 
 
 def irregularity(eps: float, error: float) -> str:
-    """An irregularity as a figure: 0 if rounding alone makes it."""
+    """An irregularity as a figure: 0 if it is only rounding."""
     return figure(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
 
 
 def irregularity_in_words(eps: float, error: float = 0.0) -> str:
-    """An irregularity in words: the number, its deviation in per cent, and its reciprocal.
+    """An irregularity in words: the number, its deviation in percent, and its reciprocal.
 
     >>> irregularity_in_words(0.04)
     '0.04 (±2 %, steadiness 25)'

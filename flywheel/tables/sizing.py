@@ -427,7 +427,7 @@ def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
 
 
 def headline(sizing: Sizing) -> str:
-    """The result in a line, below the scene's title (cut if it is too long for a picture's heading)."""
+    """The result in a line, below the scene's title (shortened if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
     speed = f"crank at {figure(sizing.speed * RPM, 0.0, 6)} rpm"
     asked = f"irregularity {figure(scene.irregularity or 0.0)}"
@@ -563,7 +563,7 @@ def settles(cyclic: Stability) -> bool:
 
 
 def settling_cycles(cyclic: Stability) -> float:
-    """Cycles after which a hundredth of a small change is left: ln 0.01/ln multiplier, below 1 if it decays faster.
+    """Cycles after which a hundredth of a small change remains: ln 0.01/ln multiplier, below 1 if it decays faster.
 
     >>> round(settling_cycles(Stability(0.5, 0.5, 3, 0.0, 1.0)), 6)
     6.643856
@@ -687,7 +687,7 @@ _FURTHER = {
 
 
 def _left_out(sizing: Sizing) -> list[str]:
-    """Sentence on what the level of accuracy leaves out, and which level includes it."""
+    """Sentence on the omissions of the level of accuracy, and the level that includes them."""
     level = sizing.accuracy
     if sizing.scene.areas is not None:
         return wrapped("A diagram of areas is solved completely at every level of accuracy.", "")

@@ -81,7 +81,7 @@ def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple
     """The summary, in the language in use; empty blocks are left out.
 
     Args:
-        sizing: what `flywheel.size` gives.
+        sizing: result of `flywheel.size`.
         units: "si", or "us" for WR² in lb ft², hp, psi...
         motions: False during a drag: the irregularity with the approximate flywheels is left out.
 
@@ -189,7 +189,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
 
 
 def _limits(sizing: Sizing, units: TradeUnits) -> Block:
-    """Limits that the flywheel keeps together: asked, reached, and the flywheel that each alone would need."""
+    """Limits that the flywheel keeps together: required and reached values, and the flywheel that each alone needs."""
     if not sizing.limits:
         return Block("limits")
     names, table = limit_names(), []
@@ -684,7 +684,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
     """The summary in 80 columns, in about 24 lines; of a long machine the parts left out are counted.
 
     Args:
-        sizing: what `flywheel.size` gives.
+        sizing: result of `flywheel.size`.
         units: "si" or "us".
 
     """
