@@ -1,7 +1,8 @@
 """A bond graph as a picture: half arrows, causal strokes, bond numbers, energy domains by colour.
 
-A picture is a list of marks, which `draw` hands to matplotlib and `svg` writes by itself. Figures are objects of their own,
-no global state is touched, nothing is shown. The colours are those of Okabe and Ito, which the colour-blind can tell apart.
+A picture is a list of marks, which `draw` hands to matplotlib and `svg` writes by itself. Figures are separate objects, no
+global state is changed, nothing is displayed. The colours are those of Okabe and Ito, which the colour-blind can
+distinguish.
 """
 
 from __future__ import annotations
@@ -94,10 +95,10 @@ def _symbol(match: re.Match[str]) -> str:
 
 
 class Mark(NamedTuple):
-    """A line, a text or a dashed box of a picture: where it is, in points, its colour, and its width or font size.
+    """A line, a text or a dashed box of a picture: its place in points, its colour, and its width or font size.
 
-    A text has its middle (or left end, by `side`) at the start of `at`; before it goes what is `literal`, as
-    it is, while single letters of the text are symbols.
+    A text has its middle (or left end, by `side`) at the start of `at`; the `literal` text precedes it unchanged, while
+    single letters of the text are symbols.
     """
 
     at: Segment
@@ -250,16 +251,16 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
         file: where to save it, ending in .png, .svg or .pdf.
         options: of a graph of words, `title` alone; of a graph, these:
 
-            causality: the causal strokes, as `bondgraph.causality` finds them (which is what None means), or the name of the
+            causality: the causal strokes, as from `bondgraph.causality` (the default), or the name of the
             element at the stroke's end by bond number; an empty mapping draws no strokes.
 
-            numbers: whether to number the bonds.
+            numbers: True numbers the bonds.
 
             title: a line above the picture.
 
-            loops: whether bonds of zero-order causal paths, which make algebraic loops, are marked.
+            loops: True marks bonds of zero-order causal paths, which make algebraic loops.
 
-            parts: elements by the part that they belong to, each part on a colour of its own, which the picture explains.
+            parts: elements by the part that they belong to, each part in its own colour, which the picture explains.
 
             words: other words for those of the explanations below the picture, such as {"rotation": "rotación"}.
 
@@ -279,7 +280,7 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
 
 
 def figure_of(shown: Picture) -> Figure:
-    """Returns a picture as a figure of matplotlib, whose one pair of axes fills it and counts in points."""
+    """Returns a picture as a figure of matplotlib, whose single pair of axes fills it, in points."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
@@ -320,7 +321,7 @@ def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
 
 
 def _shown(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Picture:
-    """The picture of a graph of either kind; refused for options that it does not have."""
+    """The picture of a graph of either kind; unknown options are refused."""
     writes: Callable[..., Picture] = word_picture if isinstance(graph, WordGraph) else picture
     _, *known = inspect.signature(writes).parameters
     refuse(
@@ -360,7 +361,7 @@ def svg_of(shown: Picture) -> str:
 
 
 def _spans(text: str, size: float) -> str:
-    """A name as spans of SVG: what is a symbol in italics, its index lowered."""
+    """A name as spans of SVG: symbols in italics, with lowered indices."""
     parts, at, lowered = [], 0, 0.0
     for match in [m for m in TOKEN.finditer(text) if is_symbol(m)]:
         shift = f' dy="{-lowered:.2f}"' if lowered else ""
@@ -414,7 +415,7 @@ def bode_figure(omega: Array, magnitude: Array, phase: Array, title: str, file: 
 
 
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
-    """The strokes, and the stores whose causality is derivative: those with their stroke at the wrong end."""
+    """The strokes, and the stores whose causality is derivative: those with their stroke at the opposite end."""
     if given is None:
         given = strokes_of(graph)
     strokes = given if isinstance(given, Mapping) else given.strokes

@@ -23,14 +23,14 @@ import numpy as np
 
 
 class GraphError(ValueError):
-    """A graph that is not well formed, or that cannot be treated as asked; says which elements and bonds are concerned."""
+    """A graph that is not well formed, or that cannot be treated as required; the message names the elements and bonds."""
 
 
 SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"
 
 
 def refuse(faults: Iterable[str]) -> None:
-    """Raise a GraphError that lists all faults, a line each; nothing happens if there are none."""
+    """Raises a GraphError that lists all faults, a line each, if there are any."""
     lines = list(faults)
     if lines:
         raise GraphError("\n".join(lines))
@@ -130,7 +130,7 @@ class Operand:
 
 
 class Dual(Operand):
-    """A value and its derivative: what is computed with it carries the derivative along, exactly.
+    """A value and its derivative: all results computed with it carry the exact derivative.
 
     >>> x = Dual(2.0, 1.0)
     >>> y = x**3 - 1 / x
@@ -201,7 +201,7 @@ _PARTIALS: dict[str, tuple[Callable[..., Any], ...]] = {  # of each argument: (r
 
 
 class Traced(Operand):
-    """A SymPy expression that numpy's functions can be called on, so that a numpy formula writes itself down."""
+    """A SymPy expression that numpy's functions accept, so that a numpy formula yields its own expression."""
 
     __slots__ = ("expression",)
 
@@ -271,7 +271,7 @@ _ALWAYS_OWN = (OWN_FLOW, OWN_DISPLACEMENT)
 def own_name(kind: str, names: Iterable[str], declared: Iterable[str]) -> str | None:
     """The name of the element's own quantity in a law of these names; a resistor's is its flow f, or its effort e.
 
-    f and q are the element's own whatever the graph declares, e and p where it declares nothing of that name.
+    f and q are always the element's own, e and p unless the graph declares these names.
 
     >>> own_name("R", ("f", "theta"), ()), own_name("R", ("e",), ()), own_name("R", ("e",), ("e",))
     ('f', 'e', None)
@@ -283,12 +283,12 @@ def own_name(kind: str, names: Iterable[str], declared: Iterable[str]) -> str | 
 
 @dataclass(frozen=True, eq=False)
 class Function:
-    """A law given as a function: of what (`of`, names in the graph), and how.
+    """A law given as a function of quantities of the graph (`of`, their names).
 
     Args:
         given: a Python function written with numpy's functions, or a SymPy expression.
-        arguments: the names as `given` has them: its parameters, or the free symbols of the expression.
-        of: the names in the graph that they stand for, in the same order.
+        arguments: the names in `given`: its parameters, or the free symbols of the expression.
+        of: their names in the graph, in the same order.
 
     >>> import numpy as np
     >>> square = function(lambda theta: np.sin(theta) ** 2)
@@ -316,7 +316,7 @@ class Function:
 
     @cached_property
     def is_affine(self) -> bool:
-        """True of a SymPy expression that is a straight line in all its arguments; Python functions are not asked."""
+        """True of a SymPy expression that is a straight line in all its arguments; False for Python functions."""
         if not self.is_expression:
             return False
         slopes = [self.given.diff(symbol) for symbol in self.given.free_symbols]
@@ -388,7 +388,7 @@ class Function:
 
 
 def full_digits(expression: Any) -> Any:
-    """The expression with floats that are printed at 17 digits: compiled at SymPy's own 15, they are other numbers."""
+    """The expression with floats that are printed at 17 digits: at SymPy's own 15 they would change."""
     import sympy
 
     return replaced(expression, lambda x: sympy.Float(repr(float(x)), 17) if isinstance(x, sympy.Float) else x)
@@ -410,7 +410,7 @@ def exact(expression: Any) -> Any:
 
 
 def replaced(expression: Any, by: Callable[[Any], Any]) -> Any:
-    """The expression with parts replaced; what it shares with itself is visited once: it may be shared a million times."""
+    """The expression with parts replaced; each part is visited once, however many references it has."""
     done: dict[Any, Any] = {}
 
     def made(part: Any) -> Any:
@@ -467,7 +467,7 @@ def function(given: Any) -> Function:
 
 
 def law_of(given: Any) -> Any:
-    """A number as a float, anything else that is callable or symbolic as a `Function`; ready-made laws as they are."""
+    """A number as a float, a callable or symbolic object as a `Function`; finished laws unchanged."""
     if given is None or isinstance(given, float):
         return given
     if isinstance(given, int | np.floating | np.integer):
@@ -531,7 +531,7 @@ class Motion(NamedTuple):
 
     `position(q, ns, q_anchor)` is called with the displacement q of the 1-junction named `of`, the namespace of
     functions that fits q (numpy, mpmath, sympy...) and the displacement in the middle of the smooth piece that q lies
-    in, and returns whatever the laws that share this motion pick from.
+    in, and returns an object from which the laws of this motion take their values.
     """
 
     of: str
@@ -580,7 +580,7 @@ class Law(NamedTuple):
 
 
 class Field(NamedTuple):
-    """What several ports share: a matrix (rows of numbers or expressions), or an energy. `Builder.field` takes it."""
+    """The law of several ports: a matrix (rows of numbers or expressions), or an energy. `Builder.field` takes it."""
 
     matrix: Any = None
     energy: Function | None = None
@@ -602,7 +602,7 @@ STORES = frozenset({"I", "C"})
 
 
 class Element(NamedTuple):
-    """A named element: its kind, its law (None for junctions), its energy domain, and whose part it is.
+    """A named element: its kind, its law (None for junctions), its energy domain, and the part to which it belongs.
 
     A one-port without a domain of its own takes that of its junction.
     """
@@ -710,11 +710,11 @@ def R(name: str, law: Any, domain: str = "", part: str = "") -> Element:
 
 
 def RS(name: str, law: Any, domain: str = "", part: str = "") -> Element:
-    """A resistor with a thermal port: what it dissipates heats the body that it has its second bond to.
+    """A resistor with a thermal port: its dissipated power heats the body at its second bond.
 
-    Hung on a junction as R is, and bonded to the 0-junction of a body: `b.on("shaft", RS("rub", 0.5)).bond("rub", "body")`.
-    In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat; in the
-    domain `heat` a source of the heat flow e f.
+    It is attached to a junction like R, and bonded to the 0-junction of a body: `b.on("shaft", RS("rub", 0.5)).bond("rub",
+    "body")`. In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat;
+    in the domain `heat` a source of the heat flow e f.
     """
     return Element("RS", name, law_of(law), domain, part)
 
@@ -730,7 +730,7 @@ def GY(name: str, ratio: Any) -> Element:
 
 
 def renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
-    """Gives an element's law with other names of elements and displacements, old -> new."""
+    """Returns an element's law with other names of elements and displacements, old -> new."""
     law = element.law
     if isinstance(law, Function):
         fixed = (TIME, OWN.get(element.kind))
@@ -749,7 +749,7 @@ _SAME, _SINGULAR = 1e-12, 1e15  # of a matrix's greatest entry: what rounding le
 
 
 def _shared(where: str, law: Any, energy: Any) -> Any:
-    """A law, or the field that a matrix or an energy is."""
+    """A law, or the field of a matrix or an energy."""
     if energy is not None:
         if law is not None:
             raise GraphError(f"{where}: found a law and an energy, expected one of them")
@@ -769,10 +769,10 @@ def ports_of(
         element: the field.
         junctions: those of its ports in order.
         named: more of them by name; of an energy, by its argument.
-        parameters: names that an energy may hold besides.
+        parameters: further names that an energy may contain.
 
     Raises:
-        GraphError: if the matrix or the energy is none of a field with these ports.
+        GraphError: if the matrix or the energy does not fit a field with these ports.
 
     """
     import sympy

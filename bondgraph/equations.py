@@ -2,9 +2,9 @@
 
 Both are read from one walk (`bondgraph.motion.walk.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
 M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
-a modulus, so the equations hold at dead centres too. What is handed out is complete or an error, never part of a system.
+a modulus, so the equations hold at dead centres too. The result is complete or an error, never part of a system.
 `generic` is the graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring:
-any mechanism of one degree of freedom that has two velocities of interest is a case of it, less what is not there.
+any mechanism of one degree of freedom with two velocities of interest is a case of it, with elements left out.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Reading:
     """A graph's symbolic twin, walked once.
 
     Attributes:
-        twin: the symbolic graph. form, tables: what `Dynamics` finds out about it.
+        twin: the symbolic graph. form, tables: the formulation and tables of `Dynamics`.
         state: the states' symbols.
         walk: the walk at the state.
 
@@ -76,7 +76,7 @@ class Reading:
         return rates if self.walk.nested else list(map(readable, rates))
 
     def algebraic(self) -> Iterator[Equation]:
-        """The flows of 1-junctions that resistors settle, each variable once."""
+        """The flows of 1-junctions that resistors determine, each variable once."""
         form, done = self.form, set[int]()
         resistors = {form.column[p.output] for p in form.acting if p.element.kind == "R"}
         for junction in self.twin.graph.of_kind("1"):
@@ -88,7 +88,7 @@ class Reading:
                 yield self.twin.finish(symbol), value if self.walk.nested else readable(value)
 
     def _check_closed(self, graph: BondGraph, group: Group) -> None:
-        """Refuse a resistor whose law would have to be solved for its own flow or effort."""
+        """Refuses a resistor whose law would have to be solved for its own flow or effort."""
         import sympy  # type: ignore[import-untyped]
 
         for port in (self.form.acting[k] for k in group.members):
@@ -105,7 +105,7 @@ class Reading:
 
 
 def inert(read: Reading) -> Iterator[str]:
-    """A line for each source, resistor or store that acts on nothing."""
+    """A line for each source, resistor or store without effect."""
     form, graph = read.form, read.twin.graph
     columns = {p.element.name: form.column[p.output] for p in form.ports}
     felt: dict[int, set[int]] = {}  # column -> the columns of the stores and displacements that feel it
@@ -131,7 +131,7 @@ def inert(read: Reading) -> Iterator[str]:
 
 
 def _acts(read: Reading, port: Port, column: int) -> bool:
-    """True if a store or a resistor other than sources feels what a port gives, through gains that are not 0."""
+    """True if the output of a port acts on a store or a resistor other than sources, through gains that are not 0."""
     form, walk = read.form, read.walk
     if port in form.stores:
         return True
@@ -181,17 +181,17 @@ class StateEquations:
 
     Args:
         graph: the graph.
-        states: a symbol for each state: p_NAME, an inertia's momentum; f_JUNCTION, a flow that no single inertia keeps;
+        states: a symbol for each state: p_NAME, an inertia's momentum; f_JUNCTION, a flow that no single inertia determines;
             displacements by their own names; q_NAME, a spring's displacement.
         derivatives: their time derivatives, expressions of states, inputs and parameters.
         values: symbol -> number, of elements and parameters that have one.
         inputs: the time and the signals (a signal's own rate, with `dot` behind its name, where it is needed).
-        inert: a line for each source, resistor or store that acts on nothing, and so is in no equation.
-        algebraic: the flows that no inertia weighs, and what they were solved to.
+        inert: a line for each source, resistor or store without effect, which is in no equation.
+        algebraic: the flows without inertia, and their solutions.
         derivative_stores: a line for each inertia or spring that follows others.
         opaque: modulus left as a function, such as T(theta) -> its expression.
         own: element -> the symbol of its number.
-        causality: the one that was given.
+        causality: the given one.
 
     """
 
@@ -219,7 +219,7 @@ class StateEquations:
 
         Raises:
             GraphError: with a line for each fault: a state without its equation, a symbol that is neither state, input nor
-                parameter, an equation that is no number anywhere, a source or resistor lost on the way.
+                parameter, an equation that is not finite anywhere, a missing source or resistor.
 
         """
         import sympy
@@ -244,7 +244,7 @@ class StateEquations:
         return self
 
     def numeric(self, signals: Mapping[str, Any] | None = None) -> Callable[[float, Sequence[float]], list[float]]:
-        """f(t, states) -> rates of the states, in their order, with all values filled in.
+        """f(t, states) -> rates of the states, in their order, with all values inserted.
 
         `signals` gives a number or a function of t (s) for each signal that the graph declares.
 
@@ -295,7 +295,7 @@ class StateEquations:
         return compiled
 
     def _formulas(self, called: bool = False) -> list[Any]:
-        """The derivatives in numbers, states and inputs; refused if open, and unless `called` if one is known by values."""
+        """The derivatives in numbers, states and inputs; refused if open, or unless `called` if one is known by values."""
         import sympy
 
         if self.open:
@@ -312,7 +312,7 @@ class StateEquations:
         return rates
 
     def text(self, *, sequential: bool = False) -> str:
-        """The equations, a line each, and what they leave out; `sequential`: what they share first, under new names."""
+        """The equations, a line each, and their omissions; `sequential`: common parts first, under new names."""
         lines = [f"d{s}/dt = {d}" for s, d in zip(self.states, self.derivatives, strict=True)]
         lines += [f"{s} = {e}" for s, e in self.algebraic]
         if sequential:
@@ -430,12 +430,12 @@ def state_equations(
 
     Args:
         graph: any graph; parameters may be open.
-        values: put the numbers in place of the elements' symbols.
+        values: True inserts the numbers for the elements' symbols.
         opaque: leave moduli that vary as functions, T(theta) and its derivative.
         causality: whose integral inertias give their momenta as states (default: the first on each independent flow).
 
     Raises:
-        GraphError: if the graph has no such equations: sources that contradict each other, a flow that nothing holds, a
+        GraphError: if the graph has no such equations: sources that contradict each other, an undetermined flow, a
             resistor's law that cannot be solved for its flow.
 
     >>> import numpy as np
@@ -491,7 +491,7 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     """The equation of motion I* phi'' + 1/2 dI*/dphi phi'^2 = M* of a graph of one degree of freedom.
 
     I* = sum I g^2 and M* = sum e g over the elements, with g their gain of flow on phi'. M* holds resistors, springs and
-    gyrators too; springs and further displacements stay states of their own (`others`).
+    gyrators too; springs and further displacements remain separate states (`others`).
 
     Args:
         graph: a graph of one independent flow.
@@ -499,8 +499,8 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
         opaque: leave moduli that vary as functions, T(theta) and its derivative.
 
     Raises:
-        GraphError: if the graph has another number of degrees of freedom, if the inertia that the motion sees varies with
-            time or signals or is driven by a flow source, or if the coordinate does not determine the motion.
+        GraphError: if the graph has another number of degrees of freedom, if the effective inertia varies with time or
+            signals or is driven by a flow source, or if the coordinate does not determine the motion.
 
     >>> import sympy
     >>> from bondgraph import Builder, I, Se
@@ -542,7 +542,7 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
 
 
 def _of_one_freedom(graph: BondGraph, name: str | None) -> tuple[Formulation, str]:
-    """The formulation in the flow that a coordinate measures, which alone settles the motion, and its 1-junction."""
+    """The formulation in the flow that a coordinate measures, which alone determines the motion, and its 1-junction."""
     form = Formulation(graph)
     inertias = [k for k, p in enumerate(form.stores) if p.element.kind == "I"]
     if len(inertias) != 1:
@@ -620,7 +620,7 @@ def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str 
 
 
 def _same_form(read: Reading) -> None:
-    """Raise where inertia varies with more than displacements, so that the equation has other terms."""
+    """Raises if inertia varies with more than displacements, so that the equation has other terms."""
     graph, form = read.twin.graph, read.form
     imposed = {form.column[p.output] for p in form.acting if p.element.kind == "Sf" and p.element.law != 0.0}
     for port in form.followers:
@@ -649,7 +649,7 @@ def to_modelica(graph: BondGraph, *, name: str = "Graph", initial: Mapping[str, 
     Args:
         graph: any graph whose laws are formulas; parameters may be open.
         name: of the model.
-        initial: states by name, 0 (a displacement: its own initial value) where nothing is given.
+        initial: states by name, by default 0 (a displacement: its own initial value).
 
     Raises:
         GraphError: if there are no such equations, a function has no form in Modelica, or a state is unknown.
@@ -745,12 +745,12 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
     Args:
         ratio: T, a number, a function written with numpy's functions, or a SymPy expression.
         displacement: which quantity of the ratio is the integral of f_A; may be left out if there is one only.
-        without: elements that are not there.
+        without: elements left out.
         values: by element, its law (source: effort; I: inertia; B: resistance; C: compliance, 1/k); by any other quantity
-            of the laws, the parameter's value. What is not given stays an open parameter of its own name.
+            of the laws, the parameter's value. A missing value stays an open parameter of its own name.
 
     Raises:
-        GraphError: for a name that is none of these, or where the displacement cannot be told.
+        GraphError: for a name that is none of these, or an ambiguous displacement.
 
     >>> import numpy as np
     >>> graph = generic(lambda theta: 0.1 * np.sin(theta), without=("C1", "C2", "B1"), I1=2.0, Se1=10.0)
@@ -780,7 +780,7 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
 
 
 def generic_equation(ratio: Any, *, opaque: bool = False, **given: Any) -> MotionEquation:
-    """The equation of motion of `generic(ratio, **given)`, seen from side A, where nothing is divided by T.
+    """The equation of motion of `generic(ratio, **given)`, seen from side A, without division by T.
 
         (I1 + T^2 I2) f_A' + I2 T T' f_A^2 = Se1 + T Se2 - (B1 + T^2 B2) f_A - q_C1/C1 - T q_C2/C2
 

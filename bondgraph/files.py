@@ -1,8 +1,8 @@
-"""Files that are written: whole or not at all, and never over what is not of their kind.
+"""Files that are written: completely or not at all, and never over a file of another kind.
 
-A file is written beside its place and takes it when it is complete, so that a failure leaves what was there. What is there
-is replaced only if it is of the kind to be written: a picture by its signature, CSV, JSON and text by beginning as what
-is written does, which is how ours are told from others. No file that was read is ever replaced, whatever name it goes by.
+A file is written beside its place and renamed when it is complete, so that a failure leaves the old one. An existing file is
+replaced only if it is of the same kind: a picture by its signature, CSV, JSON and text by the same beginning as the new
+text. No file that was read is ever replaced, under any name.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _KEY = re.compile(r'\s*"((?:[^"\\]|\\.)*)"\s*:\s*(?:"(?:[^"\\]|\\.)*"|[\w.+-]+)?
 
 
 class RefusalError(OSError):
-    """A file that is not written because of what is there."""
+    """A file that is not written because of an existing one."""
 
     def __init__(self, reason: str, path: Path) -> None:
         super().__init__(errno.EEXIST, reason, str(path))
@@ -40,10 +40,10 @@ class InputError(RefusalError):
 
 
 def check(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: str = "") -> None:
-    """Refuse a place that a file of some kind ("png", "svg", "pdf", "gif", "npz", "parquet", "text") cannot have.
+    """Refuses a place that a file of some kind ("png", "svg", "pdf", "gif", "npz", "parquet", "text") cannot have.
 
     Raises:
-        OSError: with the reason as its `strerror`. `text` is what is to be written, where that is known.
+        OSError: with the reason as its `strerror`. `text` is the new text, if known.
 
     """
     path = Path(path)
@@ -70,9 +70,9 @@ def check(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: 
 
 @contextmanager
 def replacement(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: str = "") -> Iterator[Path]:
-    r"""A new file's path, to be written within the block; it takes the place of `path` when the block has ended well.
+    r"""A new file's path, to be written within the block; it replaces `path` when the block has ended without an error.
 
-    A link keeps its place, and the file that it leads to is replaced; a pipe or device is written as it stands.
+    A link keeps its place, and the file that it leads to is replaced; a pipe or device is written directly.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -103,7 +103,7 @@ def replacement(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), 
 
 
 def write_text(path: str | Path, text: str, inputs: Iterable[str | Path] = ()) -> None:
-    """Write CSV, JSON or text, UTF-8 with its line ends as they are."""
+    """Writes CSV, JSON or text, UTF-8 with unchanged line ends."""
     with replacement(path, "text", inputs, text) as fresh:
         fresh.write_text(text, encoding="utf-8", newline="")
 
@@ -117,7 +117,7 @@ def _same(path: Path, given: Path) -> bool:
 
 
 def _check_reader(pipe: Path) -> None:
-    """A pipe that nobody reads would be waited for without end."""
+    """Refuses a pipe without a reader, which would block for ever."""
     if pipe.is_fifo():
         try:
             os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
@@ -128,7 +128,7 @@ def _check_reader(pipe: Path) -> None:
 
 
 def _alike(head: bytes, text: str) -> bool:
-    """True if a file begins as a text does: with its first keys, columns, or line."""
+    """True if a file begins like a text: with its first keys, columns, or line."""
     try:
         there = head.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""A bond graph: its elements, bonds and declared names, what keeps them from being one, and the builder that writes it.
+"""A bond graph: its elements, bonds and declared names, their faults, and the builder that writes it.
 
 Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable.
 """
@@ -45,7 +45,7 @@ _DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
 
 
 def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:
-    """The names that each element has bonds with."""
+    """The names of the elements that each element has bonds with."""
     near: dict[str, list[str]] = {name: [] for name in names}
     for bond in bonds:
         near[bond.tail].append(bond.head)
@@ -108,7 +108,7 @@ def readings(graph: BondGraph) -> Iterator[tuple[str, str]]:
 
 
 def activated(graph: BondGraph) -> tuple[Bond, ...]:
-    """The ways of signals without power, numbered from -1 down: to each element from the flow or effort that its law reads.
+    """The paths of signals without power, numbered from -1 down: from the flow or effort that a law reads to its element.
 
     >>> from bondgraph import I, R, Se
     >>> b = Builder().one("arm").one("rotor").on("arm", R("Ra", 1.0), Se("u", lambda f_rotor: -f_rotor))
@@ -120,7 +120,7 @@ def activated(graph: BondGraph) -> tuple[Bond, ...]:
 
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:
-    """Junctions that one bond leads to, nothing leads on from and no displacement is measured at: a line each."""
+    """Junctions with a single bond and no measured displacement: a line each."""
     for element in graph.of_kind(*JUNCTIONS):
         name, at = element.name, graph.at(element.name)
         beyond = graph.elements[at[0].other(name)]
@@ -225,7 +225,7 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
-    """Bonds that hang together without a two-port between, and the (domain, element) that are named there."""
+    """Groups of bonds connected without a two-port, and the (domain, element) named there."""
     junctions = [name for name, element in elements.items() if element.kind in JUNCTIONS]
     ties = [[b.number for b in bonds if name in b[1:]] for name in junctions]
     region_of = representatives([b.number for b in bonds], filter(None, ties))
@@ -240,7 +240,7 @@ def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tup
 
 
 def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
-    """Two sources that would both decide the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
+    """Two sources that both determine the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
     for kind, source, what in (("1", "Sf", "flow"), ("0", "Se", "effort")):
         junctions = [name for name, element in elements.items() if element.kind == kind]
         equal = representatives(junctions, [b[1:] for b in bonds if b.tail in junctions and b.head in junctions])
@@ -285,7 +285,7 @@ class BondGraph:
         displacements: declared integrals of the flows of 1-junctions, by name.
         signals: names of functions of time that laws may use and a simulation is given.
         parameters: named constants that laws may use; None if the value is still open.
-        parts: whether it may fall into several.
+        parts: True allows several separate parts.
 
     >>> from bondgraph import Builder, I, Se
     >>> b = Builder().parameter(M=None).one("shaft", "rotation").on("shaft", I("J", 2.0), Se("drive", lambda M: 3.0 * M))
@@ -349,10 +349,10 @@ class BondGraph:
         return own_name(element.kind, law.of, self._declared) if isinstance(law, Function) else None
 
     def reading(self, quantity: str) -> tuple[str, int] | None:
-        """The letter and bond of what a law may read of the motion itself, without taking power; None of other names.
+        """The letter and bond of a quantity of the motion that a law may read without power; None for other names.
 
         f_NAME is the flow of a 1-junction or one-port, e_NAME the effort of a 0-junction or one-port, p_NAME an inertia's
-        momentum, q_NAME a compliance's displacement. A declared name stands for what is declared.
+        momentum, q_NAME a compliance's displacement. A declared name has its declared meaning.
         """
         letter, _, name = quantity.partition("_")
         element = self.elements.get(name)
@@ -383,7 +383,7 @@ class BondGraph:
         return self.own(name) is not None
 
     def is_native(self, name: str, gives: str) -> bool:
-        """True if the curve of a resistor gives what is asked of it, "e" of its flow or "f" of its effort."""
+        """True if the curve of a resistor gives the required output, "e" from its flow or "f" from its effort."""
         return self.own(name) == OTHER[gives]
 
     def symbol(self, name: str) -> str:
@@ -422,7 +422,7 @@ class BondGraph:
         return frozenset({*self.motions, *(d.of for d in self.displacements.values())})
 
     def domain(self, bond: Bond) -> Domain | None:
-        """The energy domain of a bond; None if nobody named it."""
+        """The energy domain of a bond; None if it has no name."""
         return DOMAINS.get(self._domains.get(bond.number, ""))
 
     @cached_property
@@ -447,7 +447,7 @@ class BondGraph:
         return replace(self, parameters={**self.parameters, **{k: float(v) for k, v in values.items()}})
 
     def constant(self, name: str) -> float:
-        """The number that an element's constant law stands for, its parameters filled in."""
+        """The number of an element's constant law, its parameters inserted."""
         law = self.elements[name].law
         if isinstance(law, (float, Real)):
             return law
@@ -456,7 +456,7 @@ class BondGraph:
         return float(law(*(self.parameter(n, name) for n in law.of)))
 
     def parameter(self, parameter: str, element: str) -> float:
-        """A parameter's value for the law of an element; an error where it is still open."""
+        """A parameter's value for the law of an element; an error if it is still open."""
         value = self.parameters[parameter]
         if value is None:
             where = f"{self.title(element)}, bond {self.at(element)[0].number}"
@@ -468,7 +468,7 @@ class BondGraph:
         return f"BondGraph({len(self.elements)} elements, {len(self.bonds)} bonds)"
 
     def _repr_svg_(self) -> str | None:
-        """The picture that a notebook shows, with causal strokes; None of a graph that takes long to lay out."""
+        """The picture that a notebook shows, with causal strokes; None for a graph with a slow layout."""
         return self._picture
 
     @cached_property
@@ -489,7 +489,7 @@ class BondGraph:
 
 
 def as_graph(given: Any) -> BondGraph:
-    """The argument of a function of graphs, if it is a graph; a GraphError that says what to do if not."""
+    """The argument of a function of graphs, if it is a graph; else a GraphError with the remedy."""
     if isinstance(given, BondGraph):
         return given
     advice = "; call its build() first" if hasattr(given, "build") else ""
@@ -523,7 +523,7 @@ class Sum(NamedTuple):
 
 
 class Solve(NamedTuple):
-    """Several variables follow together from as many relations."""
+    """Several variables that follow together from as many relations."""
 
     unknown: tuple[int, ...]
     relations: tuple[Relation, ...]
@@ -593,7 +593,7 @@ def constant(ratio: Ratio) -> bool:
 
 
 def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
-    """Local steps, as far as they go, from what is known; `waiting` and `known` are brought up to date.
+    """As many local steps as possible from known variables; `waiting` and `known` are updated.
 
     >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
     >>> plan([gear], {0}), plan([gear], {1})
@@ -632,7 +632,7 @@ def _local(relation: Relation, known: set[int]) -> Scale | Sum | None:
 
 
 def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Relation], unknown: Iterable[int]) -> Solve:
-    """The linear system that loops leave over; an error where it is not square."""
+    """The linear system that remains for loops; an error if it is not square."""
     missing = tuple(sorted(unknown))
     if len(waiting) < len(missing):
         names = [next(b for b in graph.bonds if variable[b.number] == v) for v in missing]
@@ -653,7 +653,7 @@ def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A sub-graph with open ports: junctions that bonds of a bigger graph may join. Made by `Builder.part`."""
+    """A sub-graph with open ports: junctions that bonds of a larger graph may join. Made by `Builder.part`."""
 
     elements: Mapping[str, Element]
     bonds: tuple[Bond, ...]
@@ -664,7 +664,7 @@ class Part:
 
 
 class Builder:
-    """Writes a graph step by step; `build()` checks it. Every step but `add` returns the builder, so steps chain.
+    """Writes a graph step by step; `build()` checks it. Every step except `add` returns the builder, so steps chain.
 
     >>> import numpy as np
     >>> from bondgraph import I, Se
@@ -705,9 +705,9 @@ class Builder:
     ) -> Builder:
         """Add a 1-junction, and declare the integral of its flow under the name `displacement` if one is given.
 
-        With `when`, a function such as `lambda t: t > 1`, it is switched: while that does not hold, its flow is 0. Beside
-        what laws read, the condition of a switched junction may read its own `f_NAME` and `e_NAME`, one of which is what its
-        bonds add up to: an ideal diode is `one("diode", when=lambda e_diode, f_diode: e_diode + f_diode > 0)`.
+        With `when`, a function such as `lambda t: t > 1`, it is switched: while that does not hold, its flow is 0. Besides
+        the quantities of laws, the condition of a switched junction may read its own `f_NAME` and `e_NAME`, one of which is
+        the sum over its bonds: an ideal diode is `one("diode", when=lambda e_diode, f_diode: e_diode + f_diode > 0)`.
         """
         self.add(One(name, domain, when))
         return self if displacement is None else self.displacement(displacement, name, initial)
@@ -743,20 +743,20 @@ class Builder:
         return self
 
     def port(self, junction: str, element: Element) -> Builder:
-        """Hang a one-port on a junction: power flows out of sources and into everything else."""
+        """Attach a one-port to a junction: power flows out of sources and into everything else."""
         name = self.add(element)
         return self.bond(*((name, junction) if element.kind in SOURCES else (junction, name)))
 
     def on(self, junction: str, *elements: Element) -> Builder:
-        """Hang one-ports on a junction, each as `port` does."""
+        """Attach one-ports to a junction, each like `port`."""
         for element in elements:
             self.port(junction, element)
         return self
 
     def field(self, element: Element, *junctions: str, **ports: str) -> Builder:
-        """Hang a field on several junctions: a C, I or R of a matrix, or a C or I of an energy.
+        """Attach a field to several junctions: a C, I or R of a matrix, or a C or I of an energy.
 
-        Its ports are one-ports NAME_1, NAME_2... of a matrix, NAME_ARGUMENT of an energy, each with a state of its own
+        Its ports are one-ports NAME_1, NAME_2... of a matrix, NAME_ARGUMENT of an energy, each with its own state
         (`q_NAME_1`). Efforts are the energy's derivatives by displacements, flows those by momenta: arguments p, p_a, p1 are
         momenta, q and x likewise displacements, others what the element is, an I or a C. Parameters are declared before.
 
@@ -777,7 +777,7 @@ class Builder:
         return self
 
     def between(self, first: str, second: str, *elements: Element, name: str | None = None) -> Builder:
-        """Hang one-ports on the difference of two flows, f_first - f_second, through a 0-junction."""
+        """Attach one-ports to the difference of two flows, f_first - f_second, through a 0-junction."""
         node = name or f"{first}-{second}"
         self.zero(node).bond(first, node).bond(node, second)
         if len(elements) == 1:
@@ -785,12 +785,12 @@ class Builder:
         return self.one(f"{node}.rate").bond(node, f"{node}.rate").on(f"{node}.rate", *elements)
 
     def transform(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
-        """Join two junctions by a transformer, named after them unless told: f_target = ratio f_source."""
+        """Join two junctions by a transformer, named after them by default: f_target = ratio f_source."""
         element = self.add(TF(name or f"{source}->{target}", ratio))
         return self.bond(source, element).bond(element, target)
 
     def gyrate(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
-        """Join two junctions by a gyrator, named after them unless told: e_target = ratio f_source."""
+        """Join two junctions by a gyrator, named after them by default: e_target = ratio f_source."""
         element = self.add(GY(name or f"{source}->{target}", ratio))
         return self.bond(source, element).bond(element, target)
 
@@ -805,7 +805,7 @@ class Builder:
         return self.bond(node, target)
 
     def include(self, name: str, part: Part) -> Builder:
-        """Put a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
+        """Insert a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
 
         Parameters, signals and the time are shared by name, displacements are the part's own. A parameter that the part
         leaves open takes the graph's value; two values that differ are a fault.
@@ -845,13 +845,13 @@ class Builder:
         return Part(**self._written(), ports=open_ports)
 
     def build(self, *, loose: bool = False) -> BondGraph:
-        """The checked graph. Junctions that nothing hangs on are a fault unless `loose`, which is for simplifying."""
+        """The checked graph. Junctions without further elements are a fault unless `loose`, which is for simplification."""
         graph = BondGraph(**self._written())
         refuse(() if loose else dead_ends(graph))
         return graph
 
     def _written(self) -> dict[str, Any]:
-        """A copy of the graph so far, by the fields that a graph and a part share; resistors that heat in two halves."""
+        """A copy of the graph so far, by the fields that a graph and a part share; resistors with heat as two elements."""
         elements, bonds = dict(self._elements), list(self._bonds)
         for rubbing in (e for e in self._elements.values() if e.kind == "RS"):
             _heated(rubbing, elements, bonds)

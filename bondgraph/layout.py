@@ -1,12 +1,12 @@
 """The places of a bond graph's labels, bonds and numbers in a drawing, in points.
 
-Names are shortened only where the picture stays unambiguous: a name that repeats the neighbours' names says nothing new, a
+Names are shortened only where the picture stays unambiguous: a name that only repeats the neighbours' names is omitted, a
 first part that whole groups of names share is left out while the rest stays unique, and long names wrap at their dots. The
-room that a text takes is guessed, never too small.
+size of a text is estimated, never too small.
 
-Elements start in layers of a breadth-first walk; then they move on a grid as long as that lowers a cost: what makes a
-drawing hard to read, labels that overlap, bonds through labels, crossings, bonds too short for their number, too long,
-oblique, or side by side. A graph that is too long for a sheet is folded in rows. Every step is deterministic: the same
+Elements start in layers of a breadth-first walk; then they move on a grid as long as that lowers a cost: that of all that
+makes a drawing hard to read: labels that overlap, bonds through labels, crossings, bonds too short for their number, too
+long, oblique, or side by side. A graph that is too long for a sheet is folded in rows. Every step is deterministic: the same
 graph, the same drawing. What `layout` returns has no flaws in the sense of `flaws`, whatever the graph.
 """
 
@@ -68,7 +68,7 @@ _FLOW_SIDE = (0.6, -0.8)  # half arrows lie on the flow side of a bond, which is
 
 
 class ElementLabel(NamedTuple):
-    """The words at one element: its symbol (MTF, I, 1...) and the lines of its name, none if it says nothing new."""
+    """The words at one element: its symbol (MTF, I, 1...) and the lines of its name, none if these are omitted."""
 
     symbol: str
     lines: tuple[str, ...]
@@ -101,7 +101,7 @@ def labels(graph: BondGraph) -> dict[str, ElementLabel]:
 
 
 def short_names(graph: BondGraph) -> dict[str, str]:
-    """Each name that is drawn, as it is drawn: without its first part where the rest tells it from all others."""
+    """Each name as it is drawn: without its first part if the rest is unique."""
     names = list(graph.displacements)
     for name in reversed(list(graph.elements)):  # except for those composed of neighbours' names, as `Builder` does
         near = [bond.other(name) for bond in graph.at(name)]
@@ -164,8 +164,8 @@ class Arrangement(NamedTuple):
 def place(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Places:
     """The centre of every element, in points, given the half width and half height of its label.
 
-    The backbone of junctions and two-ports comes first, with room to spare; then the one-ports join, each in its favourite
-    direction among those that are free at its junction, and all move. A long graph is then folded in rows.
+    The backbone of junctions and two-ports comes first, with extra space; then the one-ports follow, each in its preferred
+    free direction at its junction, and all move. A long graph is then folded in rows.
     """
     backbone = [name for name, element in graph.elements.items() if element.kind not in ONE_PORTS]
     if len(backbone) == 1 and len(half) > 1 + len(_MOVES):
@@ -211,9 +211,9 @@ def star(graph: BondGraph, half: Mapping[str, tuple[float, float]], hub: str) ->
 
 
 def _folded(graph: BondGraph, half: Mapping[str, tuple[float, float]], layers: list[list[str]], at: Places) -> Places:
-    """The places of a graph that is too long for a sheet, in rows to and fro, one below the other.
+    """The places of a graph that is too long for a sheet, in rows that alternate in direction, one below the other.
 
-    The cuts are at elements that are alone in their layer, and so hold the parts before and behind them together: behind
+    The cuts are at elements that are alone in their layer, and so join the parts before and behind them: behind
     such an element the rest may be mirrored, and no bond crosses another that did not before. Where there are none, every
     other row is turned upside down, and bonds lead round each other from one row to the next, the uppermost outside.
     """
@@ -286,7 +286,7 @@ def _settled(
 ) -> Places:
     """The part of the graph whose half sizes are given, each group of elements moved to its cheapest place nearby.
 
-    Costs are those of what a group can meet, and it is looked at again only if something there has moved since; at first
+    Costs are those of what a group can meet, and it is examined again only if something there has moved since; at first
     only near what is `loose` (None: everywhere).
     """
     problem = _problem(graph, half)
@@ -399,7 +399,7 @@ def _layers(graph: BondGraph) -> list[list[str]]:
 
 
 def _ordered(graph: BondGraph, layers: list[list[str]]) -> list[list[str]]:
-    """Each layer sorted by the mean place of its neighbours, to and fro, to the order with the fewest crossings."""
+    """Each layer sorted by the mean place of its neighbours, in both directions, to the order with the fewest crossings."""
     best, fewest = layers, _crossings(graph, layers)
     for sweep in range(12):
         layers = [list(layer) for layer in layers]
@@ -436,7 +436,7 @@ def _crossings(graph: BondGraph, layers: Sequence[Sequence[str]]) -> int:
 
 
 def clashes(problem: Arrangement, at: Array, group: Sequence[int], boxes: Indices, bonds: Indices) -> Array:
-    """The cost of what a group must not do, for each set of positions (k, n, 2), never below 0.
+    """The cost of a group's flaws, for each set of positions (k, n, 2), never below 0.
 
     That is labels on labels, bonds through labels and crossings, with the other elements and bonds that are given.
     """
@@ -541,7 +541,7 @@ class Segment(NamedTuple):
         return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
 
     def point(self, share: float, aside: float = 0.0) -> Spot:
-        """The point at a share of the way, so far to the flow side of it."""
+        """The point at a share of the way, at a distance to its flow side."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
         length = self.length or 1.0
         ux, uy = dy / length, -dx / length
@@ -556,7 +556,7 @@ class Segment(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """A graph's drawing: what each element's label says and the boxes it fills, each bond's visible line and number."""
+    """A graph's drawing: each element's label with its boxes, each bond's visible line and number."""
 
     labels: Mapping[str, ElementLabel]
     boxes: Mapping[str, tuple[Box, ...]]
@@ -576,7 +576,7 @@ class Layout:
 def layout(
     graph: BondGraph, written: Mapping[str, ElementLabel] | None = None, texts: Mapping[int, str] | None = None
 ) -> Layout:
-    """Lay a graph out: labels, bonds and numbers that keep clear of each other; the same graph, the same layout.
+    """Lays a graph out: labels, bonds and numbers that keep clear of each other; the same graph, the same layout.
 
     The elements take the places that `place` finds; the drawing then grows, or is arranged anew, until it has no flaws.
     written, texts: labels of the elements and texts beside the bonds, in place of their names and numbers.
@@ -678,7 +678,7 @@ def _centre(boxes: Mapping[str, tuple[Box, ...]], name: str) -> Spot:
 
 
 def _visible(bonds: Sequence[Bond], bond: Bond, boxes: Mapping[str, tuple[Box, ...]]) -> Segment:
-    """A bond from where it leaves its tail's boxes to where it reaches its head's, apart from its neighbours."""
+    """A bond between its tail's and its head's boxes, away from its neighbours."""
     whole = Segment(_centre(boxes, bond.tail), _centre(boxes, bond.head))
     beside = [b.number for b in bonds if {b.tail, b.head} == {bond.tail, bond.head}]
     aside = 2.0 * _ASIDE * (beside.index(bond.number) - (len(beside) - 1) / 2.0)
@@ -702,7 +702,7 @@ def _clearance(bonds: Sequence[Bond], bond: Bond, name: str, boxes: Mapping[str,
 
 
 def _leaving(line: Segment, boxes: Iterable[Box]) -> float:
-    """The share of a line at which it has left all boxes that it passes, with room for a stroke across it."""
+    """The share of a line at which it has left all its boxes, with room for a stroke across it."""
     slant = _STROKE / 2.0 / max(line.length, 1.0)
     lean = (slant * abs(line.end.y - line.start.y), slant * abs(line.end.x - line.start.x))
     shares = [0.0]

@@ -1,4 +1,4 @@
-"""Operating points and what a graph does near them: equilibrium, linear equations, modes, transfer functions.
+"""Operating points and the behaviour of a graph near them: equilibrium, linear equations, modes, transfer functions.
 
 At a state x0 with inputs u0 the equations x' = f(x, u), y = g(x, u) become
 
@@ -54,7 +54,7 @@ class Linear:
         at: the operating point by name.
         A, B, C, D: the matrices, in numbers.
         symbolic: the same four in SymPy.
-        driven: input -> what depends on its rate, which these equations leave out: its transfer functions are refused.
+        driven: input -> quantities that depend on its rate, which these equations omit: its transfer functions are refused.
 
     """
 
@@ -76,7 +76,7 @@ class Linear:
 
     @property
     def modes(self) -> tuple[Mode, ...]:
-        """The motions that the graph has by itself, slowest first."""
+        """The free motions of the graph, slowest first."""
         values, vectors = np.linalg.eig(self.A)
         found = []
         for k in np.argsort(np.abs(values)):
@@ -86,7 +86,7 @@ class Linear:
         return tuple(found)
 
     def zeros(self, u: str, y: str) -> NDArray[np.complex128]:
-        """The values s at which input u does not show in output y: det [[A - s, b], [c, d]] = 0."""
+        """The values s at which input u has no effect on output y: det [[A - s, b], [c, d]] = 0."""
         b, c, d = self._between(u, y)
         size = len(self.states)
         shift = 0.7368 + 0.3j * max(1.0, float(np.abs(self.A).max(initial=0.0)))
@@ -130,11 +130,11 @@ class Linear:
         return bode_figure(np.atleast_1d(np.asarray(omega, dtype=float)), *self.bode(u, y, omega), f"{y} / {u}", file)
 
     def unreachable(self) -> tuple[str, ...]:
-        """The states that take part in what no input moves, by the rank of [B, AB, ...]; none of a controllable graph."""
+        """The states with a share in motions that no input excites, by the rank of [B, AB, ...]; none if controllable."""
         return _out_of_reach(self.A, self.B, self.states)
 
     def unobservable(self) -> tuple[str, ...]:
-        """The states that take part in what no output shows; none of an observable graph."""
+        """The states with a share in motions that no output shows; none if observable."""
         return _out_of_reach(self.A.T, self.C.T, self.states)
 
     def to_scipy(self) -> Any:
@@ -189,7 +189,7 @@ def _out_of_reach(matrix: Array, inlet: Array, names: Sequence[str]) -> tuple[st
 
 
 class Reach(NamedTuple):
-    """Stores that no value of the parameters lets the inputs move, or the outputs show, a reason by name of each.
+    """Stores that inputs cannot move, or outputs cannot show, for any parameters, with the reason by name.
 
     Empty of a structurally controllable (observable) graph. Made by `reach`.
     """
@@ -207,7 +207,7 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
     Args:
         graph: the graph; parameters may be open.
         inputs: names of sources; None: all of them.
-        outputs: `f_NAME`, `e_NAME`, or states `p_NAME`, `q_NAME`; None: nothing is asked of outputs.
+        outputs: `f_NAME`, `e_NAME`, or states `p_NAME`, `q_NAME`; None: outputs are not examined.
 
     Raises:
         GraphError: for unknown names, and strokes that contradict each other.
@@ -274,7 +274,7 @@ def _given(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
 
 
 def _needs(graph: BondGraph, found: Causality) -> dict[Signal, set[Signal]]:
-    """The efforts and flows from which each is computed, at once, over time, or because a law reads them."""
+    """The efforts and flows from which each is computed, instantly, over time, or by a law."""
     needs = {variable: set(others) for variable, others in computed_from(graph, found.strokes).items()}
     for name, element in graph.elements.items():
         answers = [Signal(x, b.number) for b in graph.at(name) for x in "ef" if giver(b, x, found.strokes) == name]
@@ -296,7 +296,7 @@ def equilibrium(
     """The state at which all rates vanish, by name.
 
     Sums of states that no motion changes, such as the liquid in tanks, or the lengths of three springs on two freedoms, are
-    those of the state that the search starts from. Other displacements that nothing depends on keep their initial value.
+    those of the initial state of the search. Other displacements that nothing depends on keep their initial value.
 
     Args:
         graph: with a value for every parameter.
@@ -304,7 +304,7 @@ def equilibrium(
         near: states to start the search from; 0 (a displacement: its initial value) for the others.
 
     Raises:
-        GraphError: if none is found, or states stay free.
+        GraphError: if none is found, or states remain undetermined.
 
     >>> from bondgraph import Builder, C, I, R, Se
     >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0), R("d", 1.0), Se("F", 4.0))
@@ -357,7 +357,7 @@ def equilibrium(
 
 
 def _balanced(matrix: Array) -> tuple[Array, Array]:
-    """Factors of the rows and columns of a matrix that leave entries of about 1, whatever units it mixes (Ruiz's method)."""
+    """Factors of the rows and columns of a matrix that give entries of about 1, for any mixture of units (Ruiz's method)."""
     rows, columns = np.ones(len(matrix)), np.ones(len(matrix))
     for _ in range(_BALANCINGS):
         size = np.abs(rows[:, None] * matrix * columns)
@@ -367,7 +367,7 @@ def _balanced(matrix: Array) -> tuple[Array, Array]:
 
 
 def _kept(rates: Array) -> Array:
-    """The sums, a row each, that rates (a column each) leave as they are."""
+    """The sums, a row each, that rates (a column each) do not change."""
     sizes = np.abs(rates).max(axis=0, initial=0.0)
     left, shares, _ = np.linalg.svd(rates[:, sizes > 0.0] / sizes[sizes > 0.0])
     return np.asarray(left[:, int(np.sum(shares > _SUMS * shares.max(initial=0.0))) :].T)
@@ -403,7 +403,7 @@ def linearize(
 
     Args:
         graph: with a value for every parameter.
-        at: the state by name, 0 for what is not given; None: its equilibrium.
+        at: the state by name, 0 by default; None: its equilibrium.
         inputs: names of sources of a plain value and of signals; None: all of them.
         outputs: names of states, `f_NAME`, `e_NAME`; None: the states.
         signals: a number for every declared signal.
@@ -452,7 +452,7 @@ def linearize(
 
 
 def _jacobian(rows: Sequence[Any], by: Sequence[Any]) -> Any:
-    """The slopes of expressions, of real symbols while they are taken: |x| has none of others."""
+    """The slopes of expressions, with real symbols, because |x| has no slope otherwise."""
     import sympy
 
     symbols = set(by).union(*(row.free_symbols for row in rows))
@@ -487,7 +487,7 @@ def _told(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]
 
 
 def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:
-    """Raise where the rates have another slope to one side than to the other."""
+    """Raises if the slopes of the rates to both sides differ."""
     names, at = dynamics.state.names, _field(dynamics)
     state = np.array([point[name] for name in names])
     apart = np.abs(_slopes(at, state, 1.0) - _slopes(at, state, -1.0))

@@ -1,4 +1,4 @@
-"""Tools of graphs and machines: evaluations counted; what hangs together; where a function is zero, holds, is greatest.
+"""Tools of graphs and machines: counts of evaluations, connected components, roots, thresholds and maxima of functions.
 
 Roots are found between two places of opposite signs, to the last digit; those of a polynomial by its Chebyshev series over a
 share of a range from 0 to 1, in which the first place is found at which a value leaves its side (`first_change`).
@@ -35,7 +35,7 @@ _GOLDEN = 0.381966011250105  # (3 - sqrt(5))/2
 class Tally:
     """Positions counted so far. A tally inside another one counts for both.
 
-    `watch` is called each time that something is counted; what it raises ends the work.
+    `watch` is called at each count; an exception from it ends the work.
 
     >>> with counted() as tally:
     ...     count(17)
@@ -61,9 +61,9 @@ _TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
 
 @contextmanager
 def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
-    """Count what is evaluated inside, in this thread: `tally.evaluations`, also while it continues.
+    """Counts evaluations in the block, in this thread: `tally.evaluations`, also while it continues.
 
-    `watch` is called with every evaluation, and may raise to put an end to it.
+    `watch` is called with every evaluation, and may raise to end the block.
     """
     tally = Tally(_TALLY.get(), watch)
     token = _TALLY.set(tally)
@@ -120,7 +120,7 @@ def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T,
 
 
 def components(needs: Mapping[T, Iterable[T]]) -> list[list[T]]:
-    """Groups of things that need each other, each after those that it needs; things that are not listed need nothing.
+    """Groups of items that depend on each other, each after those that it depends on; others have no dependencies.
 
     >>> components({0: [1], 1: [2], 2: [1], 3: []})
     [[3], [1, 2], [0]]
@@ -185,7 +185,7 @@ def roots_between(
 ) -> NDArray[F]:
     """The same for many values at once, (n,), each of which changes its sign between its own places.
 
-    To the last digit of the floats that the places are given in, or to a width. A value that only has a sign is halved.
+    To the last digit of the places' floats, or to a width. A value that is only a sign is solved by bisection.
 
     >>> roots_between(lambda x: x * x - np.array([4.0, 9.0]), np.zeros(2), np.full(2, 5.0))
     array([2., 3.])
@@ -217,7 +217,7 @@ def roots_between(
 
 
 def threshold(holds: Callable[[float], bool], low: float, high: float, width: float = 0.0) -> float:
-    """The place where something begins to hold that does not at `low` and does at `high` (on either side), by bisection.
+    """The place where a condition begins to hold between `low`, where it fails, and `high` (on either side), by bisection.
 
     The place found is one at which it holds, the next number or `width` beside one at which it does not.
 
@@ -233,13 +233,13 @@ def threshold(holds: Callable[[float], bool], low: float, high: float, width: fl
 
 
 def chebyshev_series(order: int) -> tuple[Array, Array]:
-    """Shares from 0 to 1, both ends among them, and what turns values there into a Chebyshev series of an order."""
+    """Shares from 0 to 1, both ends among them, and the matrix from values there to a Chebyshev series of an order."""
     shares = 0.5 - 0.5 * np.cos(np.pi * np.arange(order + 1) / order)
     return shares, np.asarray(np.linalg.inv(chebyshev.chebvander(2.0 * shares - 1.0, order)), dtype=float)
 
 
 def series_roots(series: Array) -> Array:
-    """Real roots of a Chebyshev series, in shares of its range; none at its very start, none that is not finite.
+    """Real roots of a Chebyshev series, in shares of its range; except one at its start; finite ones only.
 
     >>> series_roots(np.array([0.0, 1.0]))
     array([0.5])
@@ -261,7 +261,7 @@ def first_change(
         shares: ascending, from 0 to 1.
         values: the value there.
         series: the Chebyshev series through them.
-        soonest: a share that is looked at beside the samples, in place of the first of these.
+        soonest: a share that replaces the first of the samples.
 
     Returns:
         The shares between which the value changes, at the first of which it is 0 or above, and the roots of the series.
@@ -329,7 +329,7 @@ def summit(
 
 
 class Summits(NamedTuple):
-    """Places (n,) of greatest values, those values, and the places beside them between which they are known to lie."""
+    """Places (n,) of greatest values, those values, and the places on both sides that bracket them."""
 
     place: Array
     value: Array

@@ -2,10 +2,10 @@
 
 A body has the two velocities of its centre of mass, its rotation, and the two velocities of each pin, which follow from
 these through modulated transformers (Rosenberg's body: Karnopp, Margolis & Rosenberg, *System Dynamics*). A joint is a bond
-between equal velocities, or a source that holds one at zero. So a linkage is written as it is put together, and the loops
-that it closes are left to the solution. Lengths in m, angles in rad counter-clockwise from +x.
+between equal velocities, or a source that keeps one at zero. A linkage is written joint by joint, and the solution closes
+its loops. Lengths in m, angles in rad counter-clockwise from +x.
 
-The source that is compared with is a thesis on the slider-crank by bond graph (2023), its figures 31 to 39 and table 8.
+The source for comparison is a thesis on the slider-crank by bond graph (2023), its figures 31 to 39 and table 8.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
         mass: kg; 0 leaves the two inertias I out.
         inertia: about G, kg m²; 0 leaves it out.
         pins: name -> place in the body's frame, m. A pin at G needs no transformer; if all are there, nothing ties the
-            rotation to the rest, and the two are graphs of their own.
+            rotation to the rest, and the two are separate graphs.
         angle: theta at the start, rad.
-        inlets: the pins where power counts positive into the body; at the others it does out of it. A junction that
+        inlets: the pins where power counts positive into the body; at the others out of it. A junction that
             only passes power on from an outlet to an inlet is one that simplification can drop.
 
     Raises:
@@ -105,7 +105,7 @@ def pin(builder: Builder, first: str, second: str) -> Builder:
 
 
 def fix(builder: Builder, at: str) -> Builder:
-    """Stiction a pin (`crank.1`) in its place by sources of flow 0; their efforts are the forces of the bearing."""
+    """Fix a pin (`crank.1`) in its place by sources of flow 0; their efforts are the forces of the bearing."""
     for axis in "xy":
         builder.port(f"{at}.{axis}", Sf(f"{at}.{axis}.hold", 0.0))
     return builder
@@ -144,16 +144,16 @@ class Bar(NamedTuple):
     com_angle: float = 0.0
 
     def body(self, angle: float = 0.0, inlets: Collection[str] = ("1",)) -> Part:
-        """The rigid body of this bar, at an angle (rad) at the start; power enters by pin 1 unless told."""
+        """The rigid body of this bar, at an initial angle (rad); by default power enters by pin 1."""
         x, y = self.com * cos(self.com_angle), self.com * sin(self.com_angle)
         return rigid_body(self.mass, self.inertia, {"1": (-x, -y), "2": (self.length - x, -y)}, angle, inlets)
 
 
 class Linkage(NamedTuple):
-    """An expanded graph, the coordinate that it moves by, and the other angles as functions of the coordinate's.
+    """An expanded graph, its coordinate, and the other angles as functions of the coordinate's.
 
-    A graph of velocities cannot tell positions, so a `Reduction` needs `positions`; a simulation integrates the angles from
-    where they start.
+    A graph of velocities does not give positions, so a `Reduction` needs `positions`; a simulation integrates the angles
+    from their initial values.
     """
 
     graph: BondGraph
@@ -161,7 +161,7 @@ class Linkage(NamedTuple):
     positions: Positions
 
     def reduction(self) -> Reduction:
-        """The reduction to the coordinate; velocities that are held at zero go first, a `Reduction` takes no source Sf."""
+        """The reduction to the coordinate, without velocities kept at zero: a `Reduction` accepts no source Sf."""
         return Reduction(drop_zero_velocity(self.graph).graph, self.coordinate, self.positions)
 
 
@@ -187,7 +187,7 @@ def slider_crank(
         start: crank angle at the start of a simulation, rad.
 
     Raises:
-        GraphError: if the rod does not reach the line, at the start or at a crank angle that is asked for.
+        GraphError: if the rod does not reach the line, at the start or at a required crank angle.
 
     >>> linkage = slider_crank(Bar(0.2, inertia=0.1), Bar(0.6), slider=3.0)
     >>> round(float(linkage.reduction()(np.pi / 2).inertia), 12)  # 0.1 + 3 * 0.2²
@@ -237,7 +237,7 @@ def four_bar(
         start: crank angle at the start of a simulation, rad.
 
     Raises:
-        GraphError: if coupler and rocker do not meet, at the start or at a crank angle that is asked for.
+        GraphError: if coupler and rocker do not meet, at the start or at a required crank angle.
 
     >>> bars = Bar(1.0, inertia=0.5), Bar(3.0), Bar(3.0, inertia=2.0)
     >>> round(float(four_bar(4.0, *bars).reduction()(0.0).inertia), 12)  # the rocker turns at -1/3 of the crank's speed

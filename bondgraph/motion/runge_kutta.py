@@ -398,8 +398,8 @@ class RateField(NamedTuple):
 
     `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
     fastest change must lie ahead for implicit steps to be the cheaper ones: 0 if instants are costly one at a time,
-    infinite where nothing brakes. `plain` are rates that cost negligible one at a time: whether these are stiff is
-    looked into once many steps were taken.
+    infinite without resistance. `plain` are rates of negligible cost one at a time: they are tested for stiffness after many
+    steps.
     """
 
     rates: Callable[[Array, Array], Array]

@@ -348,7 +348,7 @@ class Walk:
             return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
 
     def _arguments(self, law: Function, name: str, own: Any = None, given: Mapping[str, Any] | None = None) -> list[Any]:
-        """What a law is called with; `given` beside its own: flows and efforts that are not yet known."""
+        """The arguments of a law; `given` has flows and efforts that are not yet known, besides its own."""
         given = {self.graph.own(name): own} if given is None else given
         values = []
         for argument in law.of:

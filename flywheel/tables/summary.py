@@ -353,7 +353,7 @@ def material_name(name: str) -> str:
 
 
 def stress_place(place: str) -> str:
-    """The place of the greatest stress in a wheel, as its formulas name it."""
+    """The place of the greatest stress in a wheel, by the names of its formulas."""
     places = {
         "inside of the rim": _("inside of the rim"),
         "centre": _("centre"),
@@ -583,7 +583,7 @@ def _where(sizing: Sizing) -> str:
 
 
 def _proven() -> dict[str, tuple[str, str]]:
-    """The figures of whose proof the summary tells the first that there is, with name and unit."""
+    """The figures of whose proofs the summary shows the first available one, with name and unit."""
     return {
         "flywheel.exact": (_("exact flywheel"), "kg m²"),
         "simulation.irregularity": (_("irregularity"), ""),
@@ -707,7 +707,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
 
 def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
-    """Parts that a long summary leaves to `--full`, least needed first: a sentence with its short form, or a row's label."""
+    """Parts that a long summary leaves to `--full`, minor ones first: a sentence with its short form, or a row's label."""
     flow = sizing.power_flow
     if flow is not None:
         yield tuple(power.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]
@@ -721,7 +721,7 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
 
 
 def lines_of(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
-    """The lines of all blocks; the machine has the lines that the others leave, and a least number of them."""
+    """The lines of all blocks; the machine gets the remaining lines, but at least a minimum."""
     labels = [len(row.label) for block in blocks for row in block.rows if block.name != "machine"]
     width = max([_LABELS, *labels])
     others = [_lines(block, width) for block in blocks if block.name != "machine"]
@@ -740,7 +740,7 @@ _LABELS, _FIGURES = 18, 12  # columns of labels, at least, and of figures with t
 
 
 def _lines(block: Block, width: int) -> list[str]:
-    """A block as lines of the summary, its labels in a column so wide."""
+    """A block as lines of the summary, its labels in a column of a given width."""
     lines = _wrapped(block.title, "", "") if block.title else []
     if block.table:
         table = columns(block.table, block.header)
@@ -769,11 +769,11 @@ def _wrapped(told: str, first: str, rest: str) -> list[str]:
 
 
 def _machine_lines(block: Block, most: int) -> list[str]:
-    """The parts of the machine in at most so many lines; those left out are counted."""
+    """The parts of the machine in a limited number of lines; those left out are counted."""
     width = min(max(len(row.label) for row in block.rows), _LABELS)
 
     def in_lines(row: Row, most: int = 1000) -> list[str]:
-        """A row in at most so many lines; the pieces left out are counted."""
+        """A row in a limited number of lines; the pieces left out are counted."""
         pieces = row.value.split("; ")
         for shown in range(len(pieces), 0, -1):
             rest = [_("and {n} more", n=len(pieces) - shown)] if shown < len(pieces) else []
