@@ -593,7 +593,7 @@ def constant(ratio: Ratio) -> bool:
 
 
 def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
-    """As many local steps as possible from known variables; `waiting` and `known` are updated.
+    """All local steps that known variables permit; `waiting` and `known` are updated.
 
     >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
     >>> plan([gear], {0}), plan([gear], {1})

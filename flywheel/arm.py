@@ -13,8 +13,8 @@ the kinetic energy is T = ½ A q1'² + ½ C q2'² + B q1' q2' cos(q1 - q2), the 
     B cos(q1 - q2) q1'' + C q2'' - B sin(q1 - q2) q1'² - G2 sin q2 = T2
 
 Angles, speeds, accelerations and torques are arrays of shape (2, ...): one row a bar or joint. Valid for rigid bars, whose
-centres of mass lie on the lines between their pins, and pins without play. Source: the course, p. 68, example 3, with
-bars of any make. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1 l2, as in the next, is right.)
+centres of mass lie on the lines between their pins, and pins without play. Source: the course, p. 68, example 3, with any
+bars. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1 l2, as in the next, is right.)
 
 >>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2), gravity=10.0)
 >>> driving_torques(arm, [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]).round(12).tolist()
@@ -103,7 +103,7 @@ class Reactions(NamedTuple):
 class TwoLinkArm:
     """Two bars, the second hinged to the end of the first, in gravity g (m/s²) along -y.
 
-    Raises SceneError for sizes that are no bar's, or if a bar can turn without inertia.
+    Raises SceneError for invalid sizes, or if a bar can turn without inertia.
 
     >>> TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2)).constants.B
     0.3
@@ -178,7 +178,7 @@ def rest(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike) -> Array:
 
 
 def driving_torques(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, qddot: ArrayLike) -> Array:
-    """Inverse dynamics: T1, T2 (N m), shape (2, ...), that a given motion takes.
+    """Inverse dynamics: T1, T2 (N m), shape (2, ...), for a given motion.
 
     T2 = row 2 of M q'' + rest; T1 = row 1 + T2.
 
@@ -327,12 +327,12 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
     """Lagrange's equations of an open arm in symbols: T and V from the centres' positions, then by differentiation alone.
 
     d/dt(dL/dq_i') - dL/dq_i = Q_i, L = T - V, with Q_i from the power of all drives, T_k (omega_k - omega_k-1) and F_k s_k'.
-    `flywheel.freedoms` has the same in numbers, for linkages of any make.
+    `flywheel.freedoms` has the same in numbers, for any linkage.
 
     Args:
         joints: the joint before each bar, from the frame on: `R` a pin at the end of the bar before, `P` a slide along that
             bar from its end on (one on the frame is level, along +x, and its bar upright). `RR` is the two-link arm.
-        relative: whether an angle counts from the bar before; else from the upward vertical, as `TwoLinkArm`'s do.
+        relative: True measures angles from the bar before; else from the upward vertical, like those of `TwoLinkArm`.
 
     Raises:
         SceneError: for other letters, or more than six joints.
@@ -424,9 +424,10 @@ def simulate_arm(
         rtol: tolerance of the integrator, per step.
 
     Raises:
-        SceneError: if an argument, or what `torques` returns, is not finite.
+        SceneError: if an argument, or a result of `torques`, is not finite.
 
-    Large swings are chaotic: the energy stays, but after many of them the angles depend on the last digit of the start.
+    Large swings are chaotic: the energy is conserved, but after many of them the angles depend on the last digit of the
+    start.
 
     >>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2))
     >>> simulate_arm(arm, [2.0, 1.0], [0.0, 0.0], 2.0).energy_residual < 1e-9

@@ -1,7 +1,7 @@
 """The command line: arguments in, exit code out, no physics.
 
 Exit codes: 0 done, 1 the scene or the machine is at fault (a line per fault on standard error), 2 usage, 130 ended
-by Ctrl-C. Everything but click is imported by the command that needs it.
+by Ctrl-C. Everything except click is imported by the command that needs it.
 """
 
 from __future__ import annotations

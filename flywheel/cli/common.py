@@ -127,7 +127,7 @@ def plot_option(help: str) -> Callable[[Any], Any]:
 
 
 def language_option(help: str = "Language of picture and messages (default en).", **settings: Any) -> Callable[[Any], Any]:
-    """The option --language: the language of a command's pictures, faults and remarks, and of what its help says."""
+    """The option --language: the language of a command's pictures, faults, remarks and help."""
     return click.option("--language", type=click.Choice([*LANGUAGES]), callback=_spoken, help=help, **settings)
 
 
@@ -188,7 +188,7 @@ def slides(scene: Scene) -> bool:
 
 
 def comma_names(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of a repeatable option, each of which may hold several with commas between."""
+    """Names of a repeatable option, each of which may contain several, separated by commas."""
     return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
 
 
@@ -364,7 +364,7 @@ class CourseOptions(NamedTuple):
 
     @property
     def wanted(self) -> bool:
-        """True if a motion in time is asked for."""
+        """True if a motion in time is requested."""
         return self.start is not None or self.end is not None or self.no_drive
 
     def follow(self, scene: Scene, place: str | None, watching: Watching | None, rtol: float = 1e-9) -> Transient:
@@ -441,6 +441,6 @@ class _Watching:
 
     @property
     def place(self) -> str:
-        """Time, position and run: a motion is followed again, closer, until two runs agree."""
+        """Time, position and run: a motion is followed again with a smaller tolerance until two runs agree."""
         place = f"{self.phi:.4g} m" if self.sliding else f"{self.phi / (2 * pi):.4g} turns"
         return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""

@@ -1,4 +1,4 @@
-"""Power and energy of a machine: what its motor gives on average and at the peak, with the flywheel and without it."""
+"""Power and energy of a machine: mean and peak power of its motor, with the flywheel and without it."""
 
 from __future__ import annotations
 
@@ -87,9 +87,9 @@ class ServoLoad(NamedTuple):
     """The motion of a servo drive in its area of torque (N m) and speed (rad/s), both of its shaft.
 
     `rms_torque` is the root of the mean square over time, `continuous_torque` the continuous curve at the `mean_speed` over
-    time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is that which
-    takes most of the peak curve, `peak_share` of it. `inertia_ratio` is the mean inertia of all that the rotor drives, at
-    its shaft, over its own; None without that. `errors` are relative except for those of the shares and the angle.
+    time, `continuous_share` their ratio. `peak_torque` at `peak_speed` and at the crank's `peak_angle` (rad) is the largest
+    share of the peak curve, `peak_share`. `inertia_ratio` is the mean inertia of all driven parts, at the rotor's shaft,
+    over the rotor's own; None without the latter. `errors` are relative except for those of the shares and the angle.
     """
 
     mean_speed: float
@@ -105,7 +105,7 @@ class ServoLoad(NamedTuple):
 
     @property
     def at_peak(self) -> bool:
-        """Tests whether the peak curve cuts the torque off."""
+        """Tests whether the peak curve limits the torque."""
         return self.peak_share >= 1.0 - self.errors["peak_share"]
 
 
@@ -118,9 +118,9 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     Args:
         omega: speed of the reduction element with the flywheel, rad/s, shape (n,).
         drive: moment of the motor reduced to it, N m; a number or shape (n,).
-        load: moment of all else but inertia, reduced to it, N m, below 0 if it resists; a number or shape (n,).
+        load: moment of everything except inertia, reduced to it, N m, below 0 if it resists; a number or shape (n,).
         weights: of the points in an integral over the cycle's angle, rad, shape (n,): Gauss or Clenshaw-Curtis weights, or
-            steps. A weight of 0 marks a point that counts for peaks alone, such as an end of a piece.
+            steps. A weight of 0 marks a point that counts only for peaks, such as an end of a piece.
         speed: the constant speed without a flywheel, rad/s; the mean of the greatest and the least omega if None.
 
     Raises:

@@ -2,8 +2,8 @@
 
 Speeds, torques and accelerations count positive in each shaft's own rotation, so that every ratio is above 0. Shafts and
 stages form a tree. A mesh loses a share 1 - eta of the power through it, in either direction: with tau the torque that the
-far side of a stage needs (its inertia times its acceleration, less its torques), the near side feels r tau/eta if it
-drives and r tau eta if it is driven, with r the far speed over the near one.
+far side of a stage needs (its inertia times its acceleration, less its torques), the torque on the near side is r tau/eta if
+it drives and r tau eta if it is driven, with r the far speed over the near one.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class Mesh(NamedTuple):
 class Running(NamedTuple):
     """A train in motion, or about to move: `direction` is 1 or -1, or 0 if it stays at rest.
 
-    `accelerations` of every shaft (rad/s²); `inertia` and `moment` reduced to the shaft `on`, with the losses as the power
-    flows now (kg m², N m); `torque` that must also act on it (N m): inertia * acceleration = moment + torque.
+    `accelerations` of every shaft (rad/s²); `inertia` and `moment` reduced to the shaft `on`, with losses in the present
+    direction of power (kg m², N m); `torque` that must also act on it (N m): inertia * acceleration = moment + torque.
     `meshes` are empty if the train stays at rest, because its losses are then undetermined.
     """
 
@@ -91,7 +91,7 @@ def geared_acceleration(
 ) -> Running:
     """Acceleration of geared shafts under given torques, with losses in every mesh in the direction of its power.
 
-    The moment that the shaft `on` would still need, R(alpha) = I alpha - T + sum of what its stages feel, is linear between
+    The additional moment needed on the shaft `on`, R(alpha) = I alpha - T + sum of its stages' torques, is linear between
     the accelerations at which a mesh is without load, convex (concave when turning backwards) and rising: Newton's
     method ends after finitely many steps at its one root, which is exact except for rounding.
 
@@ -143,7 +143,7 @@ def geared_torque(
     Raises:
         SceneError: if the shafts are no tree, or a number is out of range.
 
-    Validity as that of `geared_acceleration`. Source: Khurmi and Gupta, example 3.18 (mine hoist).
+    Valid as `geared_acceleration`. Source: Khurmi and Gupta, example 3.18 (mine hoist).
 
     >>> stages = [Stage("motor", "drum", 0.1, 0.8)]
     >>> hoist = {"motor": Shaft(0.5), "drum": with_rope(Shaft(20.0), 100.0, 0.4, -981.0)}
@@ -300,8 +300,8 @@ def on_every_shaft(
 ) -> tuple[OnShaft, ...]:
     """The equivalent flywheels on each shaft: J_s = J (r_on/r_s)², GD² = 4 J_s.
 
-    As a thin rim of one radius R: m = J_s/R², and the rim runs at R w_s: on a faster shaft less mass at more rim speed.
-    As a thin rim at one rim speed v: R = v/w_s and m = J_s w_s²/v², which is 2 E/v²: the same mass on every shaft.
+    For a thin rim of one radius R: m = J_s/R², and the rim runs at R w_s: on a faster shaft less mass at more rim speed.
+    For a thin rim at one rim speed v: R = v/w_s and m = J_s w_s²/v², which is 2 E/v²: the same mass on every shaft.
 
     Args:
         inertia: J on the shaft `on`, kg m².

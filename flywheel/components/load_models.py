@@ -112,7 +112,7 @@ def resistance(speed: ArrayLike, law: Resistance) -> Array:
         speed: v of the place, m/s or rad/s, any shape.
         law: a, b, c.
 
-    Valid for either sense of motion. At rest it is 0 here; followed in time, a machine is held there by up to a.
+    Valid for either direction of motion. It is 0 at rest; in a motion in time it then holds the machine by up to a.
 
     Source: T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE 1992, chapter 4 (rolling resistance and drag of the
     air); W. Leonhard, Control of Electrical Drives, Springer 2001, section 1.4 (load torques).
@@ -297,7 +297,7 @@ ATMOSPHERE = 101325.0
 
 
 class Space(NamedTuple):
-    """A gas space in front of a piston: the area (m²) that gas presses on, and the ends of the stroke (m).
+    """A gas space in front of a piston: the area (m²) under pressure, and the ends of the stroke (m).
 
     `near` is the port's displacement with the piston closest to this space's cover, `far` with it farthest away.
     """
@@ -313,7 +313,7 @@ class Space(NamedTuple):
 
     @property
     def sense(self) -> int:
-        """1 if the cover lies at the greatest displacement, -1 if at the least: gas pushes the other way."""
+        """1 if the cover lies at the greatest displacement, -1 if at the least: gas pushes in the opposite direction."""
         return 1 if self.near > self.far else -1
 
 
@@ -329,7 +329,7 @@ class Indicator(NamedTuple):
 
 
 def piston_area(bore: float, rod: float = 0.0) -> float:
-    """Area that gas presses on: A = pi (D² - d²)/4, in m².
+    """Area under gas pressure: A = pi (D² - d²)/4, in m².
 
     Args:
         bore: D of the cylinder, m.
@@ -345,7 +345,7 @@ def piston_area(bore: float, rod: float = 0.0) -> float:
 
 
 def gas_force(pressure: ArrayLike, space: Space, atmosphere: float = ATMOSPHERE) -> Array:
-    """Force of gas on a port: F = -+ (p - p_0) A, away from the cover while p is above p_0.
+    """Force of gas on a port: F = ∓ (p - p_0) A, away from the cover while p is above p_0.
 
     The sum over the two spaces of a double-acting cylinder is p_2 (A - a) - p_1 A + p_0 a, the atmosphere's share on
     the rod included.
@@ -365,7 +365,7 @@ def gas_force(pressure: ArrayLike, space: Space, atmosphere: float = ATMOSPHERE)
 
 
 def indicated_pressure(share: ArrayLike, outward: ArrayLike, diagram: Indicator) -> Array:
-    """Pressure of an indicator diagram, straight between its rows.
+    """Pressure of an indicator diagram (Pa), linear between its rows.
 
     Args:
         share: of the stroke, from the cover, 0 to 1, any shape.

@@ -160,7 +160,7 @@ def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Li
     Raises:
         SceneError: for values out of range, or a rated speed that is not below the no-load speed.
 
-    Valid near the rated point; for an induction motor not below its breakdown speed, where a line promises far too much.
+    Valid near the rated point; for an induction motor not below its breakdown speed, where a line gives far too much torque.
 
     >>> motor = line_through(157.0, Point(150.0, 35.0))
     >>> motor.fall, motor.at_rest
@@ -190,9 +190,9 @@ class Curve(Motor):
     Raises:
         SceneError: for rows out of order or number; the faults' paths are the scene's keys, `speed` and `torque`.
 
-    Valid between its rows (`covers`): a run-up needs a row at rest, or the straight continuation stands for what was not
-    measured. Pieces meet with a kink (linear) or a jump in curvature (pchip); each row is a breakpoint. Source: Fritsch and
-    Carlson, Monotone piecewise cubic interpolation, SIAM J. Numer. Anal. 17 (1980), for pchip.
+    Valid between its rows (`covers`): a run-up needs a row at rest, or the straight continuation replaces missing data.
+    Pieces meet with a kink (linear) or a jump in curvature (pchip); each row is a breakpoint. Source: Fritsch and Carlson,
+    Monotone piecewise cubic interpolation, SIAM J. Numer. Anal. 17 (1980), for pchip.
 
     >>> motor = Curve(speeds=(0.0, 100.0, 150.0), torques=(20.0, 30.0, 5.0))
     >>> motor.torque([50.0, 125.0, 155.0]).tolist()
@@ -336,8 +336,8 @@ class Engine(Motor):
     Args:
         speed: omega_n, rad/s, above 0.
         full_load: T_full, N m above 0: a number, or a `Curve` that reaches rated speed.
-        droop: (omega_0 - omega_n)/omega_n, above 0; 3 to 10 % is usual, the isochronous governor with 0 is no law of speed.
-        idle: lowest speed at which the engine runs by itself, rad/s, below rated. Below it the curve is an extrapolation,
+        droop: (omega_0 - omega_n)/omega_n, above 0; 3 to 10 % is usual; an isochronous governor (0) is no law of speed.
+        idle: lowest speed of self-sustained running, rad/s, below rated. Below it the curve is an extrapolation,
             for a starter or a clutch.
         braking_torque: T_brake, N m, of the unfired engine.
         inertia: of crankshaft and flywheel, kg m².
@@ -381,7 +381,7 @@ class Engine(Motor):
 
     @property
     def _rows(self) -> Curve | None:
-        """The curve of full load, where it is one."""
+        """The curve of full load, if it is one."""
         return self.full_load if isinstance(self.full_load, Curve) else None
 
     @property
@@ -439,7 +439,7 @@ class Hydraulic(Motor):
 
     With D = V/(2 pi) the flow balance Q = D omega + G p below p_r gives p = (Q - D omega)/G; leakage is laminar,
     G = (1 - eta_v) Q/p_r by the volumetric efficiency at that pressure. Slower than omega_r = eta_v Q/D the valve opens, and
-    its pressure rises by a share o (override) when all of the flow goes through it:
+    its pressure rises by a share o (override) when the whole flow goes through it:
 
         p = p_r (1 + o (1 - omega/omega_0))/(1 + o (1 - eta_v)),  omega_0 = Q/D.
 

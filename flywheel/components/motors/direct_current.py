@@ -49,7 +49,7 @@ class DC(Motor):
 
     Without inductance, or where speed changes slowly against the time constant L/R, the current follows the speed,
     i = (U - k omega)/R, and torque is the straight line T = k U/R - (k²/R + b) omega; that is what `law` gives. With
-    inductance the current is a state of its own: `current_rate`, `torque_of_current` and `graph` have it.
+    inductance the current is a state: `current_rate`, `torque_of_current` and `graph` use it.
 
     Args:
         voltage: U at the armature, V, above 0.
@@ -105,7 +105,7 @@ class DC(Motor):
 
     @property
     def no_load_speed(self) -> float:
-        """Speed k U/(k² + b R), rad/s, at which the shaft gives nothing away."""
+        """Speed k U/(k² + b R), rad/s, at which the shaft torque is zero."""
         return self.quasi_static.no_load_speed
 
     @property
@@ -140,7 +140,7 @@ class DC(Motor):
         return self.resistance * current * current
 
     def heat(self, omega: Any, states: States = ()) -> Any:
-        """Copper heat of the armature, W, by its current where that is a state of its own."""
+        """Copper heat of the armature, W, by its current if that is a state."""
         return np.asarray(self.copper_heat(states[0] if len(states) else self.current(omega)))
 
     def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:
@@ -278,7 +278,7 @@ class DC(Motor):
 
     @cached_property
     def circuit(self) -> ArmatureCircuit | None:
-        """The armature's current as a state of its own, where it has inductance."""
+        """The armature's current as a state, if it has inductance."""
         return ArmatureCircuit(self) if self.inductance > 0.0 else None
 
     def graph(self) -> Part:
@@ -360,7 +360,7 @@ def dc_from_plate(
     """The constants of a DC motor from its name plate; it passes through the rated point at the rated current exactly.
 
     The losses U I - P divide into those of the armature, a share a of them, R = a (U I - P)/I², and the rest, which is
-    taken for friction proportional to speed, b = (1 - a)(U I - P)/omega². Then k = (U - R I)/omega. At the load where
+    assumed to be friction proportional to speed, b = (1 - a)(U I - P)/omega². Then k = (U - R I)/omega. At the load where
     efficiency is greatest the losses that grow with the current squared equal those that do not, hence a = 1/2 unless more
     is known.
 
@@ -375,7 +375,7 @@ def dc_from_plate(
     Raises:
         SceneError: for values out of range, or a shaft power that is not below the electric one.
 
-    Valid where excitation takes nothing of the current (permanent magnets, or field current left out). R of a real armature
+    Valid where excitation takes no part of the current (permanent magnets, or field current left out). R of a real armature
     grows with its temperature. Source: power balance; Fitzgerald et al., Electric Machinery, 6th ed., chapter 7; Chapman,
     Electric Machinery Fundamentals, 5th ed., chapter 8 (losses; maximum efficiency).
 
@@ -419,28 +419,28 @@ class Servo(Motor):
 
         T = max(-P, min(P, K (w_0 - w))),  P(w) = T_p min(1, (w_m - |w|)/(w_m - w_c)), at least 0.
 
-    The continuous curve goes straight from T_0 at rest through the rated point, C(w) = T_0 - (T_0 - T_n) |w|/w_n. It is
-    where the losses are those that the motor bears for ever, Q_n. With copper losses that go with T² the others follow from
-    it, Q = Q_n (T² + T_0² - C²)/T_0², so that Q = Q_n on the curve.
+    The continuous curve goes straight from T_0 at rest through the rated point, C(w) = T_0 - (T_0 - T_n) |w|/w_n. On it the
+    losses have their permanent limit Q_n. With copper losses proportional to T² the others follow from it, Q = Q_n (T² +
+    T_0² - C²)/T_0², so that Q = Q_n on the curve.
 
     Args:
         speed: w_n, rated, rad/s, above 0.
         continuous_torque: T_n at rated speed, N m, above 0.
         set_speed: w_0, rad/s, above 0 and below w_m.
         peak_torque: T_p, N m, at least T_0.
-        corner_speed: w_c, up to which the peak torque is there, rad/s, below w_m.
+        corner_speed: w_c, up to which the peak torque is available, rad/s, below w_m.
         maximum_speed: w_m, at which the peak curve has fallen to 0, rad/s.
         losses: Q_n, W, above 0.
-        droop: d, by which share of w_0 the speed is below it at rated torque, above 0.
+        droop: d, drop of speed at rated torque as a share of w_0, above 0.
         standstill_torque: T_0, N m, at least T_n; None for T_n.
         torque_constant: torque over current (root of its mean square in a line), N m/A; None if it is not known.
         inertia: of the rotor, kg m².
-        inverter: the amplifier, by what it does with power that the motor returns.
+        inverter: the amplifier, with its use of returned power.
 
     Raises:
         SceneError: for values out of range.
 
-    Valid for changes slower than the current controller (about 1 ms), torque in proportion to current, and losses beside
+    Valid for changes slower than the current controller (about 1 ms), torque in proportion to current, and other losses than
     the copper's that depend on speed alone. Source: Gross, Hamann and Wiegärtner, Electrical Feed Drives in Automation,
     chapters 4 (motor characteristics, S1 and peak curve) and 8 (choice of a drive); IEC 60034-1 (S1).
 
@@ -499,7 +499,7 @@ class Servo(Motor):
 
     @property
     def gain(self) -> float:
-        """Torque over a lack of speed K, N m s/rad."""
+        """Torque over the drop of speed, K, N m s/rad."""
         return self.continuous_torque / (self.droop * self.set_speed)
 
     @property

@@ -44,8 +44,8 @@ class Plate(NamedTuple):
         no_load_current: I_0 of a line without load, A.
         starting_current: of the locked rotor, over the rated one.
         starting_torque: of the locked rotor, over the rated one.
-        stator_share: share of the rated losses outside the rotor that is the stator's copper; half of them is usual.
-        locked_rotor_time: for which the warm motor bears its starting current, s.
+        stator_share: share of the stator's copper in the rated losses outside the rotor; a half is usual.
+        locked_rotor_time: time for which the warm motor withstands its starting current, s.
         locked_rotor_time_cold: the same of the cold motor, s.
 
     """
@@ -69,9 +69,9 @@ BARE = Plate()
 class LineCurrent(NamedTuple):
     """The line current at rated load in its parts, as shares of it: those in phase with the voltage, and those lagging.
 
-    `active` is the load's part, which follows torque, and `losses` what the other losses need, the same at any load.
-    `magnetizing` flows at rated load, `idle` without load. `rated` is the current itself, A, `efficiency` the rated one
-    that goes with it, both None if they do not follow; `complete` is true if the magnetizing current is known.
+    `active` is the load's part, proportional to torque, and `losses` that of the other losses, the same at any load.
+    `magnetizing` flows at rated load, `idle` without load. `rated` is the current itself, A, `efficiency` the matching rated
+    one, both None if unknown; `complete` is true if the magnetizing current is known.
     """
 
     active: float
@@ -87,11 +87,11 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     """The parts of the line current that pass through the rated point of a plate exactly.
 
     The rotor circuit that gives Kloss's torque, R/s + jX behind a stiff voltage with s_b = R/X, takes the active current
-    I_a = T omega_s/(sqrt(3) U) and, behind the voltage, I_a s/s_b. Beside it the motor takes what its other losses need,
-    I_w, and what magnetizes it, I_m. At the rated point I_a + I_w = I_n cos(phi) and I_a s_n/s_b + I_m = I_n sin(phi), and
-    the air gap's part of the input is eta/(1 - s_n). Where the no-load current is given, I_0² = I_w² + I_m² there, and the
-    magnetizing current goes from that to the rated one with the load. Without a power factor the losses count as none, and
-    without either the whole current is that of the rotor circuit: I/I_n = sqrt(T s/(T_n s_n)).
+    I_a = T omega_s/(sqrt(3) U) and, behind the voltage, I_a s/s_b. In addition the motor takes I_w for its other losses and
+    the magnetizing current I_m. At the rated point I_a + I_w = I_n cos(phi) and I_a s_n/s_b + I_m = I_n sin(phi), and the
+    air gap's part of the input is eta/(1 - s_n). Where the no-load current is given, I_0² = I_w² + I_m² there, and the
+    magnetizing current goes from that to the rated one with the load. Without a power factor the losses are taken as zero,
+    and without either the whole current is that of the rotor circuit: I/I_n = sqrt(T s/(T_n s_n)).
 
     Args:
         plate: its data.
@@ -104,7 +104,7 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
 
     Valid where voltage is stiff and saturation the same at all loads. Source: Fischer, Elektrische Maschinen, 14th ed.,
     chapter 5 (circle diagram with the stator's resistance neglected); Fitzgerald et al., Electric Machinery, 6th ed.,
-    chapter 6; IEC 60034-1 (what a plate says).
+    chapter 6; IEC 60034-1 (data of a plate).
 
     >>> plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
     >>> found = line_current(plate, 7500.0, 1 / 30, 0.16)
@@ -159,7 +159,7 @@ def _idle_fault(plate: Plate, current: float | None, expected: str, advice: str 
 def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float | None, float | None, float | None]:
     """Power factor, line current (A) and efficiency at rated load, each from the plate or from the others, if possible.
 
-    P = sqrt(3) U I cos(phi) eta; where all four stand on the plate, current and power factor count.
+    P = sqrt(3) U I cos(phi) eta; if all four are on the plate, current and power factor decide.
     """
     cosine, current, efficiency = plate.power_factor, plate.current, plate.efficiency
     apparent = None if plate.voltage is None or current is None else math.sqrt(3.0) * plate.voltage * current
@@ -208,12 +208,12 @@ class Induction(Motor):
         inertia: of the rotor, kg m².
 
     Raises:
-        SceneError: for values out of range, for a rated speed that does not go with poles and frequency, and for a plate
+        SceneError: for values out of range, for a rated speed that does not match poles and frequency, and for a plate
             that contradicts itself.
 
-    If the plate has a starting torque or current, the curve from breakdown down to rest reaches it: Kloss's value there
-    is raised by x²(3 - 2x) of what misses at rest, x = (omega_b - omega)/omega_b, so that it leaves the running branch as it
-    is and has no kink. Both between are an interpolation.
+    If the plate has a starting torque or current, the curve from breakdown down to rest reaches it: Kloss's value is raised
+    by x²(3 - 2x) of the difference at rest, x = (omega_b - omega)/omega_b, so that the running branch is unchanged and there
+    is no kink. Both are interpolated in between.
 
     Valid for slow changes (electrical transients die away within some periods of the mains) and slips up to about the
     breakdown slip: stator resistance is neglected. From rest to breakdown real motors give more torque than Kloss's formula,
@@ -300,7 +300,7 @@ class Induction(Motor):
 
     @property
     def breakdown_slip(self) -> float:
-        """Slip s_b at which torque is greatest: s_n (lambda + sqrt(lambda² - 1)), with added resistance that much more."""
+        """Slip s_b at which torque is greatest: s_n (lambda + sqrt(lambda² - 1)), more with added resistance."""
         return self.own_breakdown_slip * (1.0 + self.added_resistance)
 
     @property
@@ -329,7 +329,7 @@ class Induction(Motor):
 
     @property
     def no_load_speed(self) -> float:
-        """Synchronous speed, rad/s: an ideal motor has no friction of its own."""
+        """Synchronous speed, rad/s: an ideal motor has no friction."""
         return self.synchronous_speed
 
     @property
@@ -383,8 +383,8 @@ class Induction(Motor):
     def current_share(self, omega: ArrayLike) -> Array:
         """Line current over the rated one at speeds omega (rad/s), of their shape: its size, in either direction of power.
 
-        The parts of `line_current`: with the voltage I_a T/T_n + I_w, behind it I_a T/T_n s/s_b and the magnetizing current.
-        The load takes this from I_0m to I_0m + (I_m - I_0m) 2 q/(1 + q), q = T s/(T_n s_n).
+        The parts of `line_current`: in phase I_a T/T_n + I_w, lagging I_a T/T_n s/s_b and the magnetizing current. The
+        latter rises with the load from I_0m to I_0m + (I_m - I_0m) 2 q/(1 + q), q = T s/(T_n s_n).
 
         >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5,
         ...                   plate=Plate(voltage=400.0, current=15.0, power_factor=0.83, starting_current=6.5))
@@ -478,8 +478,8 @@ class Induction(Motor):
         """Heat in the rotor, W, at speeds omega (rad/s), of their shape: torque times slip speed, T (omega_s - omega).
 
         The field gives the rotor T omega_s, the shaft takes T omega. A generator's heat is above 0, too, because both
-        factors change their sign. Kloss's formula leaves out the stator's resistance; what the load's current heats there
-        goes along with the rotor's heat, by the square of the same current. Source: Fitzgerald et al. and Chapman, as above.
+        factors change their sign. Kloss's formula leaves out the stator's resistance; the heat of the load's current there
+        is in proportion to the rotor's, by the square of the same current. Source: Fitzgerald et al. and Chapman, as above.
 
         >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5)
         >>> round(float(motor.rotor_heat(motor.speed)), 6), round(7500.0 * motor.rated_slip / (1 - motor.rated_slip), 6)

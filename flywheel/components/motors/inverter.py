@@ -27,15 +27,15 @@ _HALVINGS = 60  # of the range of a slip speed
 class InverterInduction(Induction):
     """An induction motor on an inverter: at the same slip speed and flux it is the motor on its mains.
 
-    Up to the frequency f_w the voltage goes with the frequency f, and the flux is the rated one; beyond, the voltage stays
-    and the flux falls, phi = min(1, f_w/f). With the slip speed u = omega_f - omega, omega_f = 2 pi f/(pole pairs), and
-    T_m, I_m, Q_m of the motor on its mains, where its slip speed is u:
+    Up to the frequency f_w the voltage is proportional to the frequency f, and the flux is the rated one; beyond, the
+    voltage stays constant and the flux falls, phi = min(1, f_w/f). With the slip speed u = omega_f - omega, omega_f = 2 pi
+    f/(pole pairs), and T_m, I_m, Q_m of the motor on its mains, where its slip speed is u:
 
         T = phi² T_m(u),  I = phi I_m(u),  Q = phi² Q_m(u)
 
-    for torque, line current and copper heats. The other losses go with f phi².
+    for torque, line current and copper heats. The other losses are proportional to f phi².
 
-    With a torque limit the inverter lowers its frequency where the motor would give more, and where it would break down:
+    With a torque limit the inverter lowers its frequency where the motor would exceed it, and where it would break down:
     T = T_max while the flux at that speed allows it, else the breakdown torque phi² T_b at omega_f = omega + u_b. A motor
     that is driven has the same limits, braking, at a frequency that rises with it.
 
@@ -46,8 +46,8 @@ class InverterInduction(Induction):
     its rated heat at the set frequency.
 
     Raises:
-        SceneError: for values out of range, a torque limit that the motor does not reach, and a field so weak that it breaks
-            down before its rated heat.
+        SceneError: for values out of range, a torque limit that the motor does not reach, and a field so weak that the motor
+            breaks down before its rated heat.
 
     Valid for slow changes, and frequencies at which the stator's resistance drops little of the voltage, or the inverter
     makes up for it; harmonics are left out. Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (speed by
@@ -173,7 +173,7 @@ class InverterInduction(Induction):
     def _torque_law(self, field: Expression) -> Expression:
         """The torque at a set speed of the field (rad/s).
 
-        With a limit the slip speed stays within u_b: the field is then no faster than the rotor and that.
+        With a limit the slip speed stays within u_b: the field then exceeds the rotor's speed by no more than that.
         """
         mains, reach = self.mains, self._breakdown_reach
         slip = compiled("{field} - omega", field=field)
@@ -200,7 +200,7 @@ class InverterInduction(Induction):
         return self.inverter.frequency > self.inverter.weakening or self.inverter.torque_limit is not None
 
     def slip_speed(self, omega: ArrayLike) -> Array:
-        """Slip speed u (rad/s) at speeds omega (rad/s), of their shape: in the limit that which its torque needs."""
+        """Slip speed u (rad/s) at speeds omega (rad/s), of their shape: at the limit that of its torque."""
         speeds = np.asarray(omega, dtype=float)
         if self.inverter.torque_limit is None:
             return np.asarray(self.field_speed - speeds)
@@ -226,7 +226,7 @@ class InverterInduction(Induction):
         return Motor.speed_at(self, torque)
 
     def constant_share(self, omega: ArrayLike) -> Array:
-        """The losses outside the copper over those at the rated point: they go with f phi²."""
+        """The losses outside the copper over those at the rated point: they are proportional to f phi²."""
         field = np.asarray(omega, dtype=float) + self.slip_speed(omega)
         return np.asarray(field / self.synchronous_speed * self.flux(field) ** 2)
 
@@ -267,7 +267,7 @@ class InverterInduction(Induction):
 
 @dataclass(frozen=True, kw_only=True)
 class RampedInduction(InverterInduction):
-    """The motor while the frequency rises: at t it is f t/ramp, and the rest as at a set frequency.
+    """The motor while the frequency rises: at t it is f t/ramp, and the rest is as at a set frequency.
 
     Args:
         time: t of the figures, s, one for each speed.
@@ -296,7 +296,7 @@ class RampedInduction(InverterInduction):
 
     @cached_property
     def rated(self) -> Point:
-        """The rated point on the mains: it has none of its own."""
+        """The rated point on the mains: it has no separate one."""
         return self.mains.rated
 
     def law(self) -> Expression:

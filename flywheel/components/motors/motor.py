@@ -1,12 +1,11 @@
-"""Interface of every type of motor: words, torque, current, heat, states of its own, and its start.
+"""Interface of every type of motor: words, torque, current, heat, own states, and start.
 
 1. A motor is frozen data. Its torque acts on the shaft that it drives, positive in the shaft's rotation; `omega` is that
-   shaft's speed (rad/s). Nothing but the speed decides the torque.
+   shaft's speed (rad/s). The torque depends on the speed alone.
 2. The torque is written once, as the expression of `omega` that `law` gives. `torque` and `slope_at` evaluate it.
 3. The running branch is the range of speeds in which torque falls with speed (`stable`) and which holds the no-load speed.
    There a greater load slows the motor, whose torque then rises; anywhere else it stalls the motor.
-4. `covers` is the range of speeds of the motor's data. Outside it the law is an extrapolation, which each kind
-   states.
+4. `covers` is the range of speeds of the motor's data. Outside it the law is an extrapolation, which each type states.
 5. Further properties of a type are class variables or methods that it overrides: `Motor` has neither current nor heat.
    Other modules use these methods and never test the class.
 """
@@ -47,7 +46,7 @@ Law = Callable[[Cells, Array], tuple[Array, Array]]
 
 
 class Shaft(Protocol):
-    """A motor's shaft along a steady motion, as `MotorShaft` of `sizing` follows it: `ratio` is its speed over the crank's.
+    """A motor's shaft along a steady motion, as in `MotorShaft` of `sizing`: `ratio` is its speed over the crank's.
 
     `has_states` is true if the motor's own states were followed, `states_error` is the greatest error of one.
     """
@@ -82,7 +81,7 @@ class Shaft(Protocol):
 
 
 def figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
-    """A figure and its relative error; 0, and the error as a share of its scale, if it is lost in its error."""
+    """A figure and its relative error; 0, and the error as a share of its scale, if it is within its error."""
     found = 0.0 if abs(value) <= error else value
     return found, error / (abs(found) or scale)
 
@@ -159,11 +158,11 @@ class Slopes(NamedTuple):
 
 
 class Circuit(ABC):
-    """A motor whose torque follows n states x of its own: T(omega, x), dx/dt = f(omega, x), omega the speed of its shaft.
+    """A motor whose torque depends on its own n states x: T(omega, x), dx/dt = f(omega, x), omega the speed of its shaft.
 
     `names` are its states, `scales` their sizes, by which errors are measured; `in_graph` is where the motor's part of a
-    bond graph has them, empty if there is no such part. `only_speed` is the one speed (rad/s) at which its states can
-    stand still under load, None if they can at any: a synchronous motor's.
+    bond graph has them, empty if there is no such part. `only_speed` is the one speed (rad/s) at which its states can be
+    steady under load, as of a synchronous motor; None if they can at any.
     """
 
     names: tuple[StateName, ...]
@@ -189,7 +188,7 @@ class Circuit(ABC):
         """The stationary states at constant speeds (rad/s); if there are none, those that give the mean torque."""
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
-        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None if it is not at any."""
+        """The states at `only_speed` at which a net work, which grows with the torque, is 0; None if there are none."""
         raise NotImplementedError
 
     @abstractmethod
@@ -226,7 +225,7 @@ class Connection(NamedTuple):
     until: when it ends.
     voltage: v; with a `ramp` that at t = 0, which rises linearly to 1 in this time (s).
     line: line current over that of the motor's terminals at that voltage: v of a transformer, 1/sqrt(3) of a star.
-    torque_limit: of a soft start that lowers the voltage so far, N m.
+    torque_limit: of a soft start that lowers the voltage to it, N m.
     current_limit: the same, over the rated line current.
     """
 
@@ -294,7 +293,7 @@ class Inverter(NamedTuple):
         frequency: f of the steady regime, Hz.
         weakening: frequency from which its voltage stays constant, Hz.
         torque_limit: over the motor's rated torque; None without one.
-        ramp: time in which the frequency rises from 0 to f, s; 0 if it is f at once.
+        ramp: time in which the frequency rises from 0 to f, s; 0 if it is f immediately.
         braking: use of the power that the motor returns: `none`, `resistor` or `regenerative`.
         chopper_power: greatest power of the braking resistor, W.
         overcurrent: current at which it trips, over the motor's rated one.
@@ -338,9 +337,9 @@ class Inverter(NamedTuple):
 
 
 class FrequencyRamp(NamedTuple):
-    """The frequency of an inverter that rises, x of the set one, as a state: evenly but for its last thousandth.
+    """The frequency of an inverter that rises, x of the set one, as a state: linear except for its last thousandth.
 
-    dx/dt = min(1/t_r, (1 - x)/(t_r/1000)), so that x comes to 1 without a kink; voltage V min(x, x_w)/x_w.
+    dx/dt = min(1/t_r, (1 - x)/(t_r/1000)), so that x reaches 1 without a kink; voltage V min(x, x_w)/x_w.
 
     Args:
         time: t_r in which the frequency rises from 0, s.
@@ -375,7 +374,7 @@ class FrequencyRamp(NamedTuple):
         return least(share, self.weakening) / self.weakening
 
     def flux(self, share: Any) -> Any:
-        """The flux over that at the set frequency: of the voltage over the frequency."""
+        """The flux over that at the set frequency: voltage over frequency."""
         most = max if isinstance(share, float) else np.maximum
         return 1.0 / most(share, self.weakening)
 
@@ -394,7 +393,7 @@ class FrequencyRamp(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Motor(ABC):
-    """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on the shaft that it drives.
+    """A motor. `inertia` is that of its rotor (kg m²), which counts as an inertia on its shaft.
 
     `inverter` feeds it instead of the mains; `start` is its starting method, `thermal` the data of its temperature. All
     other figures are those in normal running, in the last connection.
@@ -617,7 +616,7 @@ class Motor(ABC):
         return found
 
     def slope_at(self, omega: ArrayLike) -> Array:
-        """Slope dT/domega (N m s/rad) at speeds omega (rad/s), of their shape; at a kink, that of the side that is used."""
+        """Slope dT/domega (N m s/rad) at speeds omega (rad/s), of their shape; at a kink, that of the side in use."""
         speeds = np.asarray(omega, dtype=float)
         found = self._law.evaluate({"omega": Jet(speeds, np.ones_like(speeds))}, jet_namespace(np))
         return np.zeros_like(speeds) + (found.first if isinstance(found, Jet) else 0.0)

@@ -139,8 +139,8 @@ def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Swit
         SceneError: for steps that do not match, resistances that do not fall, or a motor that has no such winding.
 
     With a resistance a times the rotor's own added, torque and current are those of the slip s/(1 + a): the breakdown torque
-    stays, its slip grows. Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (slip-ring rotor); Chapman, Electric
-    Machinery Fundamentals, 5th ed., sections 6.7 and 8.8 (DC starters).
+    is unchanged, its slip grows. Source: Fischer, Elektrische Maschinen, 14th ed., chapter 5 (slip-ring rotor); Chapman,
+    Electric Machinery Fundamentals, 5th ed., sections 6.7 and 8.8 (DC starters).
 
     >>> from flywheel.components.motors import Induction
     >>> motor = Induction(power=7500.0, speed=151.8, poles=4, frequency=50.0, breakdown_ratio=2.5)
@@ -182,7 +182,7 @@ def field_steps(motor: Motor, field: Sequence[float], untils: Sequence[Switch]) 
 class Started(Motor):
     """A motor along a motion, switched on at t = 0 and between its connections at `times` (s): a law of speed and time.
 
-    `connections` are as many as `times`, or one more where a switch does not come; then the motor itself.
+    `connections` are as many as `times`, or one more if a switch does not occur; then the motor itself.
     """
 
     own: Motor
@@ -223,7 +223,7 @@ class Started(Motor):
 
     @property
     def covers(self) -> Span:
-        """Speeds (rad/s) that the motor's data speak of."""
+        """Speeds (rad/s) of the motor's data."""
         return self.own.covers
 
     @property
@@ -240,7 +240,8 @@ class Started(Motor):
     def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Line or armature current over the rated one at speeds (rad/s) and times (s); None if the type does not give it.
 
-        Of a DC motor without a rated current, A. `within` are times that decide the connection, on either side of a switch.
+        For a DC motor without a rated current in A. `within` are times that decide the connection, on either side of a
+        switch.
         """
 
         def line(one: Connection, speed: Array, torque: Array) -> Array | None:
@@ -250,11 +251,11 @@ class Started(Motor):
         return self._by_connection(omega, time, within, line)
 
     def windings_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
-        """Current of the windings over the rated one, which heats them, in star as in delta."""
+        """Current of the windings over the rated one, which heats them, both in star and in delta."""
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.windings_share(*at, self.own))
 
     def heat_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
-        """Heat (W) in an induction motor's rotor or a DC motor's armature itself, without resistors that are added."""
+        """Heat (W) in an induction motor's rotor or a DC motor's armature itself, without added resistors."""
         return self._by_connection(omega, time, within, lambda one, *at: one.motor.split_heat(*at, self.own)[0])
 
     def input_power_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array:

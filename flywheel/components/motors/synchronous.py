@@ -116,18 +116,18 @@ class Synchronous(Motor):
         saliency: r, at least 0.
         damping: c, N m s/rad, at least 0.
         asynchronous_ratio: T_b over rated torque; None for a damper winding whose torque grows without limit.
-        field_at: speed (rad/s) from which the field is given, below synchronous; None if it always is.
+        field_at: speed (rad/s) from which the field is on, below synchronous; None if it always is.
         field_time: time constant of the field, s; with `field_at`.
         inertia: of the rotor, kg m².
 
     Raises:
         SceneError: for values out of range.
 
-    With `field_at` the field's share g of T_p is a state of its own, dg/dt = (target - g)/tau, whose target rises from 0 to
+    With `field_at` the field's share g of T_p is a state, dg/dt = (target - g)/tau, whose target rises from 0 to
     1 over the next hundredth of synchronous speed.
 
     Valid for swings slower than the transients of windings, at constant voltage and excitation; resistances neglected. The
-    transient reactance, by which quick swings are somewhat stiffer, is left out. Source: Fitzgerald et al., Electric
+    transient reactance, which makes fast swings somewhat stiffer, is left out. Source: Fitzgerald et al., Electric
     Machinery, 6th ed., chapter 5 (load angle, salient poles: eqs. 5-40, 5-65) ; Kundur, Power System Stability and Control
     (1994), sections 3.9, 12.3 (swing equation, damping torque); Chapman, Electric Machinery Fundamentals, 5th ed., chapter
     5 (start by damper windings).
@@ -196,7 +196,7 @@ class Synchronous(Motor):
 
     @property
     def pull_out_torque(self) -> float:
-        """The greatest torque at which it keeps step, N m."""
+        """The greatest torque in step, N m."""
         return self.pull_out_ratio * self.rated.torque
 
     @property
@@ -247,7 +247,7 @@ class Synchronous(Motor):
         return np.asarray(self.field_torque * np.sin(d) + self.reluctance_torque * np.sin(2.0 * d))
 
     def stiffness(self, angle: ArrayLike) -> Array:
-        """T_p cos(d) + 2 T_r cos(2 d), N m per electrical radian: how torque grows with the load angle."""
+        """T_p cos(d) + 2 T_r cos(2 d), N m per electrical radian: slope of torque over the load angle."""
         d = np.asarray(angle, dtype=float)
         return np.asarray(self.field_torque * np.cos(d) + 2.0 * self.reluctance_torque * np.cos(2.0 * d))
 
@@ -282,11 +282,12 @@ class Synchronous(Motor):
     def fed(self, inverter: Inverter) -> Synchronous:
         """The motor on an inverter at a set frequency, constant voltage over frequency, its field current unchanged.
 
-        With phi = min(1, f_w/f) the torque of the field goes with V E/(X omega) ~ phi, the reluctance torque with
-        V²/(X omega) ~ phi², and the damper winding at the same slip speed with phi². The rated torque goes with phi.
+        With phi = min(1, f_w/f) the torque of the field is proportional to V E/(X omega) ~ phi, the reluctance torque to
+        V²/(X omega) ~ phi², and that of the damper winding at the same slip speed to phi². The rated torque is proportional
+        to phi.
 
         Raises:
-            SceneError: for a torque limit, or a field that is switched, which its load angle does not describe.
+            SceneError: for a torque limit, or a switched field, which the load angle does not describe.
 
         >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
         >>> fast = motor.fed(Inverter(100.0, 50.0))
@@ -343,7 +344,7 @@ class Synchronous(Motor):
 
     @cached_property
     def circuit(self) -> LoadAngle:
-        """The load angle, and the field where it is switched, or the frequency of an inverter where it rises."""
+        """The load angle, and a switched field, or the rising frequency of an inverter."""
         return RampedLoadAngle(self) if self.inverter is not None and self.inverter.ramp else LoadAngle(self)
 
     def graph(self) -> Part:
@@ -353,7 +354,7 @@ class Synchronous(Motor):
         the rotor a spring C, with the law of the load angle, and the damper winding R give the torque.
 
         Raises:
-            SceneError: with a field that is switched, or a frequency that rises.
+            SceneError: with a switched field, or a rising frequency.
 
         >>> print(*Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0).graph().elements)
         rotor field mains slip slip.rate load_angle damper
@@ -383,7 +384,7 @@ class Synchronous(Motor):
 
 
 class LoadAngle(Circuit):
-    """The load angle d of a synchronous motor (rad, electrical), and the share g of its field where that is switched.
+    """The load angle d of a synchronous motor (rad, electrical), and the share g of a switched field.
 
     T = g T_p sin(d) + T_r sin(2 d) + T_a(u), dd/dt = p u, u = omega_s - omega; dg/dt = (target(omega) - g)/tau.
     Source: as `Synchronous`.
@@ -428,7 +429,7 @@ class LoadAngle(Circuit):
         return turning, (self._given(omega)[0] - states[1]) / motor.field_time
 
     def _given(self, omega: Any) -> tuple[Any, Any]:
-        """The share of the field that is given at a speed, and its slope (s/rad): 6 x^5 - 15 x^4 + 10 x^3 over the band."""
+        """The share of the field at a speed, and its slope (s/rad): 6 x^5 - 15 x^4 + 10 x^3 over the band."""
         motor = self.motor
         assert motor.field_at is not None
         width = FIELD_BAND * motor.synchronous_speed
@@ -453,14 +454,14 @@ class LoadAngle(Circuit):
         )
 
     def steady(self, omega: Any) -> tuple[Any, ...]:
-        """Load angle 0, and the field as it is given: out of step the torque of the angle is 0 on average."""
+        """Load angle 0, and the field at the speed: out of step the torque of the angle is 0 on average."""
         zero = 0.0 * omega
         return (zero,) if self.motor.field_at is None else (zero, self._given(omega)[0])
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states in step at which a net work (or torque), which grows with the load angle up to pull-out, is 0.
 
-        None if it is not 0 at any angle below pull-out: the motor cannot carry that.
+        None if there is no such angle below pull-out: the motor cannot carry that.
         """
         field = () if self.motor.field_at is None else (1.0,)
         most = self.motor.pull_out_angle
@@ -471,7 +472,7 @@ class LoadAngle(Circuit):
         return (root(at, -most, most), *field) if at(-most) <= 0.0 <= at(most) else None
 
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:
-        """The load angle of a rotor at rest, past which the poles run; its field dies away."""
+        """The load angle of a rotor at rest, which the field's poles pass; its field decays."""
         motor = self.motor
         angle = states[0] + motor.pole_pairs * motor.synchronous_speed * time
         if motor.field_at is None:
@@ -483,7 +484,7 @@ class RampedLoadAngle(LoadAngle):
     """The load angle while the frequency of an inverter rises, and its share x of the set one (`FrequencyRamp`).
 
     With the flux f over that at the set frequency T = f T_p sin(d) + f² (T_r sin(2 d) + T_a(u)), u = x omega_s - omega,
-    dd/dt = p u. Source: as `Synchronous.fed`, at the frequency of the moment.
+    dd/dt = p u. Source: as `Synchronous.fed`, at the instantaneous frequency.
 
     >>> motor = Synchronous(power=15e3, poles=4, frequency=50.0, pull_out_ratio=2.0, damping=4.0)
     >>> circuit = motor.fed(Inverter(100.0, 50.0, ramp=2.0)).circuit
@@ -541,6 +542,6 @@ class RampedLoadAngle(LoadAngle):
         return None if found is None else (*found, 1.0)
 
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:
-        """The load angle of a rotor at rest, past which the poles run ever faster, and the frequency's share."""
+        """The load angle of a rotor at rest, which the field's poles pass ever faster, and the frequency's share."""
         share, turned = self.ramp.after(float(states[1]), np.asarray(time, dtype=float))
         return states[0] + self.motor.pole_pairs * self.motor.synchronous_speed * turned, share

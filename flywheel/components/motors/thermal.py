@@ -1,4 +1,4 @@
-"""Temperature of a motor's windings over its losses: by one or two time constants, over a duty, a cycle or any motion.
+"""Temperature of a motor's windings from its losses: by one or two time constants, over a duty, a cycle or any motion.
 
 `Thermal` has the data of the motor; `course` gives the temperature over a sequence of losses repeated indefinitely,
 `rise_after` that at the end of losses from the cold motor on, `starts_an_hour` the permissible number of starts.
@@ -39,7 +39,7 @@ class Thermal(NamedTuple):
     Args:
         time_constant: T, s.
         rise: R, K.
-        limit: greatest rise that is allowed, K.
+        limit: greatest allowed rise, K.
         winding_time_constant: T_w, s; None for one time constant.
         winding_share: a, 0 for one time constant.
 

@@ -1,6 +1,6 @@
 """The equivalent circuit of induction motors, and motors with their electrical transients by it (two-axis model).
 
-`EquivalentCircuit` is what textbooks solve, and what Kloss's formula simplifies: with the stator's resistance left out, the
+`EquivalentCircuit` is that of textbooks, which Kloss's formula simplifies: with the stator's resistance left out, the
 circuit's torque is that formula. `TwoAxisInduction` is a motor by its `Impedances` whose four fluxes, in the frame that
 turns with the field, are its states.
 """
