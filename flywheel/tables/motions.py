@@ -514,17 +514,21 @@ def _peaks(transient: Transient) -> list[tuple[str, str]]:
     peaks, torque = transient.peaks, "N" if transient.scene.sliding else "N m"
     rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)}{_when(peaks.speed)}")]
     force = "force" if torque == "N" else "torque"
+    off = transient.given_errors["balance"] or 0.0 if transient.scene.unknown == "drive" else 0.0
     others = (
-        (f"greatest {force} of the drive", peaks.torque, torque),
-        ("greatest power of the drive", peaks.power, "W"),
-        ("greatest current", peaks.current, "A"),
+        (f"greatest {force} of the drive", peaks.torque, torque, off),
+        ("greatest power of the drive", peaks.power, "W", off * peaks.speed.value),
+        ("greatest current", peaks.current, "A", 0.0),
     )
-    rows += [(name, f"{figure(top.value, most=7)} {unit}{_when(top)}") for name, top, unit in others if top is not None]
+    for name, top, unit, error in others:
+        if top is not None:
+            rows.append((name, f"{figure(top.value, error, 7)} {unit}{_when(top, error)}"))
     return rows
 
 
-def _when(top: Peak) -> str:
-    return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
+def _when(top: Peak, error: float = 0.0) -> str:
+    """The time of a peak, without that of one at the start or of one that is 0 within its error."""
+    return f" after {figure(top.time, most=5)} s" if top.time > 0.0 and abs(top.value) > error else ""
 
 
 def _motor_start(transient: Transient) -> list[str]:

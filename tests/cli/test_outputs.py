@@ -881,6 +881,15 @@ def test_a_machine_that_does_not_start_is_a_fault(tmp_path):
     assert "held.toml: from: found a machine that does not start" in result.stderr
 
 
+def test_a_balance_that_is_zero_within_its_error_is_printed_so(tmp_path):
+    path = tmp_path / "swing.toml"
+    loads = '[{on = "crank", torque = "sin(phi) + cos(3*phi) - 0.3*sin(5*phi)"}]\nregime = {speed = "60 rpm"}'
+    scene = FAN.replace('[{on = "crank", torque = "-2*sign(omega)"}]', loads).replace("20 - 4*omega", "balance")
+    path.write_text(scene, encoding="utf-8")
+    told = run_simulate(path, "--from", "60 rpm", "--until", "1 s").stdout
+    assert re.search(r"greatest torque of the drive +0 N m\n +greatest power of the drive +0 W\n", told)
+
+
 def test_breaks_are_added_where_asked(tmp_path):
     path, table = tmp_path / "window.toml", tmp_path / "a.csv"
     window = ', {on = "crank", torque = "-1 N m", from = "40 deg", to = "100 deg"}]\nflywheel'
