@@ -42,7 +42,17 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import Goal, Passing, Watching, end_of_stroke, friction_of, held_by, neighbours, straight
+from flywheel.regime.free_motion import (
+    Goal,
+    Passing,
+    Watching,
+    effort_of,
+    end_of_stroke,
+    friction_of,
+    held_by,
+    neighbours,
+    straight,
+)
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
@@ -283,11 +293,12 @@ def _reversal(setting: TransientSetting, trail: Trail, goes_on: bool) -> list[st
         last = np.array([root(lambda t: float(step.dense(t)[1]), step.start, step.end)])
     at = trail.states(last, np.array([k]))[:, 0]
     stands = Start(float(at[0]), 0.0, tuple(at[3:].tolist()))
-    moment = f"{moment_at_rest(setting.dynamics, stands, float(last[0]))[0]:.6g} N m"
+    effort, unit = effort_of(machine.scene)
+    moment = f"{moment_at_rest(setting.dynamics, stands, float(last[0]))[0]:.6g} {unit}"
     if not before.size:
-        return [f"goes back from its start, where M* is {moment}"]
+        return [f"goes back from its start, where {effort} is {moment}"]
     phi = within(machine, float(at[0]))
-    return [f"stalled at {machine.where(phi)} after {last[0]:.6g} s and turned back: M* at rest there is {moment}"]
+    return [f"stalled at {machine.where(phi)} after {last[0]:.6g} s and turned back: {effort} at rest there is {moment}"]
 
 
 def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> None:
@@ -495,7 +506,10 @@ def _start(setting: TransientSetting, start: float | str, at: float | None, goes
     balanced = abs(moment) <= _BALANCED * scale
     if (moment > 0.0 or goes_on) and not balanced:
         return begin
-    share = "M* = 0, so that nothing moves it" if balanced else f"M* = {moment:.6g} N m, which holds it or turns it back"
+    effort, unit = effort_of(scene)
+    share = f"{effort} = {moment:.6g} {unit}, which holds it or turns it back"
+    if balanced:
+        share = f"{effort} = 0 {unit}, so that nothing moves it"
     found = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
     advice = (
         "start at another angle" if balanced else "the drive stalls there: start at another angle, or with a larger drive"
@@ -613,7 +627,7 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     at, turns = f"at {place} after {last:.6g} s", (phi - trail.start.phi) / TURN
 
     sliding = scene.sliding
-    unit, effort, unit_of_effort = ("m/s", "F*", "N") if sliding else ("rad/s", "M*", "N m")
+    unit, (effort, unit_of_effort) = "m/s" if sliding else "rad/s", effort_of(scene)
 
     def speed(omega: float) -> str:
         return f"{omega:.6g} {unit}" + ("" if sliding else f" ({omega * 60 / TURN:.6g} rpm)")

@@ -263,12 +263,12 @@ def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> st
     """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
-    unit = "N" if machine.scene.reduction_element == "slide" else "N m"
+    effort, unit = effort_of(machine.scene)
     if abs(found.moment) <= ROUNDING * min(found.friction, 1e300):
-        return f"M* = 0 {unit}, so that nothing moves it"
+        return f"{effort} = 0 {unit}, so that nothing moves it"
     if not dynamics.holds:
-        return "M* drives it back on either side"
-    what = f"{friction_of(machine)} holds M* = {found.moment:.6g} {unit}"
+        return f"{effort} drives it back on either side"
+    what = f"{friction_of(machine)} holds {effort} = {found.moment:.6g} {unit}"
     if not machine.has_joint_friction and len(machine.stages) > 1:
         return what
     if found.locking:
@@ -276,6 +276,11 @@ def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> st
     if not math.isfinite(found.friction):
         return f"{what}: it locks itself, as no action of its driver moves it (self-locking)"
     return f"{what}, and would hold up to {found.friction:.6g} {unit}"
+
+
+def effort_of(scene: Scene) -> tuple[str, str]:
+    """Symbol and unit of the reduced moment, or of the reduced force where the driver slides."""
+    return ("F*", "N") if scene.sliding else ("M*", "N m")
 
 
 def friction_of(machine: Machine) -> str:

@@ -82,9 +82,13 @@ def _call(node: ast.Call, place: str) -> Marked:
 
 BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine", "regime", "sizing", "motions")
 """Folders whose faults, remarks and messages reach the page or the report."""
+IN_ERRORS = ("cli", "page", "pictures", "report", "tables")
+"""Folders of commands with --language, of which the texts within errors count."""
+_ERRORS = {"Fault", "SceneError", "EditError", "PrintError", "UsageError", "BadParameter"}
 LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
     *("components/press_work.py", "components/energy.py"),
     *("mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
+    "cli/studies.py",
     *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py", "sizing/findings.py"),
 }
 _SILENT = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
@@ -95,17 +99,20 @@ _FORMULA = re.compile(r"^<|\*\(|\)\*|[(*] ?\{|if phi|if omega|\\[bdw]|^\{\d\} if
 
 def built_texts() -> Iterator[Marked]:
     """Texts of several words of which faults, remarks and messages are made, with {0} for what is put in."""
-    for folder in BUILT_IN:
+    for folder in (*BUILT_IN, *IN_ERRORS):
         for path in sorted((PACKAGE / folder).rglob("*.py")):
             name = path.relative_to(PACKAGE).as_posix()
             if name not in LIBRARY_ALONE:
-                yield from built_in_module(path.read_text("utf-8"), f"flywheel/{name}")
+                yield from built_in_module(path.read_text("utf-8"), f"flywheel/{name}", folder in IN_ERRORS)
 
 
-def built_in_module(source: str, name: str) -> Iterator[Marked]:
-    """The texts of several words of one module, but for docstrings, formulas and errors of a programmer."""
+def built_in_module(source: str, name: str, in_errors: bool = False) -> Iterator[Marked]:
+    """The texts of several words of one module, but for docstrings, formulas and errors of a programmer.
+
+    in_errors: only those within calls that make an error or a fault.
+    """
     tree = ast.parse(source)
-    silent = set[int]()
+    silent, within = set[int](), set[int]()
     for node in ast.walk(tree):
         if isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef)):
             silent |= {id(line.value) for line in node.body if isinstance(line, ast.Expr)}
@@ -116,10 +123,11 @@ def built_in_module(source: str, name: str) -> Iterator[Marked]:
         elif isinstance(node, ast.Call):
             called = getattr(node.func, "id", getattr(node.func, "attr", ""))
             silent |= {id(part) for part in ast.walk(node)} if called in _SILENT else set()
+            within |= {id(part) for part in ast.walk(node)} if in_errors and called in _ERRORS else set()
         if isinstance(node, ast.FunctionDef) and node.name == "__repr__":
             silent |= {id(part) for part in ast.walk(node)}
     for node in ast.walk(tree):
-        if id(node) in silent:
+        if id(node) in silent or (in_errors and id(node) not in within):
             continue
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             text = node.value

@@ -564,7 +564,7 @@ def test_a_block_that_friction_holds_stays_where_it_came_to_rest() -> None:
     assert motion.t[-1] == pytest.approx(1.5 / up, rel=1e-12)
     assert motion.phi[-1] == pytest.approx(2.0 + 0.5 * 1.5**2 / up, rel=1e-12)
     held = (
-        f"friction in its joints holds M* = {-2 * G * 0.5:.6g} N, and would hold up to {2 * G * 0.7 * np.sqrt(0.75):.6g} N"
+        f"friction in its joints holds F* = {-2 * G * 0.5:.6g} N, and would hold up to {2 * G * 0.7 * np.sqrt(0.75):.6g} N"
     )
     assert held in str(motion.ended)
 
@@ -578,7 +578,7 @@ def test_a_ramp_of_force_breaks_it_away_at_the_instant_when_it_exceeds_friction(
     assert run.energy.works["friction in linkage.S"] == pytest.approx(-0.3 * 2.0 * G * run.phi, rel=1e-12)
     assert run.energy.residual < 1e-12
     waiting = flywheel.transient(flywheel.load(block(0.3, force="4*t")), end=1.0)
-    assert "at rest: friction in its joints holds M* = 4 N, and would hold up to 5.88399 N" in waiting.ended
+    assert "at rest: friction in its joints holds F* = 4 N, and would hold up to 5.88399 N" in waiting.ended
     still = sampled(run.motion.trail, np.array([0.5 * start]))
     assert still.acceleration[0] == still.omega[0] == 0.0
 
@@ -614,12 +614,12 @@ def test_stick_and_slip_under_a_force_that_swings() -> None:
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
-        (block(0.3, force="4 N"), r"friction in its joints holds M\* = 4 N, and would hold up to 5.88399 N"),
+        (block(0.3, force="4 N"), r"friction in its joints holds F\* = 4 N, and would hold up to 5.88399 N"),
         (
             block(0.3, force="4 N", at=0.4, length=0.05),
             r"locks itself, as no size of load\[0\].force moves it \(self-locking\)",
         ),
-        (block(0.3), r"M\* = 0 N, so that nothing moves it"),
+        (block(0.3), r"F\* = 0 N, so that nothing moves it"),
     ],
 )
 def test_what_never_starts_is_told_in_one_line_with_what_holds_it(scene: dict[str, Any], words: str) -> None:
