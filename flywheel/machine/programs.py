@@ -443,6 +443,22 @@ class Structure:
         programs = [walk.rate for walk in self.walks if walk.rate is not None]
         return self._shared(programs) if programs else []
 
+    def with_places(self, other: Callable[[Any], Any]) -> Structure:
+        """The same with other constants in all programs, as a function gives them."""
+
+        def of(program: Program) -> Program:
+            return program._replace(places=tuple(map(other, program.places)))
+
+        walks = {id(walk): walk._replace(program=of(walk.program), rate=walk.rate and of(walk.rate)) for walk in self.walks}
+        return replace(
+            self,
+            conditions=self.conditions._replace(program=of(self.conditions.program)),
+            landmarks=of(self.landmarks),
+            walks=tuple(walks[id(walk)] for walk in self.walks),
+            numbers=of(self.numbers),
+            zeros=tuple(map(of, self.zeros)),
+        )
+
     def _shared(self, programs: Sequence[Program]) -> list[tuple[slice, Program]]:
         stretches: list[tuple[slice, Program]] = []
         end = 0

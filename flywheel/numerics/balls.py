@@ -48,8 +48,8 @@ def rational(numerator: int, denominator: int) -> Any:
     return arb(fmpq(numerator, denominator))
 
 
-def constant(value: float) -> Any:
-    """The ball of a number in a formula: a multiple of pi, or its decimal as written.
+def constant(value: Any) -> Any:
+    """The ball of a number in a formula: a multiple of pi, its decimal as written, or the ball that it is.
 
     Raises:
         UnprovenError: for a number that no decimal of 9 digits gives: it may have been calculated with roundings.
@@ -58,6 +58,8 @@ def constant(value: float) -> Any:
     (False, True)
 
     """
+    if isinstance(value, arb):
+        return value
     if not math.isfinite(value):
         raise UnprovenError(f"a number that is not finite, {value!r}")
     if value == int(value):

@@ -64,8 +64,10 @@ def read_table(
             faults.add(f"{path}.{name}", error.found, error.expected)
     if len(faults) > before or not _ascends(arrays[0], path, faults):
         return None
+    texts = [item.fields[f"{name}_unit"] or "" for name in ("angle", "value")]
+    written = [[f"{number} {text}" for number in column] for column, text in zip(columns, texts, strict=True)]
     angle, value = arrays
-    return Table(angle, value, item.fields["interpolation"])
+    return Table(angle, value, item.fields["interpolation"], np.array(written))
 
 
 def given_columns(

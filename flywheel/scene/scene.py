@@ -138,11 +138,15 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Table(Samples):
-    """Numbers against angle: `angle` ascends (rad; two equal ones are a jump), `value` is SI."""
+    """Numbers against angle: `angle` ascends (rad; two equal ones are a jump), `value` is SI.
+
+    `written` are the same as texts of quantities, shape (2, rows); empty for a table that was not read.
+    """
 
     angle: NDArray[np.float64]
     value: NDArray[np.float64]
     interpolation: str = "linear"  # linear, pchip, step; a law's table is always a periodic cubic spline
+    written: NDArray[np.str_] = field(default_factory=lambda: np.empty((2, 0), dtype=np.str_))
 
 
 Law = float | Expression | Table

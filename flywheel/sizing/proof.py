@@ -8,8 +8,12 @@ describes; of the model itself nothing is proven.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from functools import partial
 from importlib.util import find_spec
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,10 +21,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from bondgraph.recording import Program
+from flywheel.machine.loads import crank_angles, table_pieces
+from flywheel.machine.machine import Machine
 from flywheel.machine.programs import RATE, StretchWalk, Structure, recorded
 from flywheel.numerics.units import exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
-from flywheel.scene.scene import Scene, Table
+from flywheel.scene.scene import Load, Scene, Table
 from flywheel.sizing.results import Proof
 
 if TYPE_CHECKING:
@@ -31,7 +37,8 @@ WIDTH = 1e-12
 MISSING = "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
 _PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomials, what cells leave open
 _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
-_OF_PI = 1  # units of the 60th digit: units of angle have pi to 60 digits
+_OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
+_SHARES_OF_PI = 720  # periods of tables down to pi over this
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 60  # of a motion, above the first precision: more would take a thousand times as long as a sizing
@@ -95,10 +102,16 @@ def _refusal(scene: Scene) -> str:
         return "positions of linkages are solved for, not given by formulas"
     if any(efficiency < 1.0 for efficiency in scene.efficiencies.values()):
         return "meshes have losses"
-    for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
-        if isinstance(load.law, Table):
-            return f"{load.path}: a table's pieces are calculated in floats"
+    if any(isinstance(output.law, Table) for mechanism in scene.mechanisms for output in mechanism.outputs):
+        return "a table of positions is a spline, whose pieces are calculated in floats"
+    if any(isinstance(load.law, Table) and not load.law.written.size for load in _acting(scene)):
+        return "a table that was not read has no numbers as written"
     return ""
+
+
+def _acting(scene: Scene) -> list[Load]:
+    """Loads and drive."""
+    return [*scene.loads, *([] if scene.drive is None else [scene.drive])]
 
 
 def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int, ranges: bool) -> str:
@@ -119,12 +132,21 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     from flywheel.numerics import balls
 
     assert scene.document is not None
-    quantities = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
-    structure = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()], zeros=True)
+    written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
+    windows = tuple(dotted(load.path) + "." for load in _acting(scene) if isinstance(load.law, Table))
+    fixed = {
+        path: each for path, each in written.items() if path.startswith(windows) or (windows and path.endswith(".phase"))
+    }
+    quantities = {path: quantity for path, quantity in written.items() if path not in fixed}
+    recording = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()], zeros=True)
     open_still = balls.UnprovenError("nothing")
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
+            if _ranges(fixed):
+                raise balls.UnprovenError("ranges of the place of a table")
+            numbers = _of_tables(recording.twin, {each.number: _as_written(path, each) for path, each in fixed.items()})
+            structure = recording.with_places(partial(_all_of, numbers=numbers))
             if ranges and scene.depends_on_speed:
                 raise balls.UnprovenError("ranges of numbers where torques depend on speed")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
@@ -159,12 +181,68 @@ def _widths(found: Mapping[str, Any]) -> dict[str, float]:
 
 def _as_written(path: str, quantity: Any) -> Any:
     """The ball of a number as the scene writes it."""
-    from flywheel.numerics.balls import UnprovenError, rational
+    from flywheel.numerics.balls import UnprovenError
 
-    ball = rational(*exact_ratio(middle_of(quantity.value), _dimension(path, quantity)))
+    ball = _with_pi(*exact_ratio(middle_of(quantity.value), _dimension(path, quantity)))
     if abs(float(ball.mid()) - quantity.number) > _READ * abs(quantity.number):
         raise UnprovenError(f"{path}: {quantity.value!r} is not taken as it is written")
-    return ball * (1 + _OF_PI * rational(1, 10**60).union(rational(-1, 10**60)))
+    return ball
+
+
+def _of_tables(machine: Machine, written: Mapping[float, Any]) -> dict[float, Any]:
+    """Balls of the numbers of tables' pieces, and of the angles between these, by the floats that are nearest.
+
+    The pieces are calculated anew, in fractions, from the rows as they are written; `written` are balls of other numbers.
+    """
+    from flywheel.numerics import balls
+
+    numbers = dict(written)
+
+    def stands(number: float, ball: Any) -> None:
+        numbers[number] = ball.union(numbers.get(number, ball))
+
+    for load, place in ((effort.load, effort.place) for effort in machine.efforts):
+        if not isinstance(table := load.law, Table):
+            continue
+        rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
+        share = Fraction(load.every / math.pi).limit_denominator(_SHARES_OF_PI)
+        if abs(float(table.angle[-1] - table.angle[0]) - load.every) <= _READ * load.every:  # it was put onto its period
+            rows[0][-1] = rows[0][0] + share * Fraction(*exact_ratio("180 deg", "angle"))
+        for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
+            if abs(Fraction(number) - row) > _READ * abs(row):
+                raise balls.UnprovenError("a table whose ends are put where its load begins or ends")
+        floats = table_pieces(table.angle, table.value, table.interpolation)
+        exact = table_pieces(rows[0], rows[1], table.interpolation)
+        for number, row in zip(
+            *(np.concatenate([part.ravel() for part in each]).tolist() for each in (floats, exact)), strict=True
+        ):
+            stands(number, _with_pi(*row.as_integer_ratio()))
+        every, phase, rate = (balls.constant(_all_of(number, numbers)) for number in (load.every, place.phase, place.rate))
+        window = [] if load.start is None or load.end is None else [load.start, load.end]
+        for local in (*table.angle.tolist(), *window):
+            angles = crank_angles(local, load.every, place, machine.scene.cycle)
+            for angle in angles[angles > 0.0].tolist():  # the cycle begins at 0 itself
+                turn = round((angle * place.rate + place.phase - local) / load.every)
+                stands(angle, (balls.constant(_all_of(local, numbers)) + turn * every - phase) / rate)
+    return numbers
+
+
+def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
+    """The ball of all that a number of a program may stand for; itself where it is in no table."""
+    from flywheel.numerics import balls
+
+    if isinstance(place, tuple) or callable(place) or place not in numbers:
+        return place
+    with suppress(balls.UnprovenError):
+        return numbers[place].union(balls.constant(place))
+    return numbers[place]
+
+
+def _with_pi(numerator: int, denominator: int) -> Any:
+    """The ball of a ratio with up to the third power of pi to 60 digits in it."""
+    from flywheel.numerics.balls import rational
+
+    return rational(numerator, denominator) * (1 + _OF_PI * rational(1, 10**60).union(rational(-1, 10**60)))
 
 
 def _dimension(path: str, quantity: Any) -> str | None:
@@ -184,7 +262,7 @@ def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = Fa
     from flywheel.numerics import balls
 
     part = program if outputs is None else program.only(outputs)
-    if not part.plain:
+    if any(isinstance(place, tuple) or callable(place) for place in part.places):
         raise balls.UnprovenError("a function or a table that is not arithmetic")
     return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
 
