@@ -635,7 +635,7 @@ _LONGEST = 60  # of a text that is written anew as a whole
 _CHOICES = tuple(
     re.compile(rf"\s*{form}\s*", re.IGNORECASE)
     for form in (
-        r"(?:i?if|ifelse|where|cond)\s*\((?P<c>[^,;?|&]+)[,;](?P<a>[^,;]+)[,;](?P<b>[^,;]+)\)",
+        r"(?:i?if|si|ifelse|where|cond)\s*\((?P<c>[^,;?|&]+)[,;](?P<a>[^,;]+)[,;](?P<b>[^,;]+)\)",
         r"(?P<c>[^?:|&]+)\?(?P<a>[^?:]+):(?P<b>[^?:]+)",
         r"if\b(?P<c>.+?)\bthen\b(?P<a>.+?)\belse\b(?P<b>.+)",
         r"(?P<c>[^<>=]+[<>=]+[^<>=]+?)\band\b(?P<a>[^<>=]+?)\bor\b(?P<b>[^<>=]+)",
@@ -682,6 +682,8 @@ _HABITS = tuple(
         (r"\btanh\s*\(", "write it with exp(x) and exp(-x)"),
         (r"\b(?:cot|ctg)\s*\(", "write 1/tan(...)"),
         (r"\btg\s*\(", "write tan(...)"),
+        (r"\bsen\s*\(", "write sin(...)"),
+        (r"\b(?:arc|a)tg\s*\(", "write atan(...)"),
         (r"\b(sin|cos|tan|asin|acos|atan|sqrt|exp|log|abs|sign)\s+(\w+)", r"write \1(\2)"),
         (r";", "arguments are separated by commas"),
     )

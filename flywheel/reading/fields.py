@@ -91,15 +91,23 @@ class Faults(list[Fault]):
 
 _SLIDING = ("slider", "yoke", "ram", "platen")
 _TRADE = {
-    **dict.fromkeys(("frame", "ground", "fixed", "base", "bed", "fixed_link"), ("ground", "frame")),
+    **dict.fromkeys(("frame", "ground", "fixed", "base", "bed", "fixed_link", "bancada"), ("ground", "frame")),
     **dict.fromkeys(
-        ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler"), ("rod", "coupler")
+        ("rod", "conrod", "con_rod", "connecting_rod", "connecting_link", "link", "pitman", "coupler", "biela"),
+        ("rod", "coupler"),
     ),
-    **dict.fromkeys(("piston", "plunger", "ram", "crosshead", "cross_head", "slide", "slider"), _SLIDING),
-    **dict.fromkeys(("follower", "lever", "beam", "output", "output_link", "slotted_link", "rocker_arm"), ("rocker",)),
-    **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input", "input_link"), ("crank",)),
+    **dict.fromkeys(
+        ("piston", "plunger", "ram", "crosshead", "cross_head", "slide", "slider", "deslizadera", "corredera"), _SLIDING
+    ),
+    **dict.fromkeys(
+        ("follower", "lever", "beam", "output", "output_link", "slotted_link", "rocker_arm", "balancin"), ("rocker",)
+    ),
+    **dict.fromkeys(("crankshaft", "crank_arm", "eccentric", "input", "input_link", "manivela"), ("crank",)),
     **dict.fromkeys(("throw", "radius", "r"), ("length",)),
     **dict.fromkeys(("inertia", "mass"), ("value",)),
+    **dict.fromkeys(("j", "i", "moment_of_inertia"), ("value", "inertia")),
+    **dict.fromkeys(("rpm", "n", "rotational_speed"), ("speed",)),
+    **dict.fromkeys(("delta", "cs", "fluctuation", "coefficient_of_fluctuation"), ("irregularity",)),
 }
 """Other technical words for keys, with the keys that they may mean."""
 

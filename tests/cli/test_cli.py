@@ -97,7 +97,7 @@ def test_faults_and_remarks_are_in_the_language_asked_for(tmp_path: Path, comman
     lines = run(name, scene, *options, "--language", "es").stderr.splitlines()
     assert len(lines) == 2
     assert lines[0] == f'{scene}: mechanism.crank.length (línea 3): hay "-0.5 m", se esperaba un valor mayor que 0 m'
-    assert lines[1].endswith('hay clave "iregularity", se esperaba una clave conocida; ¿quería decir "irregularity"?')
+    assert lines[1].endswith('hay la clave "iregularity", se esperaba una clave conocida; ¿quería decir "irregularity"?')
     assert "expected" in run(name, scene, *options).stderr
 
 

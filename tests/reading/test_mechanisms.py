@@ -66,6 +66,7 @@ def test_bodies_and_geometry_have_defaults(kind):
         ("slider-crank", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
         ("slider-crank", "crank", "throw", "did you mean crank.length?"),
         ("slider-crank", "crank", "crankshaft", "did you mean crank?"),
+        ("slider-crank", "rod", "biela", "did you mean rod?"),
         ("scotch-yoke", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
     ],
 )
@@ -152,6 +153,8 @@ def test_a_four_bar_that_closes_nowhere_has_no_stroke_to_move_on():
         ("2*π", "write pi"),
         ("sin(φ)", "write phi"),
         ("sgn(v)", "write sign(...)"),
+        ("arctg(v)", "write atan(...)"),
+        ("si(v > 0; -1; 1)", "write -1 if v > 0 else 1"),
         ("v^2", "a power is written **"),
         ("v²", "a power is written **"),
         ("3·phi", "a product is written *"),
