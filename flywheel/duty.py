@@ -1,4 +1,4 @@
-"""Duty of several phases: what a cycle does to the motor, mean and root mean square over stretches."""
+"""Duty of several phases: load of the motor by each cycle, mean and root mean square over stretches."""
 
 from flywheel.sizing.duty import Stretch, mean, root_mean_square
 from flywheel.sizing.results import Duty, PhaseLoad

@@ -10,7 +10,7 @@ the g velocity fields,
     Q_i = sum F · g_i + M gamma_i                                     (N m, N)
     sum_j I*_ij qddot_j + sum_jk Gamma_ijk qdot_j qdot_k = Q_i + D_i
 
-D_i being the driving action in the i-th driver: what its first body does to the second along the coordinate. With one
+D_i being the driving action in the i-th driver, from its first body on its second along the coordinate. With one
 driver these are I* qddot + ½ dI*/dq qdot² = M*.
 
 Positions: from where guesses and sides hold the linkage is followed along the straight way to the first position, and from
@@ -123,7 +123,7 @@ class Strut(NamedTuple):
 
 
 class Actions(NamedTuple):
-    """All that acts on a linkage: gravity (m/s²), loads, springs and struts, driving actions in the drivers' order."""
+    """All actions on a linkage: gravity (m/s²), loads, springs and struts, driving actions in the drivers' order."""
 
     gravity: tuple[float, float]
     loads: tuple[Load, ...]
@@ -472,12 +472,12 @@ def driving_actions(
     springs: Iterable[Spring | Strut] = (),
     t: float = 0.0,
 ) -> dict[str, Array]:
-    """Inverse dynamics by virtual powers: the action of every driver that a given motion takes, without any reaction.
+    """Inverse dynamics by virtual powers: the action of every driver for a given motion, without any reactions.
 
     D_i = sum_j I*_ij qddot_j + Gamma_ijk qdot_j qdot_k - Q_i: one equation from each of g velocity fields.
 
     Args:
-        linkage: bodies, joints, couplings and drivers; friction in joints is left out (`reactions` takes it in).
+        linkage: bodies, joints, couplings and drivers; friction in joints is left out (`reactions` includes it).
         q: as in `equations`.
         qdot: as in `equations`.
         qddot: accelerations of the drivers, rad/s² or m/s², of the same shape.
@@ -487,7 +487,7 @@ def driving_actions(
         t: as in `equations`.
 
     Returns:
-        N m of a pin, N of a slide, by driver: what its first body does to the second along the coordinate.
+        N m of a pin, N of a slide, by driver, from its first body on its second along the coordinate.
 
     Raises:
         SceneError: as `equations`.

@@ -1,7 +1,7 @@
-"""Work of presses: a flywheel between two speeds, energy and rate of strokes, the motor that brings the flywheel back.
+"""Work of presses: a flywheel between two speeds, energy and rate of strokes, recovery of the flywheel by the motor.
 
 Speeds are in rad/s and the greater one comes first; inertia includes all parts that turn with the flywheel, at its shaft,
-and so are energies, torques and powers: a tool takes less than the flywheel gives, by what is lost between them
+and so are energies, torques and powers: a tool takes less than the flywheel gives, by the losses between them
 (`press_cycle`), and losses between the motor and the flywheel are subtracted from the motor's output.
 """
 
@@ -167,7 +167,7 @@ def speed_after(inertia: float, speed: float, energy: float) -> float:
 
 
 def check_order(high: float, low: float, faults: list[Fault], apart: bool = False) -> None:
-    """Refuses two speeds in the wrong order, with what else is wrong."""
+    """Refuses two speeds in the wrong order, together with other faults."""
     own = number_faults("high", high, POSITIVE, "rad/s") + number_faults("low", low, NOT_NEGATIVE, "rad/s")
     if not own and (low > high or (apart and low == high)):
         own = [Fault("low", f"{low:g} rad/s", f"a speed below high, {high:g} rad/s")]
@@ -206,7 +206,7 @@ def shearing_force(perimeter: float, thickness: float, strength: float) -> float
 
 
 def stroke_energy(force: float, travel: float, shape: str = "triangular") -> float:
-    """Energy (J) of a stroke: E = F s where the force is constant, F s/2 where it falls evenly to zero.
+    """Energy (J) of a stroke: E = F s for a constant force, F s/2 for one that falls linearly to zero.
 
     Args:
         force: greatest force F, N.
@@ -299,8 +299,8 @@ def press_cycle(
 ) -> PressCycle:
     """A press at a given rate: P = E/t_c, P_motor = P/(eta eta_d), and the flywheel gives (E/eta) (1 - t_b/t_c).
 
-    The flywheel gives what is lost between it and the tool, and not what is lost between the motor and it. Where only the
-    efficiency of the whole way from motor to tool is known it counts as the former, which asks for the larger flywheel.
+    The flywheel supplies the losses between it and the tool, and not those between the motor and it. If only the efficiency
+    from motor to tool is known it counts as the former, which gives the larger flywheel.
 
     Args:
         energy: E of a stroke at the tool, J.
@@ -388,13 +388,13 @@ def safety_distance(approach: float, stopping: float, intrusion: float = 0.0) ->
     Args:
         approach: K, the speed of a hand, m/s.
         stopping: T, from its detection to standstill, s: response of detection and control, then the press's stop.
-        intrusion: C, how far a hand comes in before it is detected, m.
+        intrusion: C, distance that a hand intrudes before its detection, m.
 
     Raises:
         SceneError: if a number is below 0.
 
-    Valid for any machine whose stopping time is that of its worst instant. K and C are those that the standard and the
-    law of the place ask for; nothing is taken for granted here. Source: ISO 13855, clause 5.
+    Valid for any machine whose stopping time is that of its worst instant. K and C are those of the standard and the local
+    law; there are no defaults. Source: ISO 13855, clause 5.
 
     >>> round(safety_distance(2.0, 0.15, 0.128), 12)
     0.428
@@ -408,8 +408,8 @@ def safety_distance(approach: float, stopping: float, intrusion: float = 0.0) ->
 class Engagement(NamedTuple):
     """A slipping clutch that has brought two sides to one speed (rad/s).
 
-    `heat` is lost in it, `given` is what the faster side lost, `taken` what the slower one gained (J); `time` that it
-    slipped (s), None if its torque is not known.
+    `heat` is lost in it, `given` is the loss of the faster side, `taken` the gain of the slower one (J); `time` is that of
+    the slip (s), None if its torque is not known.
     """
 
     speed: float
@@ -424,15 +424,15 @@ def engage(
 ) -> Engagement:
     """Two sides joined by a clutch that slips until they turn alike, like bodies in a plastic impact.
 
-    w = (J1 w1 + J2 w2)/(J1 + J2), heat = J1 J2/(J1 + J2) (w1 - w2)²/2, time = J1 J2/(J1 + J2) (w1 - w2)/M, whatever the
-    clutch's torque does meanwhile for the first two.
+    w = (J1 w1 + J2 w2)/(J1 + J2), heat = J1 J2/(J1 + J2) (w1 - w2)²/2, time = J1 J2/(J1 + J2) (w1 - w2)/M, the first two for
+    any course of the clutch's torque.
 
     Args:
         inertia: J1 of the driving side, kg m².
         speed: w1 of the driving side, rad/s.
         driven_inertia: J2 of the driven side, at the clutch's shaft, kg m².
         driven_speed: w2, rad/s, not above w1.
-        torque: M of the clutch while it slips, constant, N m; None if the time is not asked.
+        torque: M of the clutch while it slips, constant, N m; None if the time is not required.
 
     Raises:
         SceneError: if a number is out of range.
@@ -458,7 +458,7 @@ def engage(
 
 
 class SingleStroke(NamedTuple):
-    """One stroke of a press that stood: the `engagement` of its clutch, then the work.
+    """One stroke of a press from standstill: the `engagement` of its clutch, then the work.
 
     `energy` that flywheel and driven side give in the stroke (J), `speed` after it (rad/s), `slow_down` from the speed
     before the engagement, as a share of that.
@@ -480,7 +480,7 @@ def single_stroke(
     efficiency: float = 1.0,
     drive_efficiency: float = 1.0,
 ) -> SingleStroke:
-    """A single stroke: the clutch brings the driven side up to w_c, then both give what the motor does not.
+    """A single stroke: the clutch brings the driven side up to w_c, then both give the energy beyond the motor's.
 
     w = sqrt(w_c² - 2 (E/eta - eta_d P t_b)/(J1 + J2)), w_c = J1 w1/(J1 + J2).
 
@@ -519,15 +519,15 @@ def single_stroke(
 
 
 def inertia_for_single_stroke(high: float, low: float, energy: float, driven_inertia: float = 0.0) -> float:
-    """Flywheel (kg m²) of a press that after a single stroke from one speed still has another.
+    """Flywheel (kg m²) with which a press slows down from one speed to another in a single stroke.
 
     The positive root J1 of (w1² - w2²) J1² - 2 (E + J2 w2²) J1 - J2 (2 E + J2 w2²) = 0: `single_stroke` solved for J1.
 
     Args:
         high: w1 before the clutch engages, rad/s.
         low: w2 after the stroke, rad/s.
-        energy: E that flywheel and driven side give in the stroke, J: what is lost on the way to the tool included, what the
-            motor gives left out.
+        energy: E that flywheel and driven side give in the stroke, J: losses on the way to the tool included, the motor's
+            share excluded.
         driven_inertia: J2 behind the clutch, at rest before, kg m².
 
     Raises:
@@ -549,14 +549,14 @@ def inertia_for_single_stroke(high: float, low: float, energy: float, driven_ine
 
 
 def _check(**quantities: tuple[float, str, str]) -> None:
-    """Refuses numbers that are not what they should be: name = (value, what is expected, unit)."""
+    """Refuses invalid numbers: name = (value, expected values, unit)."""
     refuse(
         [fault for name, (value, wanted, unit) in quantities.items() for fault in number_faults(name, value, wanted, unit)]
     )
 
 
 def _share_faults(efficiency: float, drive_efficiency: float, busy: float = 0.0, cycle: float = 1.0) -> list[Fault]:
-    """The faults of efficiencies that are none, and of a stroke as long as the time from one to the next."""
+    """The faults of invalid efficiencies, and of a stroke as long as the cycle."""
     faults = []
     if busy >= cycle:
         advice = "the motor alone carries a stroke that long"
@@ -568,18 +568,18 @@ def _share_faults(efficiency: float, drive_efficiency: float, busy: float = 0.0,
 
 
 def recovery_time(inertia: float, low: float, high: float, power: float) -> float:
-    """Time (s) in which a motor of constant power brings a flywheel back: t = I (w1² - w2²)/(2 P).
+    """Time (s) in which a motor of constant power accelerates a flywheel again: t = I (w1² - w2²)/(2 P).
 
     Args:
         inertia: I, kg m².
         low: w2 at the start, rad/s.
         high: w1 at the end, rad/s.
-        power: P that reaches the flywheel (the motor's, less what is lost on the way), W, nothing else taking any.
+        power: P that reaches the flywheel (the motor's less losses), W; there are no other loads.
 
     Raises:
         SceneError: if the speeds are in the wrong order, or a number is out of range.
 
-    Source: the energy balance; Sarkar, illustration 6.7, the other way round.
+    Source: the energy balance; Sarkar, illustration 6.7, in reverse.
 
     >>> from math import pi
     >>> round(recovery_time(200 * 0.5**2, 240 * pi / 30, 360 * pi / 30, 4934.802200544679), 9)
@@ -591,9 +591,9 @@ def recovery_time(inertia: float, low: float, high: float, power: float) -> floa
 
 
 def recovery_time_on_line(inertia: float, low: float, high: float, starting_torque: float, no_load_speed: float) -> float:
-    """Time (s) in which a motor with a straight line brings a flywheel back: t = (I w0/T0) ln[(w0 - w2)/(w0 - w1)].
+    """Time (s) in which a motor with a straight line accelerates a flywheel again: t = (I w0/T0) ln[(w0 - w2)/(w0 - w1)].
 
-    The motor's torque is T = T0 (1 - w/w0); nothing else takes any.
+    The motor's torque is T = T0 (1 - w/w0); there are no other loads.
 
     Args:
         inertia: I, kg m².
@@ -620,7 +620,7 @@ def recovery_time_on_line(inertia: float, low: float, high: float, starting_torq
 def recovery_time_of_induction(
     inertia: float, low: float, high: float, synchronous_speed: float, breakdown_torque: float, breakdown_slip: float
 ) -> float:
-    """Time (s) in which an induction motor brings a flywheel back.
+    """Time (s) in which an induction motor accelerates a flywheel again.
 
     t = I ws/(2 Tb) [(s2² - s1²)/(2 sb) + sb ln(s2/s1)], the integral of I dw/T with Kloss's T = 2 Tb/(s/sb + sb/s) and
     s = (ws - w)/ws. From rest, s2 is 1.
@@ -654,7 +654,7 @@ def recovery_time_of_induction(
 def steady_on_line(
     inertia: float, starting_torque: float, no_load_speed: float, load: float, busy: float, cycle: float
 ) -> Speeds:
-    """Extreme speeds of a machine that a constant torque loads for a part of each cycle, on a motor with a straight line.
+    """Extreme speeds of a machine with a constant load during a part of each cycle, on a motor with a straight line.
 
     With c = T0/w0, T = c (w0 - w): the motor lags by u = w0 - w, I du/dt = load - c u, which repeats where
     u2 = (load/c) (1 - e^-a)/(1 - e^-(a + b)), u1 = u2 e^-b, a = c busy/I, b = c (cycle - busy)/I.

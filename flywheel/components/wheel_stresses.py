@@ -1,19 +1,19 @@
 """Stresses of wheels that turn: materials, rims on arms, discs of constant width, thin rims.
 
-A rim on arms is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
-pull grows by a third of that, holds it back by a force X. With a = pi/n, half the angle between two arms, and phi from the
-middle between them,
+A rim on arms is a ring of mean radius R that would expand freely by rho v² R/E. Each of n arms of section A1, which under
+its own centrifugal force stretches by a third of that, restrains it by a force X. With a = pi/n, half the angle between two
+arms, and phi from the middle between them,
 
     N = rho A v² - X cos(phi)/(2 sin a),  M = X R/2 (cos(phi)/sin a - 1/a),
 
 and X makes their elastic energy least: X = (2/3) rho A v²/C, C = f2 A R²/J + f1 + A/A1, J the second moment of the rim's
 section. For a rectangle of radial thickness t, A R²/J = 12 R²/t².
 
-Valid for a thin rim of one material with its arms, which are taken as reaching to the axis; hub and joints are not
+Valid for a thin rim of one material with its arms, which are assumed to reach to the axis; hub and joints are not
 weakened. Source: S. Timoshenko, Strength of Materials, part II, rotating ring on spokes. Handbooks print f1 and 12 f2
 rounded for 4, 6 and 8 arms (0.643 and 0.07296, 0.957 and 0.02028, 1.274 and 0.00912; the last one should be 0.00832),
-often without the R² beside t², which then holds for R = 1 m alone: so in Jindal, Machine Design, example 19-1, where R
-is 1.2 m and the stress of the arms comes out 7 % too high.
+often without the R² beside t², which then holds only for R = 1 m: so in Jindal, Machine Design, example 19-1, where R is 1.2
+m and the stress of the arms is 7 % too high.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ POISSON = 0.3
 class Material(NamedTuple):
     """Material of a wheel.
 
-    `density` in kg/m³; `allowable` stress in Pa, None if it is not to be judged; `strength` in Pa (tensile strength of a
-    brittle material, yield strength of a ductile one), which the safety factor refers to where it is known; `poisson` of
-    the lateral strain; `rim_speed` in m/s up to which rims of it usually run, None if there is no such custom.
+    `density` in kg/m³; `allowable` stress in Pa, None if there is no limit; `strength` in Pa (tensile strength of a
+    brittle material, yield strength of a ductile one), to which the safety factor refers if known; `poisson` of
+    the lateral strain; `rim_speed` in m/s up to which rims of it usually run, None if unknown.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Material(NamedTuple):
 
     @property
     def reference(self) -> float | None:
-        """The stress that a safety factor refers to, Pa: the strength, or the allowable stress where that alone is known."""
+        """The stress that a safety factor refers to, Pa: the strength, or the allowable stress if only that is known."""
         return self.strength if self.strength is not None else self.allowable
 
 
@@ -83,14 +83,14 @@ def material(
     safety: float | None = None,
     poisson: float | None = None,
 ) -> Material:
-    """A material of the table, of own values, or of the table with own values in place of some.
+    """A material of the table, of own values, or of the table with some values replaced.
 
     Args:
         name: of the table; empty for a material of own values, which needs a density.
         density: kg/m³.
         allowable: allowable stress, Pa.
-        strength: Pa, which the safety factor refers to.
-        safety: factor asked for: the allowable stress is strength over it.
+        strength: Pa, to which the safety factor refers.
+        safety: required factor: the allowable stress is strength over it.
         poisson: Poisson's ratio, 0 to 0.5.
 
     Raises:
@@ -134,7 +134,7 @@ FEWEST, MOST = 3, 100
 
 
 class Arms(NamedTuple):
-    """Straight arms of elliptical section: how many, the ellipse's axis in the plane of rotation, its axis across (m)."""
+    """Straight arms of elliptical section: number, the ellipse's axis in the plane of rotation, its axis across (m)."""
 
     number: int
     width: float
@@ -250,7 +250,7 @@ def rim_on_arms(
 
 
 def arm_bending(torque: float, count: int, radius: float, hub_radius: float, modulus: float) -> float:
-    """Bending stress (Pa) in the arms at the hub, as a torque goes from hub to rim: T (R - r)/(R n Z).
+    """Bending stress (Pa) in the arms at the hub, under a torque from hub to rim: T (R - r)/(R n Z).
 
     Args:
         torque: T between hub and rim, N m: the rim's inertia times its angular acceleration.
@@ -327,7 +327,7 @@ def annulus_inertia(outer: float, inner: float, width: float, density: float) ->
 def greatest_disc_stress(outer: float, inner: float, density: float, omega: float, nu: float) -> float:
     """The greatest stress (Pa) in a rotating disc: the hoop stress in its centre, or at the edge of its hole.
 
-    Solid: (3 + nu)/8 rho (w R)². With a hole, however small: rho w²/4 ((3 + nu) R² + (1 - nu) r²), twice as much at least.
+    Solid: (3 + nu)/8 rho (w R)². With a hole, however small: rho w²/4 ((3 + nu) R² + (1 - nu) r²), at least twice as much.
 
     Args:
         outer: R, m.
@@ -349,13 +349,13 @@ def greatest_disc_stress(outer: float, inner: float, density: float, omega: floa
 
 
 def hoop_stress(velocity: float, density: float) -> float:
-    """Hoop stress (Pa) in a thin ring that runs at a speed: sigma = rho v².
+    """Hoop stress (Pa) in a thin ring at a speed: sigma = rho v².
 
     Args:
         velocity: v of its mean radius, m/s.
         density: rho, kg/m³.
 
-    Valid for a thin ring that nothing holds from inside. Source: Khurmi and Gupta, Theory of Machines, section 16.13.
+    Valid for a thin ring without restraint from inside. Source: Khurmi and Gupta, Theory of Machines, section 16.13.
 
     >>> hoop_stress(25.0, 7200.0)
     4500000.0
@@ -386,13 +386,13 @@ wide); Jindal, Machine Design, example 19-1 (6 arms of a quarter of the rim's se
 
 
 class WheelAsked(NamedTuple):
-    """A wheel as far as it is decided, SI. What is None is to be found, or has a usual proportion (see the module).
+    """A wheel as far as it is specified, SI. Values of None are computed, or have a usual proportion (see the module).
 
-    `method` is `exact` (an annulus), or `thin` (a rim at its mean radius). `at` tells which speed of the shaft whoever sizes
-    the wheel is to take: the greatest or the mean. `rim_speed` is that of the outer radius, for a thin rim of the mean one.
-    `rim_share` is the share of the inertia that the rim has, where hub and arms are not modelled. `torque` is the greatest
-    one between hub and rim. `step` and `size_step` are what inertia and dimensions are rounded up to. `path` is that of
-    these values in a scene, for messages.
+    `method` is `exact` (an annulus), or `thin` (a rim at its mean radius). `at` is the speed of the shaft for which the
+    wheel is sized: the greatest or the mean. `rim_speed` is that of the outer radius, for a thin rim of the mean one.
+    `rim_share` is the share of the inertia that the rim has, if hub and arms are not modelled. `torque` is the greatest
+    one between hub and rim. `step` and `size_step` are those to which inertia and dimensions are rounded up. `path` is that
+    of these values in a scene, for messages.
     """
 
     shape: str
@@ -421,7 +421,7 @@ class WheelAsked(NamedTuple):
 
     @property
     def thin(self) -> bool:
-        """Tests whether the rim is taken to run at its mean radius."""
+        """Tests whether the rim counts as running at its mean radius."""
         return self.method == THIN
 
     @property

@@ -1,8 +1,8 @@
-"""A wheel for an inertia: what is asked of it, its body with masses and stresses, its free dimension, the lightest one.
+"""A wheel for an inertia: its requirements, its body with masses and stresses, its free dimension, the lightest one.
 
 Of a rim two dimensions must be known, the inertia gives the third: a radius and one of width, thickness and their ratio,
 or two of these. Of a disc one must be known. Where no radius is given, it is the greatest that the stress allows.
-Dimensions are then put on multiples of a step where that is asked, so that the inertia is not below what is needed.
+Dimensions are then rounded to multiples of a step if required, so that the inertia is not below the required one.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def asked_faults(asked: WheelAsked) -> list[Fault]:
 
 
 def _value_faults(asked: WheelAsked) -> list[Fault]:
-    """Names that are not known, else numbers out of their range: above 0, a bore may be 0, a share at most 1, arms whole."""
+    """Unknown names, else numbers out of their range: above 0, a bore may be 0, a share at most 1, arms whole."""
     faults = []
     for name, known in (("shape", WHEEL_SHAPES), ("method", METHODS), ("at", SPEEDS)):
         if getattr(asked, name) not in known:
@@ -98,7 +98,7 @@ def _value_faults(asked: WheelAsked) -> list[Fault]:
 
 
 def _dimension_faults(asked: WheelAsked) -> list[Fault]:
-    """Too few dimensions or too many, a radius that nothing limits; arms without a hub, or with sections given twice."""
+    """Too few dimensions or too many, an unlimited radius; arms without a hub, or with sections given twice."""
     faults, path = [], asked.path or "wheel"
     radii, section = asked.given(RADII), asked.given(SECTION)
     if asked.shape == DISC:
@@ -184,7 +184,7 @@ class Body(NamedTuple):
 
 
 def ring(asked: WheelAsked, outer: float, thickness: float, width: float) -> Body:
-    """The body of a wheel as asked, of a given outer radius, radial thickness and width (m)."""
+    """The body of a required wheel, of a given outer radius, radial thickness and width (m)."""
     inner = asked.hub_radius if asked.shape == DISC else outer - thickness
     body = Body(asked.shape, outer, inner, thickness, width, asked.thin, asked.rim_share or 1.0)
     if asked.shape != ARMS:
@@ -203,7 +203,7 @@ def parts(body: Body, density: float) -> tuple[Part, ...]:
     """Mass and inertia, part by part, of a body of a density (kg/m³).
 
     The rim is an annulus, I = m (R² + r²)/2, a thin one m R² at its mean radius; the hub is an annulus; an arm is a straight
-    bar of constant section from hub to rim, I = rho A1 (r³ - r_h³)/3 + m w²/16. Their ends are taken as flat.
+    bar of constant section from hub to rim, I = rho A1 (r³ - r_h³)/3 + m w²/16. Their ends are assumed to be flat.
     """
     if body.shape == DISC:
         mass = annulus_mass(body.outer, body.inner, body.width, density)
@@ -232,7 +232,7 @@ def stress(body: Body, material: Material, speed: float, torque: float | None = 
     """The greatest stresses (Pa) by place, of a body that runs at a speed (rad/s), with a torque (N m) from hub to rim.
 
     A disc by `greatest_disc_stress`; a rim alone as an annulus, or as a thin ring by `hoop_stress`; a rim on arms by
-    `rim_on_arms`. At the hub the arms bear the rim's pull, their own by `arm_pull`, and bending by the torque. Keys, shrink
+    `rim_on_arms`. At the hub the arms carry the rim's pull, their own by `arm_pull`, and bending by the torque. Keys, shrink
     fits, castings' own stresses, and the hub are left out.
 
     >>> from flywheel.components.wheel_stresses import material
@@ -257,9 +257,9 @@ def stress(body: Body, material: Material, speed: float, torque: float | None = 
 
 
 def least(holds: Callable[[float], bool], low: float, high: float = inf) -> float | None:
-    """The least float above low at which something holds that holds from somewhere on; None if not up to high.
+    """The least float above low from which a condition holds; None if it does not hold up to high.
 
-    Without an upper end one is sought by doubling, up to 2^400 mm.
+    Without an upper end it is searched for by doubling, up to 2^400 mm.
 
     >>> least(lambda x: x * x >= 2.0, 0.0, 2.0), least(lambda x: x >= 3.0, 1.0), least(lambda x: False, 1.0)
     (1.4142135623730951, 3.0, None)
@@ -283,14 +283,14 @@ class Radius(NamedTuple):
 
 
 class Need(NamedTuple):
-    """A wheel to be made: what is asked, the inertia it must have (kg m²), its speed (rad/s)."""
+    """A wheel to be made: its requirements, its inertia (kg m²), its speed (rad/s)."""
 
     asked: WheelAsked
     inertia: float
     speed: float
 
     def of(self, asked: WheelAsked) -> Need:
-        """The need of another `asked`."""
+        """The need for another `asked`."""
         return self._replace(asked=asked)
 
     def enough(self, body: Body) -> bool:
@@ -298,7 +298,7 @@ class Need(NamedTuple):
         return inertia(body, self.asked.material.density) >= self.inertia
 
     def allowed(self, body: Body) -> bool:
-        """Tests whether a body bears the speed."""
+        """Tests whether a body withstands the speed."""
         allowable = self.asked.material.allowable
         found = stress(body, self.asked.material, self.speed, self.asked.torque)
         return allowable is None or max(found.values()) <= allowable
@@ -330,7 +330,7 @@ _BOUNDLESS = Fault("needed", "an inertia too large for any wheel", "one that a w
 
 
 def solved(need: Need) -> Body:
-    """The body whose inertia is just enough: its radius, its section, or both are found."""
+    """The body whose inertia is just enough, with its radius, its section, or both as unknowns."""
     asked, radius = need.asked, need.radius
     if need.section is not None:
         thickness, width = need.section
@@ -360,12 +360,12 @@ def solved(need: Need) -> Body:
 
 
 def _by_section(need: Need, radius: Radius) -> Body | None:
-    """The body of a known radius; its section is found. None if even the stoutest has too little inertia."""
+    """The body of a known radius with its section as unknown. None if even the heaviest has too little inertia."""
     asked = need.asked
     room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
 
     def body(unknown: float) -> Body:
-        """The body of a rim whose thickness is unknown, or whose width is where the thickness is known."""
+        """The body of a rim for a value of its thickness or, if that is known, of its width."""
         if asked.shape == DISC:
             thickness, width = room, unknown
         elif asked.thickness is not None:
@@ -385,7 +385,7 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
 
 
 def _largest(need: Need) -> Body | None:
-    """The body of the greatest radius within the limit that the stress allows; None if no radius will do."""
+    """The body of the greatest radius within the limit that the stress allows; None if there is none."""
     limit = inf if need.asked.max_radius is None else need.asked.max_radius
 
     def too_large(outer: float) -> bool:
@@ -408,8 +408,8 @@ ROUNDING = 1e-9  # of an allowable value: tolerance
 class Wheel:
     """A wheel with all its dimensions (see `Body`), at a speed (rad/s).
 
-    `needed` is the inertia that it was made for (kg m²), rounded up where that was asked; `stresses` are the greatest by
-    place (Pa); `compared` holds the masses (kg) of the lightest wheel of each shape, where the lightest was asked for.
+    `needed` is the inertia that it was made for (kg m²), rounded up if required; `stresses` are the greatest by
+    place (Pa); `compared` holds the masses (kg) of the lightest wheel of each shape, if the lightest was required.
     """
 
     body: Body
@@ -453,7 +453,7 @@ class Wheel:
 
     @property
     def safety(self) -> float | None:
-        """Safety factor: strength (the allowable stress where that alone is known) over the greatest stress."""
+        """Safety factor: strength (the allowable stress if only that is known) over the greatest stress."""
         reference = self.material.reference
         return None if reference is None else reference / self.greatest_stress
 
@@ -494,9 +494,9 @@ def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None =
     """A wheel of known dimensions at a speed (rad/s): masses, stresses and warnings.
 
     Args:
-        asked: material and torque; whatever else it holds, `body` goes.
+        asked: material and torque; `body` overrides its dimensions.
         body: all dimensions.
-        speed: of the wheel, at which stresses are wanted, rad/s.
+        speed: of the wheel, for its stresses, rad/s.
         needed: inertia that it must have (kg m²); its own if None.
 
     >>> from flywheel.components.wheel_stresses import material
@@ -544,8 +544,8 @@ _EXACT = 1e-9  # of a step: tolerance of a multiple of it
 def rounded(need: Need, body: Body) -> Body:
     """The body on multiples of the required step, if any, with at least the inertia needed.
 
-    What is given stays. A radius that speed or stress limits goes down, until the stress is allowed again; thickness, arms
-    and at last width go up.
+    Given dimensions stay. A radius limited by speed or stress is rounded down until the stress is allowable; thickness, arms
+    and finally width are rounded up.
     """
     asked, step = need.asked, need.asked.size_step
     if step is None:
@@ -579,7 +579,7 @@ def rounded_down(value: float, step: float) -> float:
 
 
 def _stepped_section(need: Need, step: float) -> Body:
-    """Thickness, arms and width up, or as they were given; the radius being given."""
+    """Thickness, arms and width rounded up unless given, at a given radius."""
     asked, body = need.asked, solved(need)
     if asked.shape != DISC:
         if body.arms is not None:
@@ -597,7 +597,7 @@ def _stepped_section(need: Need, step: float) -> Body:
 
 
 def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
-    """The request with a radius on a step, or as it was given."""
+    """The request with a radius on a step, or unchanged if given."""
     if asked.outer_radius is not None or asked.mean_radius is not None:
         return asked
     free = asked._replace(rim_speed=None, max_radius=None)
@@ -607,15 +607,15 @@ def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
 
 
 def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
-    """The wheel of a given inertia, its free dimension found, rounded up where that is asked.
+    """The wheel of a given inertia, with its free dimension, rounded up if required.
 
     Args:
         needed: inertia of the wheel, kg m².
-        speed: for stresses and rim speeds, rad/s: the greatest of its shaft (or the mean, as `asked.at` has it).
+        speed: for stresses and rim speeds, rad/s: the greatest of its shaft (or the mean, by `asked.at`).
         asked: shape, material, and the dimensions that are known.
 
     Raises:
-        SceneError: if the dimensions are too few or too many, or no such wheel has that inertia or bears that speed.
+        SceneError: if the dimensions are too few or too many, or no such wheel has that inertia or withstands that speed.
 
     Source: inertia and stress as in `flywheel.wheel`; the solution is exact to rounding.
 
@@ -638,16 +638,16 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     """The lightest wheel within a radius, under the allowable stress: the best disc against the best rim.
 
     At a given inertia a wheel of one shape is the lighter the larger it is, m = 2 I/(R² + r²): the best one of each shape
-    has the greatest radius, or the greatest that its stress allows. A thin rim wins where the radius limits it, m = I/R²
-    against 2 I/R² of a solid disc. A solid disc bears sqrt(8/(3 + nu)) times the speed, so that it wins where stress limits
-    both, m = (3 + nu)/4 rho w² I/sigma against rho w² I/sigma: from (w R)² = 2 sigma/rho on. With a hub given, the disc has
-    its bore, and the rim its arms.
+    has the greatest radius, or the greatest that its stress allows. A thin rim is lighter if the radius is the limit, m =
+    I/R² against 2 I/R² of a solid disc. A solid disc withstands sqrt(8/(3 + nu)) times the speed, so that it is lighter if
+    stress limits both, m = (3 + nu)/4 rho w² I/sigma against rho w² I/sigma: from (w R)² = 2 sigma/rho on. With a hub given,
+    the disc has its bore, and the rim its arms.
 
     Args:
         needed: inertia of the wheel, kg m².
         speed: for the stresses, rad/s.
         asked: material and `max_radius`; of the rim's section width, thickness or their ratio, 2 without; bore or hub for a
-            disc with a hole and a rim with arms. Its shape is not looked at.
+            disc with a hole and a rim with arms. Its shape is ignored.
 
     Raises:
         SceneError: as `choose`, where neither shape can be made.

@@ -1,9 +1,9 @@
 """The cycles of many designs of one structure at once: the quadrature of `turning_moment` with a leading axis of designs.
 
 Designs of one structure have the same number of cells in every smooth piece, so that one array holds the values of M*,
-dI*/dphi and I* at the nodes of them all. From these follow the series, what they accumulate, and every root of M* - z w²
-dI*/dphi/2: all lobes of all designs in one search. What a cycle comes to is one column of `Sums`; figures and errors follow
-from those alone (`flywheel.designs.batch.figures`), whichever engine has found them.
+dI*/dphi and I* at the nodes of them all. From these follow the series, their integrals, and every root of M* - z w²
+dI*/dphi/2: all lobes of all designs in one search. A cycle gives one column of `Sums`; figures and errors follow from those
+alone (`flywheel.designs.batch.figures`), for any engine.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Sums(NamedTuple):
     `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
     point and 1, and of I* - I*(0); `fastest` and `slowest` (rad) where the second is greatest and the third least, with the
     error `angle` of the worse one, and `moving` (2, designs) I* - I*(0) there. `extent` (4, designs) has the least and
-    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` what those are compared with.
+    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` the reference for them.
     """
 
     start: Array
@@ -90,7 +90,7 @@ class Cycles(NamedTuple):
     `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
     cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
     are the errors of W and of I* - I*(0), `inertias` (cells, designs) that of I*, `tails` and `by_cell` (2, cells, designs)
-    what the series of the first two leave out, and its share in W and in I*; `mean` is that of I* with its error.
+    the truncation of the first two series, and its share in W and in I*; `mean` is that of I* with its error.
     """
 
     edges: Array
@@ -165,7 +165,7 @@ def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
         edges: of the cells, (cells + 1, designs).
         values: M* (balance included), dI*/dphi, I* and the sums of |contributions| to the first two at the nodes, with a
             place for either end of a cell, (5 at least, points, cells, designs).
-        spread: factor by which what closes the cycle spreads errors of the moment.
+        spread: see `turning_moment.spread_of_closing`.
 
     """
     half, end = 0.5 * (edges[1:] - edges[:-1]), edges[-1]
@@ -277,10 +277,10 @@ def _extent(series: Array, errors: Array, cell: Index, design: Index, t: Array) 
 
 
 def _roots(cycles: Cycles, factors: Array, tails: Array) -> tuple[Index, Index, Index, Array]:
-    """Roots inside cells: of which function, in which cell, of which design, at which local abscissa.
+    """Roots inside cells: function, cell, design and local abscissa of each.
 
-    Signs are looked at at the nodes and ends. Rows that come near to zero without a change of sign, that are no more than
-    noise somewhere, or that the nodes do not resolve, are looked at as those of one design are.
+    Signs are compared at the nodes and ends. Rows close to zero without a change of sign, within noise somewhere, or not
+    resolved by the nodes, are searched like those of a single design.
     """
     near_rows = [_near(cycles, function, factors, tails) for function in range(5)]
     which, cell, design = (np.concatenate([each[k] for each in near_rows]) for k in range(3))
@@ -328,7 +328,7 @@ def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[
 
 
 def _polished(series: Array, t: Array, left: Array, right: Array) -> Array:
-    """Roots of series (ORDER, roots) from t within [left, right] by Newton's method; where that is lost as of one design."""
+    """Roots of series (ORDER, roots) from t within [left, right] by Newton's method; as for one design if that fails."""
     slopes, step, here = np.empty_like(series), np.zeros_like(t), t
     for first in range(0, t.size, DESIGNS):
         np.matmul(_DIFFERENTIATE, series[:, first : first + DESIGNS], out=slopes[:, first : first + DESIGNS])
@@ -420,10 +420,10 @@ def moved(engine: Callable[[DesignValues], Sums], givens: DesignValues, inertia:
 
 
 def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[str, Array], Array]:
-    """Figures by their names, their errors, and the one error that halving cells is to bring within rtol, of every design.
+    """Figures by their names, their errors, and the error of every design that halving cells must bring within rtol.
 
-    They are those of `wittenbauer.figures_of`, `flywheel` and `flywheel_errors`, and scaled as those; with the flywheel
-    that is needed the greatest and the least speed stand where the figure's two extremes do.
+    They are those of `wittenbauer.figures_of`, `flywheel` and `flywheel_errors`, with the same scales; with the required
+    flywheel the greatest and the least speed are at the figure's two extremes.
     """
     square, eps, start = givens.speed**2, givens.irregularity, sums.start
     unit = np.maximum(eps * square, 5e-324)
@@ -477,9 +477,9 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
 
 
 def of_cycle(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[str, Array], Array]:
-    """Figures of the cycle itself, which do not tell what flywheel it needs; their errors, and the one to bring within rtol.
+    """Figures of the cycle itself, without the required flywheel; their errors, and the one to bring within rtol.
 
-    That is infinite where nothing but rounding varies the speed, where net work is left over, and beyond all proportion.
+    That is infinite if only rounding varies the speed, if net work remains, and for excessive values.
     """
     of_work = sums.work / np.maximum(sums.exchanged, 1e-300)
     least, greatest, least_error, greatest_error = sums.extent
@@ -519,7 +519,7 @@ def of_cycle(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[s
 
 
 def _least_inertia(sums: Sums) -> Array:
-    """The least I* (kg m²): by what its slope sums up to, or by its own series, as is known better."""
+    """The least I* (kg m²): by the integral of its slope or by its own series, the more accurate."""
     least, _, error, _ = sums.extent
     return np.asarray(np.maximum(np.where(sums.variation <= error, sums.start + sums.least[INERTIA], least), 0.0))
 

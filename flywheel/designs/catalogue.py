@@ -1,10 +1,10 @@
 """The suitable motors of a table for a machine, each with the flywheel that it needs, by total price.
 
-Every motor replaces the scene's drive. One that cannot start the machine from rest, that stalls, that
-no flywheel keeps within its limits, or that its start with that flywheel overheats, is listed with the reason. It must
-keep the scene's irregularity or its `[flywheel.limits]`; if these have no limit of the motor, its heat and the
-root mean square of its torque stay within the rated point. The flywheel is the smallest that keeps all of that. It may have
-bounds and a price; the order is by the price of motor and flywheel together.
+Every motor replaces the scene's drive. One that cannot start the machine from rest, that stalls, that exceeds its limits
+with any flywheel, or that overheats during its start with that flywheel, is listed with the reason. It must keep the scene's
+irregularity or its `[flywheel.limits]`; if these have no limit of the motor, its heat and the root mean square of its torque
+stay within the rated point. The flywheel is the smallest that keeps all of that. It may have bounds and a price; the order
+is by the price of motor and flywheel together.
 
 A start is followed through the motor's torque map (`flywheel.motions.starting`), which takes a few hundredths of a second;
 that of the first motor in the order, and those without a map, are followed in time.
@@ -76,9 +76,9 @@ class StartOfMotor(NamedTuple):
     That of a synchronous motor lasts until its speed has settled, in step.
 
     `time` (s), `turns` of the crank; `current_squared`, the integral of (I/I_n)² dt of the windings (s), None if table or
-    kind do not tell the current; `allowed`, what the warm motor bears of that by its locked-rotor time (s; the cold one,
-    where that time alone is known), None without one; `share`, the one over the other. `route` is how it was followed: in
-    "time", or through the torque "map".
+    type do not give the current; `allowed`, the permissible value for the warm motor by its locked-rotor time (s; for the
+    cold one if only that is known), None without one; `share`, the ratio of the two. `route` is the method: in "time", or
+    through the torque "map".
     """
 
     time: float
@@ -96,9 +96,9 @@ class StartOfMotor(NamedTuple):
 class MotorChoice(NamedTuple):
     """A motor of the table in the machine: `suits` is True, False with the `reason`, or None if undecided.
 
-    `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None
-    where none was found; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated
-    point; `load_share`, the mean power over the rated one; `binding`, the limit that decides the flywheel.
+    `ratio` is the speed of its shaft over the crank's; `flywheel` (kg m² at its own shaft) with its relative error, None if
+    there is none; `speed` (rad/s, of the crank), `irregularity`; `heat_share` and `rms_torque_share` over the rated point;
+    `load_share`, the mean power over the rated one; `binding`, the limit that decides the flywheel.
 
     `starting_torque` is the motor's at rest, `load_at_start` the load at rest (N m, on the motor's shaft);
     `hardest_start` the crank angle (rad) of the greatest load at rest, `hardest_load` that load; `start` the start itself.
@@ -166,9 +166,9 @@ class SuitableMotors:
     """The motors of a table for a machine: the suitable ones by total price, then the others in the table's order.
 
     `on` is the flywheel's shaft; `ratio` "adjusted" where that of the motor's shaft was chosen for each, so that the crank
-    turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". Those of `refused` whose `suits` is None are left
-    open: no steady motion was found with them. `missing` counts the motors that an interruption
-    left out, `skipped` are the faults of rows that were left out.
+    turns at `crank_speed` (rad/s) at the motor's rated point, or "fixed". Those of `refused` whose `suits` is None are
+    undecided: no steady motion was found with them. `missing` counts the motors that an interruption left out, `skipped` are
+    the faults of rows that were left out.
     """
 
     scene: Scene
@@ -225,11 +225,11 @@ def suitable_motors(
         catalogue: a table that was read, or its file.
         ratio: "adjusted": the ratio of the motor's shaft is chosen for each motor such that the crank turns at the scene's
             speed at the motor's rated point (without a speed, at that of the scene's own motor); "fixed": it is the
-            scene's. If None adjusted where the motor has a shaft of its own and that speed is known.
+            scene's. If None adjusted if the motor has its own shaft and that speed is known.
         at: crank angle (rad) from which the machine is started, or "worst": the one with the greatest load at rest.
         start_time: longest time that a start may take, s; any if None.
         wheel_limits: greatest "inertia" (kg m², on its own shaft), "mass" (kg) and "diameter" (m) of the flywheel; the last
-            two of a scene that asks for a wheel by its `shape`.
+            two only if the scene has a wheel's `shape`.
         wheel_prices: price of the flywheel in the table's currency, for each kg m² of its inertia, kg of its mass and m of
             its diameter, by the same names.
         rtol: required relative error of each flywheel; the scene's own if None.
@@ -276,7 +276,7 @@ def _cheapest(choice: MotorChoice) -> tuple[float, float, float]:
 
 
 def _crank_speed(scene: Scene) -> float | None:
-    """The crank's speed (rad/s) that ratios are chosen for: the scene's, or that of its motor's rated point."""
+    """The crank's speed (rad/s) for the choice of ratios: the scene's, or that of its motor's rated point."""
     if scene.speed is not None or scene.drive is None:
         return scene.speed
     rated = None if scene.motor is None else scene.motor.rated
@@ -284,7 +284,7 @@ def _crank_speed(scene: Scene) -> float | None:
 
 
 def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms) -> str:
-    """Treatment of ratios; SceneError for a scene for which no motor can be chosen."""
+    """Treatment of ratios; SceneError for a scene without a choice of motors."""
     faults = []
     if scene.drive is None:
         faults.append(Fault("drive", "nothing", 'where the motor sits, such as [drive] on = "motor", torque = "balance"'))
@@ -355,7 +355,7 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
         scene: one that was read, with a drive.
         motor: the row.
         crank_speed: at which the crank turns at the motor's rated point (rad/s), for which the ratio of its shaft is
-            chosen; None to leave that as it is.
+            chosen; None to keep that.
 
     """
     assert scene.drive is not None
@@ -444,7 +444,7 @@ def _ratio(scene: Scene) -> float:
 
 
 def starting_torque(motor: Motor) -> float:
-    """A motor's greatest torque at rest (N m), as it is started: that of its plate where it tells, else of its curve."""
+    """A motor's greatest torque at rest (N m), with its start: from its plate if given, else from its curve."""
     return torque_at_rest(motor)
 
 
@@ -481,7 +481,7 @@ def _breaks_away(machine: Machine, at: float) -> bool:
 
 
 def _started(choice: MotorChoice, found: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
-    """The motor with its start, followed through the torque map, or in time where that does not give it."""
+    """The motor with its start, followed through the torque map, or in time if that is not possible."""
     motor = machine.scene.motor
     assert motor is not None
     if not maps(motor) or motor.keeps_step:
@@ -509,7 +509,7 @@ def _place(choice: MotorChoice, terms: Terms) -> float:
 
 
 def _full_speed(motor: Motor, choice: MotorChoice) -> float:
-    """The crank's speed (rad/s) at which a start is over."""
+    """The crank's speed (rad/s) at the end of a start."""
     assert choice.speed is not None
     assert choice.ratio is not None
     steady = UP_TO_SPEED * choice.speed
@@ -534,7 +534,7 @@ def _short_of_it(run: RunUp, choice: MotorChoice) -> str:
 
 
 def _judged(choice: MotorChoice, terms: Terms) -> MotorChoice:
-    """The motor, refused where its start heats it too much, or takes longer than asked."""
+    """The motor, refused if its start overheats it or takes too long."""
     start = choice.start
     assert start is not None
     wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
@@ -569,7 +569,7 @@ def _in_time(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice
 
 
 def _along(choice: MotorChoice, run: Transient, motor: Motor, terms: Terms) -> MotorChoice:
-    """The motor with its start as it was followed in time."""
+    """The motor with its start from a motion in time."""
     if run.reason not in ("speed", "regime", "time"):
         wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
         return choice._replace(suits=False, reason=f"does not come up to speed {wheel}: {run.ended}")
@@ -587,7 +587,7 @@ def _along(choice: MotorChoice, run: Transient, motor: Motor, terms: Terms) -> M
 def _confirmed(
     scene: Scene, ordered: list[MotorChoice], crank: float | None, terms: Terms
 ) -> tuple[list[MotorChoice], dict[str, MotorChoice]]:
-    """The motors in their order, the first with its start followed in time; and those that this refused, by name."""
+    """The motors in order, the first with its start followed in time; and those refused thereby, by name."""
     failed: dict[str, MotorChoice] = {}
     for k, choice in enumerate(ordered):
         assert choice.start is not None
@@ -600,7 +600,7 @@ def _confirmed(
 
 
 def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: Terms) -> Iterator[str]:
-    """Notes on starts: where they begin, the method, and what is unknown of them or does not hold everywhere."""
+    """Notes on starts: their beginning, the method, and unknown or limited results."""
     if any(choice.reason.startswith(_NO_START) for choice in found) and not isinstance(terms.at, str):
         yield f"starts begin at crank angle {figure(np.degrees(terms.at), most=4)} deg (--at names another)"
     timed = [choice for choice in suitable if choice.start is not None and choice.start.route == IN_TIME]
@@ -637,7 +637,7 @@ def _named(choices: list[MotorChoice]) -> str:
 
 
 def _sized(machine: Machine, rtol: float | None) -> Sizing:
-    """The sizing for the scene's requirements, and within the rated point if it limits nothing of its motor."""
+    """The sizing for the scene's requirements, and within the rated point if there is no limit of the motor."""
     scene = machine.scene
     found = size(machine, rtol, simulate=False)
     if scene.inertia is not None or of_motor(scene):
@@ -655,7 +655,7 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:
-    """Heat and torque of a motor over those of its rated point, as far as it has them; over the duty if there is one."""
+    """Heat and torque of a motor over those of its rated point, if known; over the duty if there is one."""
     if sizing.duty is not None:
         known = {"motor_heat": sizing.duty.heat_share, "motor_rms": sizing.duty.rms_torque_share}
         return {name: share for name, share in known.items() if share is not None}
@@ -702,7 +702,7 @@ def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
 
 
 def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
-    """Reason why a motor is unsuitable with the flywheel found or given: its rating, the bounds or stresses of the wheel."""
+    """Reason why a motor is unsuitable with its flywheel: its rating, the bounds or stresses of the wheel."""
     if found.scene.inertia is not None:  # a given flywheel: it is looked at alone
         over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + TIE}
         if over:

@@ -1,4 +1,4 @@
-"""The figures of many designs of one scene: numbers of it vary, and each design is sized.
+"""The figures of many designs of one scene: some of its numbers vary, and each design is sized.
 
 Errors are those of `size`: relative to the larger of the figure and its scale, those of angles in rad.
 """
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 
 class FigureKind(NamedTuple):
-    """A figure of a design: its unit in SI, what it is, the key of its error (several may share one), its keys in JSON."""
+    """A figure of a design: its unit in SI, its words, the key of its error (several may share one), its keys in JSON."""
 
     unit: str
     about: str
@@ -94,7 +94,7 @@ _KEPT_MACHINES = 64  # machines of which they are kept
 
 
 class Batch(NamedTuple):
-    """Figures of designs by their names, their errors (designs,), reasons of those refused by index, how each was sized.
+    """Figures of designs by their names, their errors (designs,), reasons of those refused by index, way of sizing each.
 
     `interrupted`: by the user, before all were sized.
     """
@@ -109,7 +109,7 @@ class Batch(NamedTuple):
 def sized(
     scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str, progress: bool | None = False
 ) -> Batch:
-    """The figures of designs whose numbers stand in columns.
+    """The figures of designs with their numbers in columns.
 
     Args:
         scene: one that was read; see `flywheel.reading.paths`.
@@ -117,7 +117,7 @@ def sized(
         columns: their values in SI (paths, designs).
         rtol: required relative error of every figure.
         engine: one of `ENGINES`.
-        progress: whether to show a bar where many are sized one by one; None if standard error is a terminal.
+        progress: True shows a bar if many are sized one by one; None does so if standard error is a terminal.
 
     """
     if engine == "size":
@@ -149,7 +149,7 @@ _recent: list[tuple[Scene, Structures]] = []
 
 
 def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
-    """The structures of a scene and paths; those of the last are kept, as a sweep asks for them chunk by chunk."""
+    """The structures of a scene and paths; the last ones are kept, because a sweep needs them chunk by chunk."""
     for known, structures in _recent:
         same = known is scene or (scene.document and known.document and scene.document.tables == known.document.tables)
         if same and structures.paths == paths:
@@ -163,7 +163,7 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
 
 
 class Chunks(NamedTuple):
-    """Figures of designs by their names with their errors, and how often their cells were halved; -1 if none is known."""
+    """Figures of designs by their names with their errors, and the number of halvings of their cells; -1 if unknown."""
 
     values: dict[str, Array]
     errors: dict[str, Array]
@@ -173,15 +173,15 @@ class Chunks(NamedTuple):
 def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Chunks:
     """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
 
-    Not known are those of designs that this does not bring there, whose net work is left over, whose speed nothing varies,
-    or whose values are not finite.
+    Unknown are those of designs whose error remains larger, with net work, at a constant speed, or with values that are not
+    finite.
 
     Args:
-        structure: that the designs share.
+        structure: of all designs.
         columns: their numbers (paths, designs), SI.
         rtol: relative error allowed.
-        engine: "numpy" or "numba"; numpy takes the structures whose programs hold more than numbers.
-        threads: of machine code; as many as there are processors if None. Numpy has one.
+        engine: "numpy" or "numba"; numpy is used for structures whose programs contain more than numbers.
+        threads: of machine code; the number of processors if None. Numpy uses one.
 
     """
     count, sums_of, size = columns.shape[1], cycles.sums, _CACHED_CELLS
@@ -207,13 +207,13 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
 
 
 def _parts(which: Index, size: int, threads: int) -> list[Index]:
-    """Designs in chunks of a size, or less where every thread is to have one."""
+    """Designs in chunks of a size, or smaller ones so that every thread has one."""
     size = max(1, min(size, -(-which.size // threads)))
     return np.split(which, range(size, which.size, size)) if which.size else []
 
 
 def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
-    """Puts the figures of a chunk of designs into what was found; the designs that miss rtol."""
+    """Adds the figures of a chunk of designs to the results; returns the designs that miss rtol."""
     missed, every = which[halvings == -1], (halvings >= 0).all()
     good: Any = slice(None) if every else halvings >= 0
     consecutive = every and which[-1] - which[0] == which.size - 1  # as they ascend
@@ -229,7 +229,7 @@ def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[s
 
 @np.errstate(all="ignore")
 def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: cycles.Engine) -> Any:
-    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 if rtol is missed.
+    """Figures and errors of a chunk of designs, and the number of halvings of their cells; -1 if rtol is missed.
 
     -2 where finer cells are not tried, as no motion was found.
     """
@@ -270,7 +270,7 @@ def one_by_one(
 ) -> Batch:
     """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`.
 
-    Where the user interrupts it, those that are finished are returned.
+    If the user interrupts it, those that are finished are returned.
     """
     batch = empty(columns.shape[1])
     with progress_bar(len(which) if len(which) > _DESIGNS_WITHOUT_BAR else 0, progress, "designs one by one") as advance:
@@ -291,9 +291,9 @@ def one_by_one(
 
 
 def _with_known_marks(scene: Scene) -> Machine | Scene:
-    """The machine of a design, with breakpoints and landmarks that one before has found already; else these are kept.
+    """The machine of a design, with known breakpoints and landmarks of an earlier one; else its own are kept.
 
-    To find them takes longer than the motion does where laws are long, and what drives the machine does not change them.
+    Finding them takes longer than the motion if laws are long, and the drive does not change them.
     """
     if not scene.depends_on_speed:
         return scene
@@ -313,7 +313,7 @@ def _with_known_marks(scene: Scene) -> Machine | Scene:
 
 @contextmanager
 def progress_bar(count: int, progress: bool | None, label: str = "designs") -> Iterator[Callable[[int], object]]:
-    """Progress of finished designs: a bar on standard error where that is a terminal."""
+    """Progress of finished designs: a bar on standard error if that is a terminal."""
     visible = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
     if not visible or not count:
         yield lambda finished: None
@@ -325,7 +325,7 @@ def progress_bar(count: int, progress: bool | None, label: str = "designs") -> I
 
 
 def empty(count: int) -> Batch:
-    """A batch of designs of which nothing is known yet."""
+    """A batch of designs without any results yet."""
     values, errors = ({name: np.full(count, np.nan) for name in FIGURES} for _ in range(2))
     return Batch(values, errors, {}, np.full(count, MISSING, np.uint8))
 
@@ -346,7 +346,7 @@ def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
 
 
 def wheel_figures(request: WheelAsked, wheel: Wheel | None) -> dict[str, float | None]:
-    """The figures of the wheel that a design asks for; where none is needed it has no mass, no stress and no end of safety.
+    """The figures of a design's wheel; if none is needed they are mass 0, stress 0 and infinite safety.
 
     >>> from flywheel.components.wheel_stresses import material
     >>> from flywheel.components.wheels import Body, wheel_of

@@ -1,9 +1,9 @@
-"""The cycles of many designs in machine code: what `batch.sums` finds, sixteen designs side by side in lanes.
+"""The cycles of many designs in machine code: the result of `batch.sums`, sixteen designs side by side in lanes.
 
 Every loop runs over `LANES` designs innermost, so that a compiler makes one instruction of several designs. The program of a
-smooth piece is split: what depends on the design alone is worked out once, by numpy; the rest becomes straight-line loops,
-cut only where a function is called. Roots of all lanes are polished together. A design with a row that its nodes leave in
-doubt is left to `batch.sums`, which has the finer search.
+smooth piece is split: the part that depends on the design alone is computed once, by numpy; the rest becomes straight-line
+loops, interrupted only by function calls. Roots of all lanes are polished together. A design with a row that its nodes do
+not resolve is left to `batch.sums`, which has the finer search.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def _calls(wanted: list[int], operations: Any, base: int, inputs: int, place: di
 
 
 def _kept(text: str) -> Any:
-    """Source compiled to machine code, which is kept on disk for the next time: by its text, and this module's."""
+    """Source compiled to machine code, cached on disk by its text and this module's."""
     digest = hashlib.sha256(f"{_OWN}{text}".encode()).hexdigest()[:32]
     folder = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder()) / "flywheel"
     space = {"__name__": __name__, "math": math, "_L": _L, "_NODES": NODES, "sine_cosine": sine_cosine}
@@ -250,7 +250,7 @@ def _kept(text: str) -> Any:
 
 
 def _cache_folder() -> Path:
-    """Folder in which this system keeps what can be made again."""
+    """Folder of this system for files that can be made again."""
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
     local = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
@@ -388,7 +388,7 @@ def at_ends(v: Any, s: Any, w: Any) -> None:
 
 @_compiled
 def cut_off(s: Any, w: Any) -> None:
-    """The errors of the interpolants, as `cells.tail` has them."""
+    """The errors of the interpolants, as in `cells.tail`."""
     for row in range(3):
         base = row * ORDER + ORDER - 6
         for i in range(_L):
@@ -493,7 +493,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
 def candidates(values: Any, cellwise: Any, factors: Any, doubt: Any, row: Any, where: Any, between: Any) -> int:
     """Gaps of the points between which a function changes its sign, for all lanes; see `batch._roots`.
 
-    `where` takes function, cell and lane, `between` the gap's ends and the secant's root. What is in doubt is marked.
+    `where` takes function, cell and lane, `between` the gap's ends and the secant's root. Doubtful ones are marked.
     """
     number, most = 0, where.shape[1]
     low, high = np.zeros(_L), np.zeros(_L)
@@ -558,7 +558,7 @@ def _gaps(
 
 @_compiled
 def polished(series: Any, factors: Any, where: Any, between: Any, number: int, doubt: Any, rows: Any, state: Any) -> None:
-    """Newton's method towards all roots at once, kept in their gaps; what does not settle is in doubt.
+    """Newton's method towards all roots at once, kept in their gaps; one that does not converge is doubtful.
 
     `rows` (3 * ORDER roots) holds the series of M*, of dI*/dphi, and the function's; `state` intermediate rows.
     """

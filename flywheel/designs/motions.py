@@ -1,10 +1,10 @@
 """The steady motions of many designs of one structure at once, where torques depend on speed.
 
 Every design has the constant speed at which its net work is zero, its figures there, and its motion by Newton's method on
-the equations of `regime.cycle_equations` with an axis of designs; errors are those of `regime.periodic_motion`. Whatever is
-no plain case is left to be sized alone: no such speed or several that are near, a motion that does not settle, is unstable,
-stops, or has torques so steep that cells would have to follow them. Flywheels that keep limits are searched for as by
-`sizing.limits`: its searches of all designs ask at once, and their questions are answered together.
+the equations of `regime.cycle_equations` with an axis of designs; errors are those of `regime.periodic_motion`. Other cases
+are sized alone: no such speed or several close ones, a motion that does not converge, is unstable, stops, or has torques so
+steep that cells would have to follow them. Flywheels that keep limits are searched for as by `sizing.limits`: the searches
+of all designs run together, and each round computes their next flywheels at once.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class StagePart(NamedTuple):
 
 
 class DesignMoments(Moments):
-    """The machines of designs on cells of their own, as `Moments` with an axis of designs before all others.
+    """The machines of designs on their own cells, as `Moments` with an axis of designs before all others.
 
     Args:
         structure: that the designs share.
@@ -129,7 +129,7 @@ class DesignMoments(Moments):
         return found
 
     def thinned(self) -> DesignMoments:
-        """The same at a few nodes of every cell, by which `total` tells the sign of what is far from zero."""
+        """The same at a few nodes of every cell, by which `total` gives the sign of values far from zero."""
         found = copy(self)
         found._last = None
         found.mesh = self.mesh._replace(phi=self.mesh.phi[..., _FEW])
@@ -217,15 +217,15 @@ class DesignMoments(Moments):
 
 
 def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Constant crank speeds (rad/s) at which the net work is zero, the unknowns there, and which of them are certain.
+    """Constant crank speeds (rad/s) at which the net work is zero, the unknowns there, and a mask of the certain ones.
 
     Where there is a balance the speed is the required one. Else it is the greatest stable one of those that
-    `constant_speed.steady_speeds` would find; where a hump of the net work might reach zero between two speeds tried,
-    nothing is certain.
+    `constant_speed.steady_speeds` would find; if a peak of the net work might reach zero between two trial speeds, the
+    result is not certain.
 
     Args:
         moments: the machines.
-        numbers: typical speeds, then those that a motor is known by (rows, designs), rad/s.
+        numbers: typical speeds, then the characteristic ones of motors (rows, designs), rad/s.
         asked: the scene's speed, NaN without one.
 
     """
@@ -290,12 +290,12 @@ class DesignShaft(MotorShaft):
         return self.speeds
 
     def refined(self, evaluated: Callable[[Cells], tuple[Found, Any, Any]], rtol: float) -> Found:
-        """The outcome on the motions' own cells: others are tried for a design as a whole."""
+        """The outcome on the motions' own cells: other cells are tried only for a whole design."""
         return evaluated(self.mesh)[0]
 
 
 class _Table:
-    """Figures of designs by their names, NaN if nothing is known, that are put in group by group."""
+    """Figures of designs by their names, NaN if unknown, filled group by group."""
 
     def __init__(self, size: int) -> None:
         self.size, self.rows = size, dict[str, Array]()
@@ -307,9 +307,9 @@ class _Table:
 
 
 def figures(structure: Structure, columns: Array, edges: Array, givens: DesignValues, halvings: int, rtol: float) -> Figures:
-    """Figures of designs by their names, their errors, and the one that halving cells is to bring within rtol/2.
+    """Figures of designs by their names, their errors, and the one that halving cells must bring within rtol/2.
 
-    That is infinite for a design that is to be sized alone.
+    That is infinite for a design to be sized alone.
     """
     moments = DesignMoments(structure, columns, edges, np.arange(1 + sum(structure.counts)) << halvings)
     speed, unknown, good = operating_points(moments, structure.speeds(columns), givens.speed)
@@ -370,7 +370,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
 
 
 class Solutions(NamedTuple):
-    """Motions: their figures and errors by name, the error that cells are to bring within rtol, and which were found."""
+    """Motions: their figures and errors by name, the error that cells must bring within rtol, and a mask of those found."""
 
     values: dict[str, Array]
     errors: dict[str, Array]
@@ -381,7 +381,7 @@ class Solutions(NamedTuple):
 def _at_constant_speed(
     moments: DesignMoments, givens: DesignValues, speed: Array, unknown: Array
 ) -> tuple[dict[str, Array], dict[str, Array], Array, Array]:
-    """Figures at constant speeds (rad/s) with their errors, the worst, and what the search for motions starts from.
+    """Figures at constant speeds (rad/s) with their errors, the worst, and the initial values of the search for motions.
 
     That is the least and the greatest I* and the error of the former, and a guess of the flywheel, kg m² on the crank.
     """
@@ -432,10 +432,10 @@ def _limited(
     sized: Solutions,
     rtol: float,
 ) -> Solutions:
-    """The motions with the smallest flywheels that keep limits: many searches at once, answered together.
+    """The motions with the smallest flywheels that keep limits: many searches at once.
 
-    A design is left to be sized alone where a search ends without a flywheel, with none, or beside flywheels of which
-    nothing is known: those that come to no motion from a first guess.
+    A design is sized alone if its search ends without a flywheel, with none, or beside flywheels of unknown state: those
+    without a motion from a first guess.
 
     Args:
         solved: the motions of designs with flywheels (kg m² on the crank).
@@ -458,7 +458,7 @@ def _limited(
                 answers[question] = _point(found, k, question[1], asked), float(found.missed[k])
 
     def further(row: int, inertia: float | None = None) -> float | None:
-        """The next flywheel that the search of a design asks about, after an answer; None at its end."""
+        """The next flywheel of a design's search, after the result of the last; None at its end."""
         while True:
             try:
                 inertia, error = steps[row].send(None if inertia is None else answers[row, inertia][0])  # type: ignore[arg-type]
@@ -519,7 +519,7 @@ def _point(found: Solutions, row: int, inertia: float, names: Iterable[str]) -> 
 
 
 def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], inertia: float) -> bool:
-    """Tests whether no lighter flywheel keeps the limits: what breaks them does so beside it, and ever more below."""
+    """Tests whether no lighter flywheel keeps the limits: they are broken just below it, and more so further below."""
     whole = limits.together(spans.values())
     before = next((span.state for span, after in pairwise(whole) if after.first == inertia), None)
     found = [point for point in search.grid if point.motions]
@@ -542,7 +542,7 @@ def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[
 
 
 def _reversals(moments: DesignMoments, passed: list[Array], exchanged: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Angles (rad) where meshes change the side that drives, how far off they may be, and where two are as good as none.
+    """Angles (rad) where meshes change the side that drives, their errors, and where two cancel.
 
     (designs, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
     """
@@ -615,7 +615,7 @@ def _solutions(
     inertia: Array | None,
     starts: Sequence[Start] = (first_guess, balanced_guess),
 ) -> Solutions:
-    """The motions of some designs, from first guesses, on cells that close in on what settles steeply behind a jump.
+    """The motions of some designs, from first guesses, on cells that narrow where speeds settle steeply behind a jump.
 
     Args:
         moments: the machines.
@@ -624,7 +624,7 @@ def _solutions(
         unknown: the values of the scene's unknown there.
         which: the designs; one may occur with several flywheels.
         guess: of the flywheels, kg m² on the crank.
-        inertia: of those that are given; None if they are sought for the irregularity.
+        inertia: of given ones; None if they are sized for the irregularity.
         starts: the first guesses, of which the second is tried where torques damp a change of speed fast.
 
     """
@@ -658,7 +658,7 @@ def _solutions(
 
 
 def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
-    """The motions without a flywheel that keep the irregularity, whose error takes the place of that of a flywheel."""
+    """The motions without a flywheel that keep the irregularity, whose error replaces that of a flywheel."""
     if not own.found.any():
         return own
     eps, error = own.values.pop("irregularity"), own.errors.pop("irregularity")
@@ -675,7 +675,7 @@ def _motions(
     inertia: Array | None,
     start: Start,
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
-    """The figures of motions with their errors, the one that cells are to bring within rtol, and which motions stand.
+    """The figures of motions with their errors, the one that cells must bring within rtol, and a mask of the valid motions.
 
     Args:
         moments: the machines.
@@ -683,7 +683,7 @@ def _motions(
         speed: constant speeds (rad/s) from which the motions are found.
         unknown: the values of the scene's unknown there.
         guess: of the flywheels, kg m² on the crank.
-        inertia: of those that are given; None if one is sought for the irregularity.
+        inertia: of given ones; None if they are sized for the irregularity.
         start: the first guess of the motion.
 
     """

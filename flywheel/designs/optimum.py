@@ -1,8 +1,8 @@
 """The best design: numbers of a scene within bounds that make a figure least, or greatest, while others keep their limits.
 
 Quasi-random designs first, then searches from the best of them (`flywheel.numerics.optima`); the best of all is sized by
-itself, designs around it must not be better, and slopes around it must leave no way on. The wheel keeps its allowable
-stress, and what `size` says of the design is said of the optimum.
+itself, designs around it must not be better, and slopes around it must show no descent. The wheel keeps its allowable
+stress, and the messages of `size` on the design are those of the optimum.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ _NAME = re.compile(r"[A-Za-z_][\w]*(?:\.\w+)*")
 
 
 class KeptLimit(NamedTuple):
-    """A figure that is held between `low` and `high` (SI; None: open), what it comes to, and which end of it binds.
+    """A figure kept between `low` and `high` (SI; None: open), its value, and the end that binds.
 
-    `implied`: the wheel's allowable stress, which is kept without being asked for.
+    `implied`: the wheel's allowable stress, which is always kept.
     """
 
     name: str
@@ -73,7 +73,7 @@ class KeptLimit(NamedTuple):
 
 
 class SearchCourse(NamedTuple):
-    """The designs of the searches in their order: numbers (paths, designs), figure, whether limits are kept, the search."""
+    """The designs of the searches in order: numbers (paths, designs), figure, mask of kept limits, the search."""
 
     numbers: Array
     values: Array
@@ -85,13 +85,12 @@ class SearchCourse(NamedTuple):
 class Optimum:
     """The best design within bounds (SI).
 
-    `value` is that of `objective` with its absolute `error`; `numbers` are those of the design, `at_bounds` which of them
-    are at an end; `figures` all figures of it, `sizing` the design sized by itself, as `flywheel.size` does. `confirmed`
-    tells that this agrees, that none of the `around` designs beside it is better, and that slopes of their own show no way
-    down, `descent` being what they show of one (a share of the figure for that of the bounds). `starts` are the searches'
-    ends, `refused` counts designs within the bounds that are no machines, by reason, `messages` what is to be said: of the
-    search, then everything that the sizing says of the design. Where the user `interrupted` the search, it is the best
-    design until then, and not confirmed.
+    `value` is that of `objective` with its absolute `error`; `numbers` are those of the design, `at_bounds` those at an end;
+    `figures` all figures of it, `sizing` the design sized by itself, as `flywheel.size` does. `confirmed` is true if this
+    agrees, none of the `around` designs beside it is better, and separate slopes show no descent; `descent` is the steepest
+    they show (change as a share of the figure per share of the bounds). `starts` are the searches' ends, `refused` counts
+    designs within the bounds that are no machines, by reason, `messages` those of the search, then those of the design's
+    sizing. If the user `interrupted` the search, it is the best design until then, and not confirmed.
     """
 
     scene: Scene
@@ -188,17 +187,17 @@ def optimize(
             numbers that vary (`reduced_inertia_greatest - reduced_inertia_least`).
         maximize: the same, to be made greatest.
         over: of each path the bounds (low, high); SI, or texts with units.
-        subject_to: of figures or expressions the limits (low, high), None if open. The allowable stress of a wheel that
-            the scene asks for is kept without being asked.
+        subject_to: of figures or expressions the limits (low, high), None if open. The allowable stress of a wheel in the
+            scene is always kept.
         samples: quasi-random designs among which searches begin, a power of two.
-        starts: how many searches.
+        starts: number of searches.
         seed: of the designs.
         rtol: required relative error of the figures.
         engine: as of a sweep.
 
     Raises:
-        SceneError: for a path or figure that is not there, bounds that are none, no design that is a machine, and limits
-            that no design keeps, with the best that was found.
+        SceneError: for a missing path or figure, invalid bounds, no valid design, and limits that no design keeps, with the
+            best design found.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "90 deg"}], "regime": {"speed": 30},
@@ -262,7 +261,7 @@ class _FigureFormula:
             raise SceneError([Fault(path, show(self.text), what, f"{error.found}: expected {error.expected}")]) from None
 
     def _refuse(self, path: str, name: object, known: Mapping[str, str]) -> None:
-        """SceneError for a name that is none, with the nearest and all that there are."""
+        """SceneError for an unknown name, with the nearest and all valid ones."""
         near = suggestion(str(name), known)
         own = [*NAMES, *(number for number in known if number not in BY_NAME)]
         raise SceneError([Fault(path, shown(name), f"one of {', '.join(own)}", near)])
@@ -407,7 +406,7 @@ def _constraint(family: Variation, name: str, pair: Any) -> _Constraint:
 
 
 def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
-    """Designs all over the bounds, the scene's own among them; SceneError where none is a machine, or has the figure."""
+    """Designs over the whole bounds, the scene's own among them; SceneError if none is valid, or has the figure."""
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), "a power of two, 2 or more")])
@@ -438,7 +437,7 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
 
 
 def _starts(problem: _Optimization, rows: Array, many: int) -> list[Array]:
-    """The best designs of a survey that are apart from one another."""
+    """The best designs of a survey at some distance from one another."""
     width, chosen = problem.high - problem.low, list[Array]()
     order = np.argsort(merit(rows, problem.size(rows)), kind="stable")
     for k in order:
@@ -451,7 +450,7 @@ def _starts(problem: _Optimization, rows: Array, many: int) -> list[Array]:
 
 
 def _best(problem: _Optimization, ends: list[Array]) -> Array:
-    """The best of all designs; SceneError where none keeps the limits, with the one that comes nearest."""
+    """The best of all designs; SceneError if none keeps the limits, with the closest one."""
     best, row = problem.best()
     if (row[1:] <= KEPT).all():
         return best
@@ -483,7 +482,7 @@ def _best(problem: _Optimization, ends: list[Array]) -> Array:
 
 
 def _around(problem: _Optimization, best: Array, seed: int) -> tuple[Array, int]:
-    """The best design once none around it is better, and how many better ones there still are."""
+    """The best design once none around it is better, and the number of better ones left."""
     random = np.random.default_rng([seed, 1])
     width, count, better = problem.high - problem.low, len(best), 0
     for again in range(_RESTARTS):
@@ -506,7 +505,7 @@ def _around(problem: _Optimization, best: Array, seed: int) -> tuple[Array, int]
 
 
 def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int, interrupted: str = "") -> Optimum:
-    """The record of the best design; `interrupted` says how far the searches came that the user ended."""
+    """The record of the best design; `interrupted` describes the progress of searches that the user ended."""
     family, sign = problem.family, -1.0 if problem.greatest else 1.0
     best = best if interrupted else _at_ends(problem, best)
     sizing = size(with_numbers(family.scene, dict(zip(family.paths, best.tolist(), strict=True))))
@@ -586,7 +585,7 @@ def _at_ends(problem: _Optimization, best: Array) -> Array:
 
 
 def _error(formula: _FigureFormula, family: Variation, best: Array, values: Array, errors: Array) -> float:
-    """The error of a formula: of each figure in it as it is, added up."""
+    """The error of a formula: the sum of those of its figures."""
     at = best[:, None]
     middle, total = float(formula(family, at, values)[0]), 0.0
     for name in set(formula.figures()):
@@ -669,7 +668,7 @@ def _refusals(problem: _Optimization) -> Iterator[str]:
 
 
 def _edges(problem: _Optimization, best: Array, at_bounds: Mapping[str, str]) -> Iterator[str]:
-    """Message where the best design is at the edge of those that are machines, so that there is no best one."""
+    """Message if the best design is at the edge of valid designs, so that there is no best one."""
     family, width = problem.family, problem.high - problem.low
     for i, path in enumerate(family.paths):
         if path in at_bounds:

@@ -1,7 +1,7 @@
 """A sweep: many designs of one scene, each with all figures and their errors, in a record of arrays.
 
-Designs are sized in chunks, here or by an executor. A chunk that is lost is sized again; what is finished is kept, also if
-the user interrupts. Figures of designs that were sized many at once are checked against `size` in a sample of them.
+Designs are sized in chunks, here or by an executor. A lost chunk is sized again; finished chunks are kept, also if the user
+interrupts. Figures of designs that were sized many at once are checked against `size` in a sample of them.
 """
 
 from __future__ import annotations
@@ -78,18 +78,18 @@ def sweep(
         grid: all combinations of the columns' values instead, which may then differ in length; the last varies fastest.
         executor: a `concurrent.futures.Executor`, a client of dask, or a number of worker processes; sized here if None.
         engine: "numpy", "numba" (which must be installed) or "size", which sizes one by one; "numpy" if None.
-        file: that it is written to, NPZ or by its ending CSV or Parquet; or several. What is finished is kept in a folder
-            beside the first, `FILE.part`, until it is whole: the same sweep continues from there when it was interrupted or
-            its process was killed, and its figures take no memory.
-        chunk: designs that are sized together, 1,000 at least; by the number of designs if None, and of those that are
-            sized one by one what takes about a second.
-        progress: whether to show a bar on standard error; None if that is a terminal.
+        file: output file, NPZ or by its ending CSV or Parquet; or several. Finished designs are kept in a folder beside the
+            first, `FILE.part`, until it is complete: the same sweep continues from there if it was interrupted or its
+            process was killed, and its figures take no memory.
+        chunk: designs that are sized together, at least 1,000; by the number of designs if None, and about a second's worth
+            of those sized one by one.
+        progress: True shows a bar on standard error; None does so if that is a terminal.
 
-    Returns: a record of arrays; where it is interrupted by Ctrl-C, of what is finished.
+    Returns: a record of arrays; after Ctrl-C, of the finished designs.
 
     Raises:
-        SceneError: for a path that is no number of the scene, columns of unequal length, an unknown engine, an executor that
-            is none, a file of another scene, rtol, version or other columns. A design at fault is refused alone.
+        SceneError: for a path that is no number of the scene, columns of unequal length, an unknown engine, an invalid
+            executor, a file of another scene, rtol, version or other columns. A design at fault is refused alone.
         OSError: for a file that cannot be written, before any design is sized.
 
     >>> import flywheel
@@ -160,7 +160,7 @@ def sampled(
     Args:
         ranges: the two ends of each number (SI), by its path.
         count: of designs.
-        method: "latin", a Latin hypercube: each of `count` equal parts of a range has one number in it; "sobol", a scrambled
+        method: "latin", a Latin hypercube: each of `count` equal parts of a range contains one number; "sobol", a scrambled
             sequence of low discrepancy; or "random".
         seed: of the random numbers.
 
@@ -186,9 +186,9 @@ def read_columns(scene: Scene | Machine, file: str | Path) -> dict[str, Array]:
 
     Args:
         scene: one that was read.
-        file: whose columns are named by paths of numbers of the scene, with a unit where they have one other than SI
-            ("mechanism.crank.length [mm]"). Cells of CSV may have units of their own. Figures, errors, way and reason, as
-            tables of a sweep have them, are passed over.
+        file: whose columns are named by paths of numbers of the scene, with a unit if it is not SI
+            ("mechanism.crank.length [mm]"). Cells of CSV may have their own units. Figures, errors, way and reason, as in
+            tables of a sweep, are ignored.
 
     Raises:
         SceneError: for a cell that is no number of the kind, with its line.
@@ -222,7 +222,7 @@ def read_columns(scene: Scene | Machine, file: str | Path) -> dict[str, Array]:
 
 
 def _column(scene: Scene, path: str, unit: str, cells: Sequence[Any], file: str) -> Array:
-    """The numbers (SI) of cells; those that say nothing of a unit have that of their column."""
+    """The numbers (SI) of cells; those without a unit have that of their column."""
 
     def number(k: int) -> float:
         text = str(cells[k]).strip()
@@ -266,7 +266,7 @@ def _executor_faults(executor: Any) -> list[Fault]:
 
 
 def sized_elsewhere(scene: bytes, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
-    """The figures of a chunk in another process, to which the scene goes pickled."""
+    """The figures of a chunk in another process, to which the scene is sent pickled."""
     return designs.sized(_unpickled(scene), paths, columns, rtol, engine)
 
 
@@ -338,10 +338,10 @@ _Chunks = list[NDArray[np.intp]]
 def _batches(
     plan: Plan, pending: _Chunks, executor: Any, messages: list[str], stack: ExitStack, *, cut: bool
 ) -> Iterator[tuple[NDArray[np.intp], Batch]]:
-    """The chunks' figures as they are finished: by the executor, and here what that loses.
+    """The chunks' figures as they are finished: by the executor, and lost ones here.
 
-    With `cut`, where designs may have to be sized one by one, some are sized here at first: if they had to be, the chunks
-    for an executor are cut to what takes about a second.
+    With `cut`, where designs may have to be sized one by one, some are first sized here: if that was necessary, the chunks
+    for an executor are cut to about a second's worth.
     """
     lost, few = pending, _second_of_designs(plan) if executor is not None and cut and pending else LEAST_CHUNK
     if few < _SLOW_RATE and plan.engine != "size":
@@ -364,7 +364,7 @@ def _batches(
 
 
 def _here(plan: Plan, pending: _Chunks) -> Iterator[tuple[NDArray[np.intp], Batch]]:
-    """The figures of chunks, sized here; where that goes one by one, in parts of about a second, so that it shows."""
+    """The figures of chunks, sized here; one by one in parts of about a second, to show progress."""
     few = _second_of_designs(plan)
     alone = plan.engine == "size" or few < _SLOW_RATE
     for chunk in pending:
@@ -388,7 +388,7 @@ def _mostly_alone(batch: Batch) -> bool:
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Executor]:
-    """Worker processes of this sweep's own, which leave Ctrl-C to it."""
+    """Worker processes for this sweep, which leave Ctrl-C to it."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
@@ -404,7 +404,7 @@ def _pool(workers: int) -> Iterator[Executor]:
 
 
 def _begin_work() -> None:
-    """Let a worker process leave Ctrl-C to the process that began it, and end with that whatever ends it."""
+    """Makes a worker process leave Ctrl-C to its parent, and end whenever that ends."""
     import os
     import signal
     from multiprocessing import connection, parent_process
@@ -424,7 +424,7 @@ def _begin_work() -> None:
 def _by_executor(
     plan: Plan, pending: _Chunks, executor: Any, messages: list[str]
 ) -> Generator[tuple[NDArray[np.intp], Batch], None, _Chunks]:
-    """The figures of chunks as an executor finishes them; those that it loses are returned, with a word on it."""
+    """The figures of chunks as an executor finishes them; lost ones are returned, with a message."""
     waiting, lost, causes = list(reversed(pending)), _Chunks(), Counter[str]()
     running: dict[Future[Batch], NDArray[np.intp]] = {}
     packed = pickle.dumps(plan.scene)
@@ -471,7 +471,7 @@ def _cause(error: BaseException) -> str:
 
 
 def _checked(found: Sweep) -> Check | None:
-    """A sample of the designs that were sized many at once, and those with the largest estimates, beside `size`."""
+    """A check by `size` of a sample of designs that were sized many at once, and of those with the largest estimates."""
     many = np.flatnonzero((found.ways == TRACED) | (found.ways == REFINED))
     if not many.size:
         return None

@@ -1,4 +1,4 @@
-"""The record of a sweep and its files: NPZ, CSV, Parquet, and the folder in which its figures are while it is made."""
+"""The record of a sweep and its files: NPZ, CSV, Parquet, and the folder of its figures during the calculation."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _CHECKED_FIGURES = ("exact", "approximate", "inertia_torque", "inertia_torque_fl
 
 
 class Plan(NamedTuple):
-    """A sweep that is to be made; each of its columns has its shape, of a grid one axis for each path."""
+    """A sweep to be made; each of its columns has its shape, with one axis per path for a grid."""
 
     scene: Scene
     columns: dict[str, Array]
@@ -99,9 +99,9 @@ class FigureArrays(Mapping[str, NDArray[Any]]):
 
 
 class Check(NamedTuple):
-    """Designs sized many at once that `size` was asked for as well, by their index.
+    """Designs sized many at once that `size` has checked, by their index.
 
-    `ratio`: the largest difference of a figure over the sum of both estimated errors, `figure` and `design` where it is.
+    `ratio`: the largest difference of a figure over the sum of both estimated errors, `figure` and `design` those of it.
     """
 
     designs: tuple[int, ...]
@@ -119,9 +119,9 @@ class Sweep:
     estimated error of the first, as `size` gives it: relative to the larger of the figure and its scale, in rad for angles.
     A design that is refused has nan and a reason. `needed` is 1 if a flywheel is needed, 0 if none is.
 
-    `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: how each
-    was sized (0 with many at once, 1 so and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
-    `shape`: the number of designs, or of a grid how many values each path has; the last path varies fastest.
+    `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: the way of
+    sizing each (0 many at once, 1 the same and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
+    `shape`: the number of designs, or for a grid the number of values of each path; the last path varies fastest.
     """
 
     scene: Scene
@@ -195,17 +195,17 @@ class Sweep:
 
     @property
     def plan(self) -> Plan:
-        """The sweep that this one is the record of."""
+        """The plan of this record's sweep."""
         columns = {path: column.reshape(self.shape) for path, column in self.columns.items()}
         return Plan(self.scene, columns, self.shape, self.rtol, self.engine)
 
     def release(self) -> None:
-        """Gives the memory back in which figures that are on the disk have been read."""
+        """Releases the memory of figures that were read from the disk."""
         release([*self.columns.values(), *self.values.values(), *self.error.values()])
 
     @cached_property
     def worst(self) -> Array:
-        """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
+        """The largest error of each design among those subject to `rtol`; nan if it is refused."""
         return largest_error(self.error)
 
     @property
@@ -230,7 +230,7 @@ class Sweep:
             where: the designs among which it is searched for; all if None.
 
         Raises:
-            SceneError: for an unknown name; where no design is left.
+            SceneError: for an unknown name, or if no design remains.
 
         """
         objective = self._objective(of)
@@ -243,11 +243,11 @@ class Sweep:
     def pareto(
         self, *of: str | Array, greatest: Sequence[str] = (), where: NDArray[np.bool_] | None = None
     ) -> NDArray[np.intp]:
-        """The indices of designs that no other one beats: none is at least as good in everything and better in something.
+        """The indices of designs that no other one dominates: none is as good in everything and better in something.
 
         Args:
-            of: names of figures, paths or arrays of which less is better.
-            greatest: names of those of which more is better.
+            of: names of figures, paths or arrays to minimize.
+            greatest: names of those to maximize.
             where: the designs among which they are searched for; all if None.
 
         Returns: indices, ordered by the first of them.
@@ -344,7 +344,7 @@ def front(points: Array) -> NDArray[np.intp]:
 
 
 def _unbeaten(points: Array) -> NDArray[np.bool_]:
-    """Tells of each of different points in lexical order whether no other one is at most as large in every coordinate.
+    """Mask of those of distinct points in lexical order to which no other one is at most equal in every coordinate.
 
     Source: H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set of vectors, J. ACM 22 (1975), 469-476.
     """
@@ -357,10 +357,10 @@ def _unbeaten(points: Array) -> NDArray[np.bool_]:
 
 
 def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
-    """Tells of each point whether one of others is at most as large in every coordinate.
+    """Mask of the points to which one of others is at most equal in every coordinate.
 
-    Both are split by the first coordinate until two are left, or few: below the split only what lies below it beats a point;
-    above it what lies above it does, or what lies below it in the other coordinates.
+    Both are split by the first coordinate until two are left, or few: below the split only points below it beat a point;
+    above it points above it do, or points below it in the other coordinates.
     """
     found = np.zeros(len(points), bool)
     if not points.size or not by.size:
@@ -386,7 +386,7 @@ def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
 
 
 def needed(module: str, what: str) -> Any:
-    """An optional library, or the line that says what to install."""
+    """An optional library, or an error that names the package to install."""
     try:
         return import_module(module)
     except ImportError:
@@ -394,7 +394,7 @@ def needed(module: str, what: str) -> Any:
 
 
 def largest_error(errors: Mapping[str, NDArray[Any]]) -> Array:
-    """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
+    """The largest error of each design among those subject to `rtol`; nan if it is refused."""
     rows = [errors[name] for name in _CHECKED_FIGURES if name in errors]
     worst = np.empty(len(rows[0]))
     for part in blocks(worst.size):
@@ -409,7 +409,7 @@ def blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
 
 
 def release(arrays: Iterable[NDArray[Any]]) -> None:
-    """Gives the memory back in which arrays that are on the disk have been read or written."""
+    """Releases the memory of arrays on the disk that were read or written."""
     for array in arrays:
         if isinstance(array, np.memmap) and hasattr(mmap, "MADV_DONTNEED"):
             array._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
@@ -419,7 +419,7 @@ def release(arrays: Iterable[NDArray[Any]]) -> None:
 
 
 def table_of(sweep: Sweep, part: slice = slice(None)) -> dict[str, NDArray[Any]]:
-    """The columns of a table of designs, or of a part of them: numbers, figures, errors, how each was sized, and why not."""
+    """The columns of a table of designs, or of a part of them: numbers, figures, errors, way of sizing, and reason."""
     table: dict[str, NDArray[Any]] = {path: column[part] for path, column in sweep.columns.items()}
     table |= {name: sweep.values[name][part] for name in sweep.names}
     table |= {f"error.{name}": sweep.error[name][part] for name in sweep.names if FIGURES[name].error}
@@ -433,7 +433,7 @@ def table_of(sweep: Sweep, part: slice = slice(None)) -> dict[str, NDArray[Any]]
 
 
 def write_csv(sweep: Sweep, path: str | Path) -> None:
-    """A row for each design; a file that begins otherwise is left as it is."""
+    """Writes a row for each design; a file with another beginning is left unchanged."""
     header = csv_lines(sweep, rows=0)
     with replacement(path, "text", text=next(iter(header))) as fresh, fresh.open("w", encoding="utf-8", newline="") as file:
         file.writelines(csv_lines(sweep))
@@ -482,7 +482,7 @@ def write_parquet(sweep: Sweep, path: str | Path) -> None:
 
 
 def _check_parquet(path: Path, own: dict[str, Any]) -> None:
-    """Refuses a file that is not this sweep's."""
+    """Refuses a file of another sweep."""
     parquet = needed("pyarrow.parquet", "to_parquet")
     if not path.is_file():
         return
@@ -515,7 +515,7 @@ def write_npz(sweep: Sweep, path: str | Path) -> None:
 
 
 def npz_fault(path: Path, own: dict[str, Any]) -> Fault | None:
-    """The fault of a file that is not of the sweep with a head."""
+    """The fault of a file without the head of a sweep."""
     if not path.exists():
         return None
     there: Any = None
@@ -532,15 +532,15 @@ def npz_fault(path: Path, own: dict[str, Any]) -> Fault | None:
 
 
 class Store:
-    """Figures of designs as they come in: in memory, or beside an output file in a folder that outlives the process.
+    """Figures of designs as they are computed: in memory, or beside an output file in a folder that outlives the process.
 
     Args:
         plan: of the sweep.
-        files: that it is to be written to (NPZ, CSV, Parquet, by their endings); the folder is named by the first. An NPZ
-            file of this sweep is gone on from.
+        files: output files (NPZ, CSV, Parquet, by their endings); the folder has the name of the first. An NPZ file of this
+            sweep is continued.
 
     Raises:
-        SceneError, OSError: for a file or folder of another sweep, and where none can be written.
+        SceneError, OSError: for a file or folder of another sweep, and if none can be written.
 
     """
 
@@ -619,7 +619,7 @@ class Store:
         return np.flatnonzero(self.ways == MISSING)
 
     def add(self, which: NDArray[np.intp], batch: Batch) -> None:
-        """Puts the figures of designs into their places, and then that they are there."""
+        """Stores the figures of designs, and then marks them as done."""
         first, last = which[0], which[-1] + 1
         place: Any = slice(first, last) if last - first == which.size else which
         batch.errors["needed"] = np.where(np.isnan(batch.values["needed"]), np.nan, 0.0)
@@ -637,7 +637,7 @@ class Store:
         self.ways[place] = batch.ways
 
     def record(self) -> Sweep:
-        """The record of what is finished."""
+        """The record of the finished designs."""
         plan, unknown = self.plan, np.broadcast_to(np.nan, (self.plan.total,))
         own: Any = np.asanyarray if plan.total >= _MAPPED else np.array
         values, errors = (
@@ -664,7 +664,7 @@ class Store:
         return columns
 
     def end(self, sweep: Sweep) -> list[str]:
-        """Writes the files of a sweep, and removes the folder where all are written and no design is missing."""
+        """Writes the files of a sweep, and removes the folder if all are written and no design is missing."""
         said = []
         for file in self.files:
             try:

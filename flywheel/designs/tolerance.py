@@ -1,11 +1,11 @@
-"""Spread of a design's figures as its numbers lie within intervals, or scatter: extremes, statistics, shares of variance.
+"""Spread of a design's figures if its numbers lie within intervals, or scatter: extremes, statistics, shares of variance.
 
-Shares of the variance: of first order, what a number causes by itself; in total, with all that it does together with others.
+Shares of the variance: of first order, caused by a number alone; in total, with its interactions.
 
     S_i = V[E(y | x_i)]/V(y),   T_i = E[V(y | x_~i)]/V(y) = E[(y(A) - y(A_B,i))²]/(2 V)
 
 Source: M. Jansen, Computer Physics Communications 117 (1999), 35; A. Saltelli et al., ibid. 181 (2010), 259; points of
-`flywheel.numerics.optima`, whose repeats tell the sampling error.
+`flywheel.numerics.optima`, whose repeats give the sampling error.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Sobol(NamedTuple):
 
 
 class Bound(NamedTuple):
-    """The least or greatest value of a figure within the intervals, its error, and the numbers (SI) at which it is so."""
+    """The least or greatest value of a figure within the intervals, its error, and the numbers (SI) there."""
 
     value: float
     error: float
@@ -76,8 +76,8 @@ class Kept(NamedTuple):
 class Spread(NamedTuple):
     """Spread of one figure (SI): each statistic with its sampling error, extremes where intervals are given.
 
-    `quantiles` are those of the `Tolerance`; `least` and `greatest` of intervals alone, `kept` of a limit that is asked for.
-    `shares` is empty for a figure that does not vary, and where several numbers vary of which some designs are refused.
+    `quantiles` are those of the `Tolerance`; `least` and `greatest` only for intervals, `kept` only for a required limit.
+    `shares` is empty for a figure that does not vary, and if several numbers vary and some designs are refused.
     """
 
     nominal: float
@@ -98,9 +98,9 @@ class Tolerance:
     """Spread of the figures of a design as its numbers vary.
 
     `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
-    taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one. `messages` tell
-    how designs were sized. Where the user `interrupted` it, all is of the designs until then. `quantiles` are the shares of
-    designs below those of the spreads; `kept` is the probability that all limits are kept together, with its sampling error.
+    taken, `figures[name]` these; `refused` is the number of invalid ones, with `reason` for one. `messages` describe the
+    sizing. If the user `interrupted` it, all results are from the designs until then. `quantiles` are the shares of designs
+    below those of the spreads; `kept` is the probability that all limits are kept together, with its sampling error.
     """
 
     scene: Scene
@@ -189,15 +189,15 @@ def tolerance(
     """Finds the spread of a design's figures as some of its numbers lie within intervals, or scatter normally.
 
     Intervals: the least and the greatest value of every figure by optimisation, from quasi-random points and corners; no
-    sample lies outside of these. Numbers are then evenly spread for the statistics. Deviations: mean, deviation and
-    quantiles, each with the sampling error that independent repeats show.
+    sample lies outside these. The statistics then assume uniform distributions. Deviations: mean, deviation and quantiles,
+    each with the sampling error from independent repeats.
 
     Args:
         scene: one that was read.
         vary: of each path the interval (low, high), or the standard deviation about the scene's own value; SI, or texts with
             units. All of one kind.
-        figures: by their names, all that there are if None.
-        samples: points, a power of two at least 64; times the count of paths and 2 are sized for the shares.
+        figures: by their names, all if None.
+        samples: points, a power of two, at least 64; the shares need that times the number of paths plus 2.
         seed: of the points.
         rtol: required relative error of the figures.
         engine: as of a sweep.
@@ -206,7 +206,8 @@ def tolerance(
             has the probability that each is kept, and all together.
 
     Raises:
-        SceneError: if the scene itself is refused, a number or figure is not there, or an interval or a limit is none.
+        SceneError: if the scene itself is refused, a number or figure does not exist, or an interval or a limit is not
+        valid.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
@@ -320,8 +321,8 @@ class _Sample(NamedTuple):
     """Points (paths, designs), figures there with their errors, and a polynomial basis there.
 
     First all of A, then all of B, then for every number A with that of B in its place. `powers` (terms, paths) are the
-    degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1; `many` is it at
-    many other points, for quantiles. `done` tells which designs were sized before the user ended it.
+    degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1; `many` is the same at many
+    other points, for quantiles. `done` is a mask of the designs sized before the user ended it.
     """
 
     points: Array
@@ -371,12 +372,12 @@ def _sampled(
 
 
 def _standard(unit: Array) -> Array:
-    """Standard normal numbers from even ones."""
+    """Standard normal numbers from uniform ones."""
     return np.asarray(np.vectorize(NormalDist().inv_cdf, otypes=[float])(unit))
 
 
 def _powers(count: int, most: int) -> NDArray[np.int64]:
-    """Degrees of the terms of a polynomial of as high a degree, up to 4, as leaves it few terms enough."""
+    """Degrees of the terms of a polynomial of the highest degree, up to 4, with a limited number of terms."""
     rows, powers = [(0,) * count], [(0,) * count]
     for _ in range(4):
         rows = sorted({(*row[:i], row[i] + 1, *row[i + 1 :]) for row in rows for i in range(count)}, reverse=True)
@@ -387,7 +388,7 @@ def _powers(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _basis(standard: Array, powers: NDArray[np.int64], *, normal: bool) -> Array:
-    """Products of orthonormal polynomials: of Hermite for normal numbers, of Legendre for even ones; (terms, designs)."""
+    """Products of orthonormal polynomials: of Hermite for normal numbers, of Legendre for uniform ones; (terms, designs)."""
     from numpy.polynomial import hermite_e, legendre
 
     greatest = int(powers.max())
@@ -411,12 +412,12 @@ def _spread(
     levels: tuple[float, ...],
     limits: tuple[float | None, float | None] | None,
 ) -> Spread:
-    """The statistics of a figure, each from all samples, with the error that the repeats show.
+    """The statistics of a figure, each from all samples, with the error from the repeats.
 
-    A polynomial of the numbers, whose statistics are known exactly, is taken away as a control variate where it all but is
-    the figure: what is left to the samples is what it fails to be. One that fits worse, as beside a kink, goes its own way
-    where samples are rare, and nothing would tell. Where designs are refused the numbers of the others depend on one
-    another, and several of them have no shares of the variance.
+    A polynomial of the numbers, whose statistics are known exactly, serves as a control variate if it fits the figure
+    closely: the samples then give only its residual. One that fits worse, for instance at a kink, may deviate without notice
+    where samples are rare. If designs are refused the numbers of the others depend on one another, and several of them have
+    no shares of the variance.
     """
     values = sample.values[i]
     of_plain = values[: 2 * samples]
@@ -461,7 +462,7 @@ def _spread(
 
 
 def _fitted(basis: Array, values: Array) -> Array:
-    """The weights of the basis (terms, designs) whose sum all but is the values; none if they are not, or not known."""
+    """The weights of the basis (terms, designs) whose sum fits the values closely; None if it does not, or unknown."""
     nothing = np.zeros(len(basis))
     if not np.isfinite(values).all():
         return nothing
@@ -476,7 +477,7 @@ def _grain(values: Array) -> float:
 
 
 def _moments(values: Array, model: Array, weights: Array) -> tuple[float, float]:
-    """Mean and variance of those values that there are."""
+    """Mean and variance of the known values."""
     known = np.isfinite(values)
     y, p, constant = values[known], model[known], float(weights[0])
     if not y.size:
@@ -496,7 +497,7 @@ def _shares(
 ) -> tuple[float, float]:
     """Shares of first order and in total of one number, from values at A, at B and at A with that number of B.
 
-    `own` and `others` tell which terms of the model depend on the number, and on others.
+    `own` and `others` are masks of the terms of the model that depend on the number, and on others.
     """
     (a, b, c), (model_a, model_b, model_c) = values, model
     square = weights**2
@@ -506,7 +507,7 @@ def _shares(
 
 
 def _repeated(rows: Array) -> Array:
-    """The standard error of what independent repeats (the first axis) give together."""
+    """The standard error of the mean of independent repeats (the first axis)."""
     if (np.isfinite(rows).sum(axis=0) < 2).any():
         return np.full(rows.shape[1:], np.nan)
     return np.asarray(np.nanstd(rows, axis=0, ddof=1) / np.sqrt(len(rows)))
@@ -554,10 +555,11 @@ def _together_kept(
 def _quantiles(
     rows: tuple[Array, Array | None, Array], levels: tuple[float, ...]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
+    """Quantiles of samples, with half the distance between those of ranks on both sides within chance.
 
-    The share of designs at or below y is that of the model at `many` points, and by how much the shares of samples and
-    model differ; without a model quantiles are those of the samples. They lie among the samples, at those that many share.
+    The share of designs at or below y is that of the model at `many` points, plus the difference between the shares of
+    samples and model; without a model quantiles are those of the samples. They are values of samples, also where many are
+    equal.
     """
     values, model, many = rows
     count = values.size
@@ -591,8 +593,8 @@ def _share(values: Array, at: Array, side: Literal["left", "right"]) -> Array:
 def _search_extremes(family: Variation, known: _SizedDesigns, chosen: list[int]) -> None:
     """Searches for the least and the greatest value of figures from the best points known, where gradients point inwards.
 
-    Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search continues
-    from the best point; what it finds counts for every figure.
+    Corners and middles of sides are among these, because extremes of narrow intervals are there. Elsewhere a search
+    continues from the best point; its points count for every figure.
     """
     bounds, ends = known.bounds, _ends(known.bounds)
     known.add(ends, *family(ends))
@@ -617,7 +619,7 @@ class _SizedDesigns:
         self.bounds, self.points, self.values, self.errors = bounds, points, values, errors
 
     def rows(self, family: Variation, figure: int, sign: float, columns: Array) -> Array:
-        """A figure, to be least, at designs, of which those within the bounds are kept."""
+        """A figure to be minimized, at designs, of which those within the bounds are kept."""
         values, errors = family(columns)
         within = ((columns >= self.bounds[0][:, None]) & (columns <= self.bounds[1][:, None])).all(axis=0)
         self.add(columns[:, within], values[:, within], errors[:, within])
@@ -635,7 +637,7 @@ class _SizedDesigns:
         return None if bool(np.isnan(row).all()) else int(np.nanargmax(row))
 
     def extremes(self, paths: tuple[str, ...], chosen: list[int]) -> dict[int, tuple[Bound, Bound]]:
-        """The least and the greatest value of figures, of those that have any."""
+        """The least and the greatest value of figures that have any."""
         result = {}
         for i in chosen:
             both = []

@@ -1,8 +1,8 @@
 """The designs around a scene: some of its numbers vary, and its figures are functions of these.
 
-Last their sensitivities.
+Finally their sensitivities.
 
-A figure is named as a sweep has it (`exact`, `power`), or as the JSON contract of `size` does (`flywheel.exact`).
+A figure has its name in a sweep (`exact`, `power`), or in the JSON contract of `size` (`flywheel.exact`).
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _OF_WORK = ("energy_fluctuation", "accumulated_max", "accumulated_min")
 
 
 def figure_name(path: str, name: object) -> str:
-    """The name that a sweep has for a figure, under whichever name it is wanted.
+    """The name of a figure in a sweep, from either of its names.
 
     >>> figure_name("minimize", "flywheel.mass"), figure_name("minimize", "power")
     ('mass', 'power')
@@ -79,12 +79,12 @@ def figure_name(path: str, name: object) -> str:
 
 
 def figure_names(names: str | Iterable[str]) -> list[str]:
-    """The names that a sweep has for some figures."""
+    """The names of some figures in a sweep."""
     return [figure_name("figures", name) for name in ([names] if isinstance(names, str) else names)]
 
 
 class Finished(NamedTuple):
-    """Of designs whose sizing was interrupted: which are done, and the figures and errors of all of them, NaN elsewhere."""
+    """Designs whose sizing was interrupted: a mask of the finished ones, figures and errors, NaN elsewhere."""
 
     done: NDArray[np.bool_]
     values: Array
@@ -98,7 +98,7 @@ class Variation:
         scene: one that was read.
         paths: of the numbers that vary; SceneError for one that does not exist, with the nearest.
         rtol: required relative error of every figure.
-        engine: what sizes designs, as of a sweep.
+        engine: as for a sweep.
 
     """
 
@@ -127,20 +127,20 @@ class Variation:
         self.finished: Finished | None = None
 
     def unit(self, figure: str) -> str:
-        """The unit (SI) of a figure: that of a balance is the torque's, or left open where it is a parameter's."""
+        """The unit (SI) of a figure: that of a balance is the torque's, or open if it is a parameter's."""
         if figure == "balance" and self.scene.unknown == "drive":
             return "N m"
         return FIGURES[figure].unit
 
     def centre(self) -> Sizing:
-        """The scene's own design; SceneError where that is refused."""
+        """The scene's own design; SceneError if that is refused."""
         sizing = self.at(self.nominal)
         cycle = sizing.constant or sizing.cycle
         self.exchanged = 0.0 if cycle is None else cycle.exchanged
         return sizing
 
     def there(self, centre: Sizing, names: Iterable[str] | None = None) -> list[str]:
-        """The figures that a design has, or those of them that are named; SceneError where one of these is not there."""
+        """The figures of a design, or some by name; SceneError if one of these is missing."""
         own = [name for name, (value, _) in figures_of(centre).items() if name in NAMES and isfinite(value)]
         wanted = own if names is None else list(dict.fromkeys(names))
         refuse(
@@ -160,7 +160,7 @@ class Variation:
     def __call__(self, columns: Array) -> tuple[Array, Array]:
         """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN if refused.
 
-        Raises KeyboardInterrupt where the user ends it; what is done by then is `finished`.
+        Raises KeyboardInterrupt if the user ends it; `finished` has the results until then.
         """
         self.finished = None
         if self.bare is None:
@@ -193,7 +193,7 @@ class Variation:
         return (f"{self.alone} of {self.count} designs {were} sized one by one" + f": {self.why}" * bool(self.why),)
 
     def _with_wheels(self, bare: Scene, columns: Array) -> Batch:
-        """Designs of a scene that is many at once without its wheel, and the wheel of each chosen as `size` does."""
+        """Designs sized many at once without the scene's wheel, and the wheel of each as chosen by `size`."""
         others = [i for i, path in enumerate(self.paths) if path not in _WHEEL]
         paths, given = tuple(self.paths[i] for i in others), columns[others]
         if not others:
@@ -237,7 +237,7 @@ def paths_of(scene: Scene) -> tuple[str, ...]:
 
 
 def quantity(value: object, dimension: str, path: str) -> float:
-    """A number (SI), given as one or as a text with a unit; SceneError for anything else.
+    """A number (SI), given as a number or as a text with a unit; SceneError for anything else.
 
     >>> quantity("250 mm", "length", "mechanism.rod.length"), quantity(3, "number", "parameters.n")
     (0.25, 3.0)
@@ -265,7 +265,7 @@ def limits_of(pair: Any, unit: str, path: str) -> tuple[float | None, float | No
 
 
 def _without_wheel(scene: Scene) -> Scene | None:
-    """The scene without the wheel that is to be chosen; None if there is none, or where its arms ask for the motion."""
+    """The scene without the wheel that is to be chosen; None if there is none, or if its arms need the motion."""
     wheel = scene.wheel
     if wheel is None or scene.irregularity is None or scene.document is None:
         return None
@@ -276,7 +276,7 @@ def _without_wheel(scene: Scene) -> Scene | None:
 
 
 def _scale(number: Number, known: Mapping[str, Number]) -> float:
-    """Scale of a number's changes: its size, or a share of that of its like, or 1; a radian of angles."""
+    """Scale of a number's changes: its size, or a share of that of similar numbers, or 1; a radian for angles."""
     if number.dimension == "angle":
         return 1.0
     like = max(abs(other.value) for other in known.values() if other.unit == number.unit) if number.unit else 0.0
@@ -305,8 +305,8 @@ _BINDING |= dict.fromkeys((*OF_WHEEL, "angle_speed_max", "angle_speed_min"), _BI
 class Derivative(NamedTuple):
     """The derivative of a figure by a number (SI), with its estimated absolute error.
 
-    `value` is NaN if there is none, and `reason` says why; `left` and `right` are then those of one side, as far as there
-    are any. Elsewhere all three are the same.
+    `value` is NaN if there is none, with its `reason`; `left` and `right` are then those of one side, if there are any.
+    Otherwise all three are equal.
     """
 
     value: float
@@ -322,8 +322,8 @@ class Derivative(NamedTuple):
 class Sensitivities:
     """The derivatives of the figures of a design (SI) by its numbers.
 
-    `values` are the figures, `errors` their absolute errors, `numbers` those that they are derived by, with `units`;
-    `derivatives[figure][path]` the derivatives. `designs` is how many designs were sized for them.
+    `values` are the figures, `errors` their absolute errors, `numbers` the variables, with `units`;
+    `derivatives[figure][path]` the derivatives. `designs` is the number of designs sized for them.
     """
 
     scene: Scene
@@ -348,7 +348,7 @@ class Sensitivities:
         return own[name]
 
     def elasticity(self, figure: str, path: str) -> float:
-        """The relative change of a figure over that of a number (per cent for one per cent); NaN for a 0."""
+        """The relative change of a figure over that of a number (percent for one percent); NaN for a 0."""
         value = self.values[self._known(figure)]
         return self.derivative(figure, path).value * self.numbers[dotted(path)] / value if value else float("nan")
 
@@ -388,7 +388,7 @@ def sensitivities(
     rtol: float = RTOL,
     engine: str | None = None,
 ) -> Sensitivities:
-    """The derivatives of every figure of a design by some of its numbers, to 1e-8 where the figures have them.
+    """The derivatives of every figure of a design by some of its numbers, to 1e-8 if the figures are that accurate.
 
     They come from designs on both sides, whose differences are extrapolated to a step of zero: see
     `flywheel.numerics.optima`. Each has an estimated error.
@@ -401,7 +401,7 @@ def sensitivities(
         engine: as of a sweep.
 
     Raises:
-        SceneError: if the design itself is refused, or a number or a figure is not there.
+        SceneError: if the design itself is refused, or a number or a figure does not exist.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
@@ -440,7 +440,7 @@ def sensitivities(
 
 
 def known_figures(result: Sensitivities, names: Iterable[str]) -> None:
-    """SceneError where a figure is none of those that were derived."""
+    """Raises SceneError if a figure is none of those that were derived."""
     for name in names:
         result._known(name)
 
@@ -456,7 +456,7 @@ def _derivative(of: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> D
 
 
 class _Reasons:
-    """Reason why figures have no derivative: what binds on one side and on the other of the numbers that a design has."""
+    """Reason why figures have no derivative: binding conditions on either side of a design's numbers."""
 
     def __init__(self, family: Variation, centre: Sizing) -> None:
         self.family, self.centre = family, centre
@@ -481,7 +481,7 @@ class _Reasons:
         return "a structure changes: ends of windows, or places where laws switch, meet" if corner else "no limit was found"
 
     def _beside(self, j: int) -> tuple[Sizing | str, Sizing | str]:
-        """The designs right below and above, or why they are refused."""
+        """The designs just below and above, or the reasons of their refusal."""
         if j not in self.sides:
             sides: list[Sizing | str] = []
             for sign in (-1.0, 1.0):
@@ -509,7 +509,7 @@ _DEGREE = pi / 180
 
 
 def change(found: Sensitivities, name: str, path: str) -> float:
-    """The change of a figure in per cent for one per cent of a number, or for a degree of an angle; NaN if unknown."""
+    """The change of a figure in percent for one percent of a number, or for a degree of an angle; NaN if unknown."""
     value, derivative = found.values[name], found.derivative(name, path).value
     step = _DEGREE if found.units[path] == "rad" else 0.01 * found.numbers[path]
     return 100.0 * derivative * step / value if value else float("nan")

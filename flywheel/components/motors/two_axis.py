@@ -59,7 +59,7 @@ class EquivalentCircuit:
 
     With Thevenin's voltage U_th = U jX_m/(R_1 + j(X_1 + X_m)) and impedance R_th + jX_th behind the stator,
     T = 3 |U_th|² R_2 s/(omega_s ((R_th s + R_2)² + s² (X_th + X_2)²)), greatest at s_b = R_2/sqrt(R_th² + (X_th + X_2)²).
-    Valid for a balanced supply and constant parameters; iron and friction losses are outside it. Source: Chapman, Electric
+    Valid for a balanced supply and constant parameters; iron and friction losses are left out. Source: Chapman, Electric
     Machinery Fundamentals, 5th ed., sections 6.4 and 6.5; Fitzgerald et al., Electric Machinery, 6th ed., sections 6.4 and
     6.5; IEEE 112.
 
@@ -90,7 +90,7 @@ class EquivalentCircuit:
 
     @property
     def thevenin(self) -> tuple[complex, complex]:
-        """Voltage (V) and impedance (ohm) that the rotor sees."""
+        """Voltage (V) and impedance (ohm) at the rotor."""
         stator, field = complex(self.stator_resistance, self.stator_reactance), 1j * self.magnetizing_reactance
         share = field / (stator + field)
         return self.voltage / math.sqrt(3.0) * share, stator * share
@@ -134,7 +134,7 @@ def equivalent_circuit(impedances: Impedances, voltage: float, synchronous_speed
 
 @dataclass(frozen=True, kw_only=True)
 class TwoAxisInduction(Induction):
-    """An induction motor whose fluxes are states of their own; where they follow the speed, torque is the circuit's.
+    """An induction motor whose fluxes are states; where they follow the speed, torque is the circuit's.
 
     T(s) = (3 V²/omega_s) r s/((R s + r)² + X² s²), with V, R + j X_1 the circuit of Thévenin of stator and magnetizing
     reactance at a phase, X = X_1 + x_r, r the rotor's resistance.
@@ -142,7 +142,7 @@ class TwoAxisInduction(Induction):
     Args:
         voltage: U between the lines, V.
         impedances: of the equivalent circuit.
-        on_mains: the motor of the name plate, of one on an inverter.
+        on_mains: for a motor on an inverter, that of the name plate.
 
     Raises:
         SceneError: for values out of range, and for a circuit whose torque at rated speed, or whose breakdown torque, is not
@@ -183,8 +183,8 @@ class TwoAxisInduction(Induction):
     def fed(self, inverter: Inverter) -> TwoAxisInduction:
         """The motor on an inverter: voltage and reactances in proportion to the frequency, its fluxes by the circuit.
 
-        Below the weakening frequency U/f is that of the mains, and nothing makes up for the stator's resistance. The rated
-        point is that of the same slip speed; rated heat and current are those of the name plate.
+        Below the weakening frequency U/f is that of the mains, and the drop at the stator's resistance is not compensated.
+        The rated point is that of the same slip speed; rated heat and current are those of the name plate.
 
         Raises:
             SceneError: for a torque limit, and a frequency at which that slip speed is no running branch.
@@ -243,7 +243,7 @@ class TwoAxisInduction(Induction):
         return super().rated_total_heat if self.on_mains is None else self.on_mains.rated_total_heat
 
     def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
-        """Power from the inverter, W, by the fluxes; without them that of fluxes that stand still."""
+        """Power from the inverter, W, by the fluxes; without them that of stationary fluxes."""
         circuit = Fluxes(self) if self.circuit is None else self.circuit
         return np.asarray(circuit.power(states if len(states) else circuit.steady(omega)))
 
@@ -354,7 +354,7 @@ class TwoAxisInduction(Induction):
         return {**found, "errors": errors}
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
-        """Copper heats ("stator", "rotor"), and what the fluxes store ("field"), W."""
+        """Copper heats ("stator", "rotor"), and the power stored in the fluxes ("field"), W."""
         if self.circuit is None:
             return super().powers(omega, torque)
         stator, rotor = self.circuit.stator_heat(states), self.circuit.rotor_heat(states)
@@ -372,11 +372,11 @@ class StaticCurve(TwoAxisInduction):
 
     @cached_property
     def circuit(self) -> None:
-        """None: it has no state of its own."""
+        """None: it has no states."""
 
     @property
     def static(self) -> None:
-        """None: it is that itself."""
+        """None: it is the static curve itself."""
 
 
 class Fluxes(Circuit):
@@ -525,7 +525,7 @@ class RampedFluxes(Fluxes):
         )
 
     def steady(self, omega: Any) -> tuple[Any, ...]:
-        """The fluxes that stand still at constant speeds, at the full frequency."""
+        """The stationary fluxes at constant speeds, at the full frequency."""
         return *super().steady(omega), 1.0 + 0.0 * omega
 
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:
@@ -556,7 +556,7 @@ def impedances_of(motor: Induction) -> Impedances:
     Raises:
         SceneError: if the plate has no voltage, current and power factor (or efficiency), and where no circuit fits.
 
-    Source: Fitzgerald et al., Electric Machinery, 6th ed., chapter 6 (circuit); IEC 60034-28 (what the parts of it are).
+    Source: Fitzgerald et al., Electric Machinery, 6th ed., chapter 6 (circuit); IEC 60034-28 (its parts).
 
     >>> from flywheel.components.motors import Plate
     >>> plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
