@@ -238,7 +238,7 @@ FINDINGS: tuple[Finding, ...] = (
             "is unknown"),
     Finding("engine.mean_effective_pressure", "Pa", "indicated work over swept volume"),
     Finding("engine.brake_work", "J", "of all other loads and the drive (without models of losses) in a cycle; null if "
-            "they take nothing"),
+            "they take no work"),
     Finding("engine.brake_power", "W", "brake work times the mean of the extreme speeds, over cycle"),
     Finding("engine.mechanical_efficiency", "", "brake work over indicated work"),
     Finding("multiplier", "", "fraction of a small change of speed left after a cycle, below 1 if the motion is stable; "
@@ -268,25 +268,25 @@ FINDINGS: tuple[Finding, ...] = (
             "`magnification` by the motor", lambda s: s.synchronism and [one._asdict() for one in s.synchronism.harmonics]),
     Finding("synchronism.errors", "", "estimated errors of these: of angles in rad, of the others relative"),
     Finding("inverter", "", "the load of a motor's inverter; see below; null for other drives", _block_of("inverter")),
-    Finding("inverter.power", "W", "that the motor takes, mean over time: shaft, rotor and, if the plate has an "
+    Finding("inverter.power", "W", "into the motor, mean over time: shaft, rotor and, if the plate has an "
             "efficiency, the other losses"),
     Finding("inverter.power_greatest", "W", "the greatest"),
     Finding("inverter.power_least", "W", "the least, below 0 if the motor returns power"),
     Finding("inverter.current", "", "greatest over the motor's rated one; null if its type gives no current"),
     Finding("inverter.trips", "", "list of causes of a trip: `kind` (overcurrent, overvoltage, chopper_power), `value`, "
             "`limit`, `angle` (rad) of the crank", lambda s: s.inverter and [trip._asdict() for trip in s.inverter.trips]),
-    Finding("inverter.errors", "", "estimated errors of these: relative, but for that of the current"),
+    Finding("inverter.errors", "", "estimated errors of these: relative, except for the current's"),
     Finding("servo", "", "a servo drive in its area of torque and speed; see below; null for other drives",
             _block_of("servo")),
     Finding("servo.mean_speed", "rad/s", "of the motor's shaft, mean over time"),
     Finding("servo.rms_torque", "N m", "of the motor's shaft, root of the mean square over time"),
     Finding("servo.continuous_torque", "N m", "of the continuous curve at that speed"),
     Finding("servo.continuous_share", "", "`rms_torque` over that"),
-    Finding("servo.peak_torque", "N m", "of the motor's shaft, where it takes most of the peak curve"),
+    Finding("servo.peak_torque", "N m", "of the motor's shaft, where it is the largest share of the peak curve"),
     Finding("servo.peak_speed", "rad/s", "there"),
     Finding("servo.peak_angle", "rad", "of the crank, there"),
-    Finding("servo.peak_share", "", "greatest torque over the peak curve; 1 if the peak curve cuts the torque off"),
-    Finding("servo.inertia_ratio", "", "mean inertia of what the rotor drives, at its shaft, over that of the rotor; null "
+    Finding("servo.peak_share", "", "greatest torque over the peak curve; 1 if the peak curve limits the torque"),
+    Finding("servo.inertia_ratio", "", "mean inertia of the driven parts, at the rotor's shaft, over the rotor's; null "
             "without `inertia` of the motor"),
     Finding("servo.errors", "", "estimated errors of these: relative, of shares and the angle absolute"),
     Finding("temperature", "K", "of the motor's windings: see below; null without `thermal`", _dict("temperature")),
