@@ -1,4 +1,4 @@
-"""Recording of arithmetic as straight-line programs: what is computed with recorded numbers, operation by operation.
+"""Recording of arithmetic as straight-line programs: computation with recorded numbers, operation by operation.
 
 A walk over a graph does the same arithmetic at every state. Done once with numbers of a `Recorder`, it leaves a tape of
 operations behind, each one once. From the tape comes a `Program`: operations, the places of constants, the names of inputs,
@@ -7,7 +7,7 @@ with the same functions (intervals, jets, many digits).
 
 An input with a value is a parameter: comparisons are answered by the value, and stand on the tape as guards, so that what
 was recorded is known to hold for all parameters that keep them. An input without a value is a variable: a comparison of
-it is an operation like any other, and what asks for its answer fails. What would lose the record fails too.
+it is an operation like any other, and a branch on its result fails. An operation that would lose the record fails too.
 
 Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, chapter 2 (evaluation traces).
 """
@@ -63,7 +63,7 @@ LOST = "a recorded number has no plain value here: results computed with it woul
 
 
 class Recorder:
-    """The tape: takes down what is computed with its inputs.
+    """The tape: records all operations on its inputs.
 
     >>> recorder = Recorder()
     >>> r, phi = recorder.input("r", 0.5), recorder.input("phi")
@@ -169,7 +169,7 @@ class Recorder:
     def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """The result of a function of recorded numbers, operation by operation; a call where that cannot be recorded.
 
-        It stays a call also where it chooses between values: what it does not choose may not be defined.
+        It also stays a call if it chooses between values, because the others may be undefined.
         """
         before = len(self._tape)
         try:
@@ -185,14 +185,14 @@ class Recorder:
         return self.call(function, arguments, results)
 
     def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
-        """The guards so far, for any parameters: a function of these inputs (of all where none are given)."""
+        """The guards so far, for any parameters: a function of these inputs (of all by default)."""
         program = self.program((difference for difference, _, _ in self.guards), inputs)
         return Conditions(
             program, tuple(relation for _, relation, _ in self.guards), tuple(holds for *_, holds in self.guards)
         )
 
     def _of(self, value: Any) -> Recorded:
-        """The node of a recorded number, or of a constant: places are told apart by the bits of their values."""
+        """The node of a recorded number, or of a constant: places are distinguished by the bits of their values."""
         if isinstance(value, Recorded):
             if value.recorder is not self:
                 raise TypeError("numbers of two recordings do not mix")
@@ -213,7 +213,7 @@ class Recorder:
         return known
 
     def _kept(self, key: tuple[Any, ...]) -> Recorded:
-        """The node of an operation on whatever there is, made where it is not there yet."""
+        """The node of an operation, made if it does not exist yet."""
         known = self._known.get(key)
         return self._node(key, None) if known is None else known
 
@@ -224,7 +224,7 @@ class Recorder:
 
 
 class Recorded(Operand):
-    """A number on a tape; its present value, where it depends on parameters alone (None if variables matter)."""
+    """A number on a tape; its present value, where it depends on parameters alone (None if it depends on variables)."""
 
     __slots__ = ("number", "recorder", "value")
     is_recorded = True  # for those that know it by this name alone
@@ -581,7 +581,7 @@ NAMESPACE.clip = _clip
 def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Any]:
     """The solution x of A x = b, of recorded and plain numbers; entries that are plain zeros cost nothing.
 
-    Blocks of one and two unknowns are solved by themselves, which divides by nothing but their determinants; the rest is
+    Blocks of one and two unknowns are solved by themselves, which divides only by their determinants; the rest is
     eliminated with rows exchanged where a pivot is the larger one. Rows may be more than unknowns where they agree.
 
     >>> recorder = Recorder()
@@ -651,9 +651,9 @@ class Program(NamedTuple):
 
     Attributes:
         inputs: names of the arguments.
-        places: values of the constants; a tuple is a table, and what is called stands there too.
+        places: values of the constants; a tuple is a table; called functions are there too.
         operations: name and numbers of the operands.
-        outputs: numbers of what is returned.
+        outputs: numbers of the returned nodes.
 
     """
 

@@ -84,8 +84,8 @@ class Reduction:
 
     The velocity graph gives flows, not positions. Displacements that turn in a constant ratio to the coordinate follow
     from it; for any other that a law depends on, `positions` holds a function of the coordinate's own displacement, by
-    the displacement's name (for a spring's own displacement, by the spring's). `only` names the one-ports to take, where
-    not all of them are wanted.
+    the displacement's name (for a spring's own displacement, by the spring's). `only` names the one-ports to include; all by
+    default.
 
     What depends on speed or time is not part of M*: `at` gives it, for any speeds.
 
@@ -185,7 +185,7 @@ class Reduction:
         return bool(self._moving)
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
-        """The positions phi, from which the moment of what depends on speed or time follows for any speeds."""
+        """The positions phi, from which moments that depend on speed or time follow for any speeds."""
         return Station(self, self._walked(phi, anchor, ns))
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> FlowRates:
@@ -193,7 +193,7 @@ class Reduction:
         return self._walked(phi, anchor, ns).flows
 
     def anchored(self, anchor: Any) -> FlowRates:
-        """Flows at an anchor; those of the last single one are kept, as time stepping asks for it again and again."""
+        """Flows at an anchor; those of the last single one are kept, because time stepping needs them repeatedly."""
         if not isinstance(anchor, float):
             return self.flows(anchor)
         if self._held is None or self._held[0] != anchor:
@@ -230,7 +230,7 @@ class Reduction:
     def _acting(self, at: _LawPositions) -> tuple[list[_Source], list[_Source]]:
         """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
 
-        Those of the last piece are kept, as time stepping asks for them again and again.
+        Those of the last piece are kept, because time stepping needs them repeatedly.
         """
         if not isinstance(at.anchor, float):
             return self._sources, self._moving
@@ -288,7 +288,7 @@ class Reduction:
 
 
 class Station:
-    """Positions of a graph at which sources that depend on speed or time are evaluated, as often as wanted."""
+    """Positions of a graph at which sources that depend on speed or time are evaluated, as often as required."""
 
     def __init__(self, reduction: Reduction, at: _LawPositions) -> None:
         self._reduction, self._at = reduction, at
@@ -329,7 +329,7 @@ class Station:
     def contributions(
         self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
     ) -> list[tuple[Element, Any, Any]]:
-        """Every such source with what it adds to M* at speeds of the coordinate, and its factor of the unknown.
+        """Every such source with its share of M* at speeds of the coordinate, and its factor of the unknown.
 
         speed: arrays, or numbers of any kind that arrays multiply (jets, for slopes); `anchor_speed`, plain, and
         `anchor_time` are speed and time at the anchors, where switches are decided. Without an anchor speed, or with one

@@ -1,19 +1,20 @@
-"""Simplification: rewrite a graph with fewer bonds, so that effort and flow at every port that stays are what they were.
+"""Simplification: rewrite a graph with fewer bonds, so that effort and flow at every remaining port are unchanged.
 
-Six rules (20-sim's reference manual) and the removal of velocities that are zero, each a function of its own; `simplify`
-applies the six until none is left to apply. 1-junctions where a displacement or a law's motion is measured stay; if two of
-them merge, the declarations move along.
+Six rules (20-sim's reference manual) and the removal of velocities that are zero, each a separate function; `simplify`
+applies the six until none applies. 1-junctions where a displacement or a law's motion is measured stay; if two of them
+merge, the declarations move along.
 
-What has no power goes by one rule (`without`). A dangling 1-junction, like a source Se = 0, leaves its neighbour a bond
-without effort whose flow is free; a dangling 0-junction, a source Sf = 0 and the ground leave one without flow whose effort
-is free. A bond without effort is no term at a 1-junction; at a 0-junction it takes the effort of all the others; through a
-transformer it continues without effort, through a gyrator without flow; a one-port on it has no power. The same holds with
-flow and effort exchanged. So all of them can be dropped alike, and every port that stays keeps its effort and flow.
+Parts without power are removed by one rule (`without`). A dangling 1-junction, like a source Se = 0, leaves its neighbour a
+bond without effort whose flow is free; a dangling 0-junction, a source Sf = 0 and the ground leave one without flow whose
+effort is free. A bond without effort is no term at a 1-junction; at a 0-junction it takes the effort of all the others;
+through a transformer it continues without effort, through a gyrator without flow; a one-port on it has no power. The same
+holds with flow and effort exchanged. So all of them can be dropped alike, and every port that stays keeps its effort and
+flow.
 
 The formal procedure for drawing a bond graph has seven steps, each shown: 1 a 1-junction for every velocity; 2 forces,
 resistors and springs on one, or through a 0-junction between two, and inertias; 3 transformers and gyrators; 4 power
 directions; 5 without ground and dangling junctions; 6 simplified; 7 causality. Only what has power directions can be checked
-as a graph, so steps 1 to 3 are lists of what joins what.
+as a graph, so steps 1 to 3 are lists of connections.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _DUAL = {"Se": "Sf", "Sf": "Se"}
 
 
 class Action(NamedTuple):
-    """One rewriting: the rule, what it did, why that is allowed, and the numbers of the bonds that it took away or moved."""
+    """One rewriting: the rule, its change, the reason why it is allowed, and the numbers of the bonds removed or moved."""
 
     rule: str
     what: str
@@ -48,7 +49,7 @@ class Action(NamedTuple):
 
 
 class Simplified(NamedTuple):
-    """A simplified graph and the log of what was done to it, in order."""
+    """A simplified graph and the log of its changes, in order."""
 
     graph: BondGraph
     log: tuple[Action, ...]
@@ -92,7 +93,7 @@ def simplify(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
 
 
 def drop_dangling(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 1: drop junctions that one bond leads to and nothing leads on from, with all that has no power for their sake."""
+    """Rule 1: drop junctions with a single bond, with all parts that lose their power thereby."""
     return _run((_dangling,), graph, keep)
 
 
@@ -119,7 +120,7 @@ def merge_equal_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplif
 
 
 def drop_zero_sources(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 4: drop sources of value 0, with all that has no power for their sake.
+    """Rule 4: drop sources of value 0, with all parts that lose their power thereby.
 
     >>> from bondgraph import Builder, I, Se
     >>> print(drop_zero_sources(Builder().one("a").on("a", I("J", 2.0), Se("M", 3.0), Se("F", 0.0)).build()).log[0])
@@ -361,7 +362,7 @@ FreedBond = tuple[Bond, str, str]  # a bond, one of its ends, and "Se" where its
 
 
 def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: frozenset[str]) -> tuple[BondGraph, str] | None:
-    """The graph without an element and all that has no power then.
+    """The graph without an element and all parts that have no power then.
 
     Args:
         graph: the graph; it is left as it is.
@@ -370,10 +371,10 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
         kept: elements that must stay; so must 1-junctions where something is measured.
 
     Returns:
-        The new graph, and the words for what went; None if the graph would fall apart.
+        The new graph, and the words for the removed parts; None if the graph would fall apart.
 
     Raises:
-        GraphError: if a source contradicts the zeros, or where nothing is left.
+        GraphError: if a source contradicts the zeros, or if no element remains.
 
     """
     staying = kept | graph.measured
@@ -476,7 +477,7 @@ Place = tuple[Element, str] | tuple[Element, str, str]
 
 
 class DrawingStep(NamedTuple):
-    """One step: its number and title, what was done, line by line, and the graph then (None before it has directions)."""
+    """One step: its number and title, its changes, line by line, and the graph after it (None before it has directions)."""
 
     number: int
     title: str
@@ -490,7 +491,7 @@ class DrawingStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Procedure:
-    """The seven steps and what they lead to; `str(procedure)` tells what each one did.
+    """The seven steps and their result; `str(procedure)` lists the changes of each.
 
     Args:
         steps: in order.
@@ -531,7 +532,7 @@ def procedure(
         keep: elements that must not be simplified away, such as the velocity of a coordinate.
 
     Raises:
-        GraphError: with a line for everything that does not fit together.
+        GraphError: with a line for every contradiction.
 
     >>> from bondgraph import I, R, Se
     >>> drawn = procedure(

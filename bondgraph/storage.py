@@ -51,7 +51,7 @@ _PLAIN = "value without a piecewise"  # inside conditions: SymPy multiplies choi
 
 
 class Operation(NamedTuple):
-    """An operation of expression trees: its name in SymPy, how many arguments it takes, of which sort, and what it gives."""
+    """An operation of expression trees: its name in SymPy, number and type of its arguments, and type of its result."""
 
     sympy: str
     least: int = 1
@@ -88,12 +88,12 @@ OPERATIONS: Mapping[str, Operation] = {
 
 
 def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a graph to a JSON file: all of it or nothing.
+    """Writes a graph to a JSON file, completely or not at all.
 
     Args:
-        graph: what to save.
+        graph: the graph.
         path: the file; its folder must exist.
-        overwrite: whether a file that is already there may be replaced.
+        overwrite: True allows the replacement of an existing file.
 
     Raises:
         GraphError: the file is there already, cannot be written, or a law cannot be saved.
@@ -116,7 +116,7 @@ def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = Fa
 
 
 def load(path: str | os.PathLike[str]) -> BondGraph:
-    """Read a graph from a JSON file that `save` wrote, or somebody's hand.
+    """Reads a graph from a JSON file, written by `save` or by hand.
 
     Raises:
         GraphError: the file cannot be read or is no graph; every fault with its place, a line each.
@@ -495,7 +495,7 @@ def number_faults(value: Any, place: str) -> Iterator[str]:
 
 
 def shown(value: Any) -> str:
-    """A found value, short enough for an error's line."""
+    """A wrong value, short enough for an error's line."""
     if isinstance(value, dict | list):
         return f"{'an object' if isinstance(value, dict) else 'a list'} of {len(value)}"
     if isinstance(value, int) and value.bit_length() > MAX_BITS:

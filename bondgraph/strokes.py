@@ -2,18 +2,18 @@
 
 Sources fix theirs; then stores take the causality they prefer, one at a time; then resistors, and whatever is left, are
 chosen. After each step everything that follows through junctions, transformers and gyrators is filled in. A step that
-contradicts what is there is taken back and tried the other way. Stores whose choice would pass backwards through a
-modulated transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centres).
+contradicts existing strokes is undone and tried the other way. Stores whose choice would pass backwards through a modulated
+transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centres).
 
 The element at the stroke's end of a bond receives the effort and gives the flow; the element at the other end gives the
 effort. So every effort and flow has one giver, and the giver's law says which other efforts and flows it is computed from:
-hence causal paths, algebraic loops, and what derivative stores follow. What a store gives is computed from none: its state
-in integral causality, a rate of change in derivative causality.
+hence causal paths, algebraic loops, and what derivative stores follow. The output of a store is computed from none of them:
+it is its state in integral causality, a rate of change in derivative causality.
 
 In the table of equations each variable stands on the left of one equation, that of the element that gives it, so the table
-can be computed line by line if there is no algebraic loop and no store in derivative causality, and says so where there
-is. Laws appear by the names of their elements: J, B, T(theta), a linear C by its compliance. A half arrow that leaves a
-resistor or a store turns the sign of its law.
+can be computed line by line if there is no algebraic loop and no store in derivative causality, and a note states it
+otherwise. Laws appear by the names of their elements: J, B, T(theta), a linear C by its compliance. A half arrow that leaves
+a resistor or a store turns the sign of its law.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class Path(NamedTuple):
 
 
 def zero_order_paths(graph: BondGraph) -> tuple[Path, ...]:
-    """Returns every causal path that leads back to where it began without passing a store: what makes a loop algebraic.
+    """Returns every causal path that leads back to its beginning without passing a store, as in algebraic loops.
 
     Raises:
         GraphError: if the strokes contradict each other, or there are more than a thousand such paths.
@@ -251,8 +251,8 @@ class Causality:
         reasons: bond number -> why.
         integral: stores in integral causality: each is a state of its own.
         derivative: stores in derivative causality: they follow other stores and sources.
-        follows: derivative store -> what it follows and through what.
-        conflicts: a line each for what cannot all hold; empty if the assignment is right.
+        follows: derivative store -> the stores that it follows, and the elements between.
+        conflicts: a line for each contradiction; empty if the assignment is right.
         loops: the algebraic loops; not searched for if there are conflicts.
 
     """
@@ -291,10 +291,10 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 
     Args:
         graph: the graph.
-        prefer: what stores prefer, "integral" or "derivative"; or by name for some of them, integral for the others.
+        prefer: preference of stores, "integral" or "derivative"; or by name for some of them, integral for the others.
 
     Raises:
-        GraphError: if `prefer` asks for something else, or names something that is no store.
+        GraphError: if `prefer` has another value, or a name that is no store.
 
     >>> from bondgraph import Builder, I, Se
     >>> b = Builder().one("crank", displacement="theta").one("slider").on("crank", Se("M", 1.0), I("J", 2.0))
@@ -339,7 +339,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:
     """Pairs of bonds that join a 1-junction and a 0-junction both ways, each with the 1-junction as its stroke's end.
 
-    What comes by one goes by the other: such a pair decides neither the flow of the one nor the effort of the other. Equal
+    The power of one returns by the other: such a pair decides neither the flow of the one nor the effort of the other. Equal
     junctions that bonds join count as one.
     """
     waiting: dict[tuple[str, str], list[Bond]] = {}

@@ -58,7 +58,7 @@ class SymbolicGraph(BondGraph):
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """A symbolic graph and what its symbols stand for.
+    """A symbolic graph and the meaning of its symbols.
 
     Args:
         graph: the symbolic graph.

@@ -1,4 +1,4 @@
-"""Word bond graphs: the parts of a system as words with named ports, joined by bonds, and the bond graph they stand for."""
+"""Word bond graphs: the parts of a system as words with named ports, joined by bonds, and their bond graph."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class WordGraph:
-    """A system in words: each has named ports, and stands for a bond graph with these ports open, or for none as yet.
+    """A system in words: each has named ports, and a bond graph with these ports open, or none yet.
 
     Args:
         words: by name, the part that a word stands for (`Builder.part`), or only the names of its ports.
@@ -86,7 +86,7 @@ class WordGraph:
         return tuple((Bond(k, tail.word, head.word), tail, head) for k, (tail, head) in enumerate(ends, 1))
 
     def domain(self, port: Port) -> Domain | None:
-        """Returns the energy domain of a port; None where the word stands for no bond graph or names none."""
+        """Returns the energy domain of a port; None if the word has no bond graph or no domain."""
         part = self.words[port.word]
         if not isinstance(part, Part):
             return None
@@ -97,7 +97,7 @@ class WordGraph:
         """Returns the bond graph that the words stand for: names of a part get `WORD.` in front.
 
         Raises:
-            GraphError: if a word stands for no bond graph, or if what they add up to is none.
+            GraphError: if a word has no bond graph, or if the result is not valid.
 
         """
         empty = [word for word, part in self.words.items() if not isinstance(part, Part)]

@@ -1,7 +1,7 @@
-"""The power audit of a motion: what elements ask of it by their laws, and nothing by the equations that it was found by.
+"""The power audit of a motion: a check by the elements' laws alone, without the equations of the motion.
 
-Every junction and two-port must pass on exactly the power that it gets, every one-port exchange what its own law says, and
-the energy must add up over the run: stored - stored at the start + dissipated - supplied.
+Every junction and two-port must transmit exactly the power that it receives, every one-port must exchange power by its own
+law, and the energy must add up over the run: stored - stored at the start + dissipated - supplied.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 class Audit(NamedTuple):
-    """What the audit found.
+    """Results of the audit.
 
     power: the greatest power that a junction or two-port does not pass on, over the greatest power of any bond in the run.
     power_at: the element where that happens. energy: the greatest |stored - stored at the start + dissipated - supplied|,
@@ -39,7 +39,7 @@ class Audit(NamedTuple):
     supplied: Array
 
     def __repr__(self) -> str:
-        """Three lines: power, energy, and what became of the energy in the run."""
+        """Three lines: power, energy, and the course of the energy in the run."""
         gained = self.stored[-1] - self.stored[0]
         return (
             f"power: {self.power:.2g} of the greatest is not accounted for, at {self.power_at or 'no bond'}\n"
@@ -62,7 +62,7 @@ class Sight(NamedTuple):
 
 
 class Auditor:
-    """What elements ask of flows and efforts by their laws, and nothing by the equations of the motion."""
+    """Flows and efforts as the elements' laws require them, without the equations of the motion."""
 
     def __init__(self, sight: Sight) -> None:
         self.graph, self.times, self.shape = sight.graph, sight.times, sight.times.shape
@@ -75,7 +75,7 @@ class Auditor:
             self.places |= {f"{letter}_{name}": values[self.graph.at(name)[0].number] for name in self.graph.elements}
 
     def law(self, name: str, own: Any = None) -> Array:
-        """The value of an element's law, of its own quantity where it depends on that."""
+        """The value of an element's law, from its own quantity if it depends on that."""
         law, named = self.graph.elements[name].law, self.graph.own(name)
         if not isinstance(law, Function):
             return filled(self._motion(name, law) if isinstance(law, Law | Modulus) else law, self.shape)
@@ -160,7 +160,7 @@ def audit(
 ) -> Audit:
     """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there.
 
-    What linear stores lose where one of the stretches `impacts` begins counts as dissipated. Bonds of heat carry no
+    Energy that linear stores lose where one of the stretches `impacts` begins counts as dissipated. Bonds of heat carry no
     power, and are left out.
     """
     starts = np.array([s.start for s in stretches])

@@ -1,10 +1,10 @@
 """Motion of any graph in numbers: several independent states, several domains, an error bound, and a power audit.
 
 `simulate` runs an adaptive method, or one with equal steps, at tighter tolerance and with shorter steps until two runs
-agree. The audit tells whether every junction and two-port passes on exactly the power it gets, and whether the energy adds
-up: efforts of all one-ports follow from their laws, an inertia's from its own acceleration; the junction structure then has
-more equations than unknown efforts, and what is left over is checked, element by element. Energy is checked over the run:
-stored - stored at the start + dissipated - supplied.
+agree. The audit tests whether every junction and two-port transmits exactly the power that it receives, and whether the
+energy adds up: efforts of all one-ports follow from their laws, an inertia's from its own acceleration; the junction
+structure then has more equations than unknown efforts, and the residual is checked, element by element. Energy is
+checked over the run: stored - stored at the start + dissipated - supplied.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class Run:
             all the energy of the run, where it stays at rounding: its energy below 2e-16 of the run's): twice the difference
             to a run with longer steps and a looser tolerance, never less than the tolerance (fixed steps: to a run with
             steps of 0.382 of the length).
-        rtol: what was asked; None for fixed steps.
-        method: by which the motion was found; another than the required one where that one's steps were held short by
-            modes that had long decayed.
-        messages: what the user should know of how the motion was found.
+        rtol: the required one; None for fixed steps.
+        method: the method used; another than the required one if that one's steps were limited by modes that had long
+            decayed.
+        messages: notes on the method of the motion.
         audit: the power audit.
-        evaluations: how often the rates were evaluated, all runs together.
+        evaluations: number of evaluations of the rates, all runs together.
         events: where switched junctions and dry resistors changed: time, name, state after it (1, 0; -1 slides back).
 
     """
@@ -220,7 +220,7 @@ class Run:
         return values
 
     def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
-        """The graph at times, its states there, and the middles of the smooth pieces that they lie in."""
+        """The graph at times, its states there, and the middles of their smooth pieces."""
         if self.trip is not None:
             states, flows, efforts = self.trip.told(times, owners)
             return Instant(flows, efforts, [], {}), states, {}
@@ -261,19 +261,19 @@ def simulate(
             flow of a 1-junction that one store alone settles by the junction's; 0 (a declared displacement: its own initial
             value) where nothing is given.
         signals: a number or function of t for every declared signal.
-        rtol: required error of every state, relative to its greatest absolute value in the run; `Run.reached` says whether
-            it was kept.
+        rtol: required error of every state, relative to its greatest absolute value in the run; `Run.reached` is true if it
+            was kept.
         method: one of "DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", as scipy calls them, or of "euler", "rk2"
             (trapezoidal), "rk4". None: explicit steps of the order that takes least work for rtol, RK45 or DOP853; of
             many linear states with constant sources their "Taylor" series.
             On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
             motion is found by Radau, and by LSODA where the effective inertia almost vanishes at a dead centre
-            and a resistor carries it through: `Run.method` and `Run.messages` say so.
+            and a resistor carries it through: `Run.method` and `Run.messages` report it.
         step: length of a fixed step, s.
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
             (values, period). Without them no step is longer than 1/400 of the time where a source or resistor varies with
             displacements or time, and what such a law does in a shorter time may be passed over: give its ends as breaks.
-        tolerance: greatest power and energy imbalance that the audit may find; more is an error. None: the larger of 1e-6
+        tolerance: greatest power and energy imbalance allowed in the audit; more is an error. None: the larger of 1e-6
             and 100 rtol, with fixed steps reported only.
         evaluations: of the rates, at most, all runs together: a motion that takes more is refused, with the time it reached.
 
@@ -377,7 +377,7 @@ class _Stepper:
     def _stiffly(self, rtol: float, tolerance: float) -> Run:
         """The motion within rtol; by a method for stiff graphs, where the required one takes its steps for stability alone.
 
-        Which of the two is cheaper is told by a loose run of the other: Radau's steps grow as the fifth root of the
+        A loose run of the other shows which of the two is cheaper: Radau's steps grow as the fifth root of the
         tolerance, those of a method at its limit of stability do not.
         """
         self.stiffness_checked = self.method in _STABLE
@@ -436,7 +436,7 @@ class _Stepper:
     def _check_dead_centres(self) -> None:
         """Checks by a loose run whether a motion with varying inertia ends at a dead centre; at the start, from both sides.
 
-        Equal steps would pass over such a place, or come to it after a million of them.
+        Equal steps would miss such a place, or reach it after a million steps.
         """
         if not self.dynamics.tables.moduli:
             return
@@ -466,7 +466,7 @@ class _Stepper:
         return replace(run, error=error, rtol=rtol, evaluations=self.evaluations, method=self.method, messages=self.messages)
 
     def _longest(self) -> float:
-        """A step's longest time: loads that vary are looked at often, so that no step passes over one unseen."""
+        """A step's longest time: loads that vary are sampled often, so that no step misses one."""
         graph = self.dynamics.graph
         given = {TIME, *graph.displacements, *graph.signals, *graph.motions}
         varying = any(given.intersection(graph.depends_on(e.name)) for e in graph.of_kind("Se", "Sf", "R"))
@@ -785,7 +785,7 @@ def _follower(dynamics: Dynamics, name: str) -> int | None:
 
 
 def _no_state(dynamics: Dynamics, name: str) -> str:
-    """The line of a name that is no state, with what is meant or what it follows."""
+    """The line on a name that is no state, with the probable state or the one that it follows."""
     graph, names = dynamics.graph, dynamics.state.names
     follower = dynamics.form.follows.get(name)
     if follower is not None:

@@ -1,10 +1,10 @@
-"""A body at rest under dry laws: each of them takes what it must, up to what it can, in either direction.
+"""A body at rest under dry laws: each of them takes the required effort, up to its limit, in either direction.
 
-Together they hold the body while what acts lies within one set: while a motion forwards would begin with no acceleration
-above 0, and one backwards with none below 0. Nothing else is known, or needs to be, of the laws: friction of one joint or of
-many, meshes that lose power, a clutch. The body leaves at the instant at which one of the two accelerations passes 0,
-whatever grows: an effort over time, a current, a ramp. The direction that it leaves in is data from then on, until the speed
-comes back to 0: no law reads it off the sign of a speed that is negligible.
+Together they hold the body as long as a motion forwards would begin with no acceleration above 0, and one backwards with
+none below 0. No other property of the laws is needed: friction of one joint or of many, meshes that lose power, a clutch.
+The body leaves at the instant at which one of the two accelerations passes 0,
+whatever the cause: an effort over time, a current, a ramp. The direction that it leaves in is data from then on, until the
+speed comes back to 0: no law takes it from the sign of a negligible speed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class EitherWayError(GraphError):
 
 
 class Release(NamedTuple):
-    """The end of a rest: when (s), and the direction of the motion after it: 1, -1, or 0 if the body is still held."""
+    """The end of a rest: its time (s), and the direction of the motion after it: 1, -1, or 0 if the body is still held."""
 
     time: float
     direction: float
@@ -63,16 +63,16 @@ def direction(forwards: float, backwards: float) -> float:
 def release(accelerations: Accelerations, start: float, end: float) -> Release:
     """The time at which dry laws release a body at rest, within a stretch of time (s) in which all laws are smooth.
 
-    The accelerations are resolved by Chebyshev series on stretches of time as short as they ask for, and the first root of
-    each is searched for in one stretch after the other: a push that comes and goes is not passed over.
+    The accelerations are resolved by Chebyshev series on stretches of time as short as necessary, and the first root of
+    each is searched for in one stretch after the other: a temporary push is not missed.
 
     Args:
         accelerations: gives those with which either motion would begin.
         start: time at which the body rests.
-        end: last time that is looked at.
+        end: last time of the search.
 
     Raises:
-        GraphError: if the accelerations change too fast for as many stretches as are looked through.
+        GraphError: if the accelerations change too fast for the greatest number of stretches.
         EitherWayError: if both motions would begin at once.
 
     >>> ramp = lambda t: np.array([30.0 * t - 12.0, 30.0 * t + 12.0])
@@ -84,7 +84,7 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
     low, width, least = start, end - start, 1e-300
 
     def margins(times: Array) -> Array:
-        """Both accelerations less what counts as none in the present stretch, above 0 if the motion begins."""
+        """Both accelerations less the threshold of zero in the present stretch, above 0 if the motion begins."""
         return np.asarray(accelerations(times) * np.array([[1.0], [-1.0]]) - least)
 
     for _ in range(_MOST):

@@ -1,11 +1,11 @@
 """Time stepping: adaptive methods and three fixed-step ones, restarted where a law changes its branch or an event ends them.
 
-Every method gives the same thing, a chain of `Step`s with a dense output each, so that what is done with a motion does
-not depend on how it was found.
+Every method gives the same thing, a chain of `Step`s with a dense output each, so that later steps do not depend on the
+method.
 
 `through` steps one smooth piece of a first state, of a crank's angle, to its end: laws are continued smoothly past it, so
-that the step which finds the end keeps its order, and so is what switches at a speed, which is watched over every step and
-found where it changes its sign. Its steps are explicit, and implicit where small changes die out many times over within a
+that the step which finds the end keeps its order, and so are switches at a speed, which are watched over every step and
+located where they change sign. Its steps are explicit, and implicit where small changes die out many times over within a
 piece: an explicit step must stay within a few time constants of the fastest change, however smooth the motion is.
 """
 
@@ -48,8 +48,8 @@ class StepError(GraphError):
 class Step(NamedTuple):
     """One accepted step: its dense output, the time it covers, which watched value ended it, if any, the state after it.
 
-    dense: the states at any time within, which several steps may share; None if nobody asks. after: None if it is that
-    of the dense output.
+    dense: the states at any time within, which several steps may share; None if not required. after: None if it is that of
+    the dense output.
     """
 
     dense: Any
@@ -292,7 +292,7 @@ def through_breaks(
     state: Array,
     until: float,
 ) -> Iterator[Step]:
-    """Steps from t = 0 to `until`, started afresh at every time and every break that a state passes.
+    """Steps from t = 0 to `until`, restarted at every time and every break that a state passes.
 
     `steps(t, state, stop, anchors)` makes the steps of one piece up to a time; `anchors` are the middles of the pieces.
     """
@@ -377,11 +377,11 @@ _PARTS = 3  # in which an implicit step is told, each as smooth as an explicit s
 class Events(NamedTuple):
     """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
-    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the step. `clear` tells of an
-    explicit step, without looking closer, that nothing can leave its side there. `residuals` is by how much each may still
-    be on the other side where the stretch begins: the state that continues is of a higher order than the dense output in
-    which the end of the stretch before was found, and what just changed its side may be short of it there by their
-    difference. A value of no more than its `rounding` is zero.
+    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the step. `clear` is a quick
+    test of an explicit step, true if no value can leave its side there. `residuals` is by how much each may still be on the
+    other side where the stretch begins: the state that continues is of a higher order than the dense output in which the end
+    of the stretch before was found, and what just changed its side may be short of it there by their difference. A value of
+    no more than its `rounding` is zero.
     """
 
     values: Callable[[Array, Array], Array]
@@ -412,11 +412,11 @@ def through(
     along: RateField | None = None,
     length: Callable[[float], float] | None = None,
 ) -> Iterator[Step]:
-    """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
+    """Steps from a state until phi leaves (low, high), t reaches `until`, or a watched value leaves its side.
 
     The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
-    die out many times over are stepped implicitly, and what is left of one that takes many steps. `length` gives the longest
-    of explicit steps by the time that they start at.
+    die out many times over are stepped implicitly, and so is the rest of one that takes many steps. `length` gives the
+    longest of explicit steps by the time that they start at.
     """
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
         stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
@@ -504,7 +504,7 @@ def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) ->
 
 
 def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> tuple[Step, bool]:
-    """A step cut where phi leaves the piece, and whether it does: it may leave it and reverse before the step is over."""
+    """A step cut where phi leaves the piece, True if it does: it may leave it and reverse before the step is over."""
     dense, start, turns = step.dense, step.start, step.end
     if before * after < 0.0:
         turns = root(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
@@ -519,7 +519,7 @@ def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[floa
 
 
 def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
-    """About how long it takes to the piece's end, or to the last time."""
+    """Approximate time to the piece's end, or to the last time."""
     return min(abs((ends[1] if speed > 0.0 else ends[0]) - float(state[0])) / abs(speed) if speed else np.inf, until - t)
 
 

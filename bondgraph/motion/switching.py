@@ -210,7 +210,7 @@ class Trip:
 
 
 class Switched:
-    """A graph with switches, its modes worked out as they are met.
+    """A graph with switches, with modes computed when they are met.
 
     `names` are those of all states of all modes met so far; what follows in a mode is there as it follows.
     """
@@ -244,7 +244,7 @@ class Switched:
         return "on" if state else "off"
 
     def margins(self, at: Mode, times: Array, states: Array) -> tuple[Array, list[tuple[int, int]]]:
-        """The margins of a mode, each above 0 within it, at times (n,); of each the switch and its state beyond."""
+        """The margins of a mode, each above 0 within it, at times (n,); for each the switch and its state beyond."""
         dynamics, rows = self.dynamics(at), []
         places = self._places(dynamics, times, states)
         beyond: list[tuple[int, int]] = []

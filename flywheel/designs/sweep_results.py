@@ -115,9 +115,10 @@ class Check(NamedTuple):
 class Sweep:
     """Many designs of one scene: numbers that vary, figures, errors; every array has one entry for each design.
 
-    Figures are attributes: `sweep.exact`, `sweep.balance`... (`designs.FIGURES` names all), `sweep.error.exact` is the
-    estimated error of the first, as `size` gives it: relative to the larger of the figure and its scale, in rad for angles.
-    A design that is refused has nan and a reason. `needed` is 1 if a flywheel is needed, 0 if none is.
+    Figures are attributes: `sweep.exact`, `sweep.balance`... (`flywheel.designs.figures.FIGURES` names all),
+    `sweep.error.exact` is the estimated error of the first, as `size` gives it: relative to the larger of the figure and its
+    scale, in rad for angles. A design that is refused has nan and a reason. `needed` is 1 if a flywheel is needed, 0 if none
+    is.
 
     `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: the way of
     sizing each (0 many at once, 1 the same and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
