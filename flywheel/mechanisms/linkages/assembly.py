@@ -584,7 +584,7 @@ def assembled(equations: Equations) -> Array:
         contrary = _contrary(loops, isolated, chosen, guesses)
         if contrary.any():
             names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-            what = f"guesses that contradict the sides, as {names} fits another assembly than the sides,"
+            what = f"guesses for another assembly than that of the sides ({names}),"
             raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
     return chosen
 
@@ -798,7 +798,7 @@ def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     contrary = _contrary(loops, fitting, fitting[near], guesses)
     if contrary.any():
         names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-        what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
+        what = f"guesses for another assembly than the rest ({names}),"
         raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
     return np.asarray(fitting[distance <= distance[near] / _CLEARER])
 
