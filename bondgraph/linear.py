@@ -369,7 +369,7 @@ def _balanced(matrix: Array) -> tuple[Array, Array]:
 def _kept(rates: Array) -> Array:
     """The sums, a row each, that rates (a column each) do not change."""
     sizes = np.abs(rates).max(axis=0, initial=0.0)
-    left, shares, _ = np.linalg.svd(rates[:, sizes > 0.0] / sizes[sizes > 0.0])
+    left, shares, _ = np.linalg.svd(rates / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
     return np.asarray(left[:, int(np.sum(shares > _SUMS * shares.max(initial=0.0))) :].T)
 
 
@@ -441,29 +441,38 @@ def linearize(
         for of in (dots[symbol] for symbol in row.free_symbols & dots.keys() if dots[symbol] in moved):
             driven[of] = (*driven.get(of, ()), name)
     rates, told = ([row.xreplace(dict.fromkeys(dots, 0)) for row in rows] for rows in (rates, told))
-    matrices = tuple(_jacobian(rows, by) for rows in (rates, told) for by in (states, given))
+    every = [*states, *symbols.values()] if dynamics.linear is not None else None
+    matrices = tuple(_jacobian(rows, by, every) for rows in (rates, told) for by in (states, given))
     numbers = dict(twin.values) | {symbol: point[name] for symbol, name in zip(states, names, strict=True)}
     numbers |= {finish(twin.places[name]): float((signals or {})[name]) for name in graph.signals}
     filled = {symbol: sympy.Float(value, 17) for symbol, value in {**numbers, finish(twin.places[TIME]): 0.0}.items()}
-    numeric = [m.xreplace(filled).applyfunc(full_digits) for m in matrices]
-    A, B, C, D = (np.array(m.tolist(), dtype=float).reshape(m.shape) for m in numeric)
+    A, B, C, D = (np.zeros(m.shape) for m in matrices)
+    for numeric, symbolic in zip((A, B, C, D), matrices, strict=True):
+        for place, slope in symbolic.todok().items():
+            numeric[place] = full_digits(slope.xreplace(filled))
     _check_kinks(dynamics, point, A)
     return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven)
 
 
-def _jacobian(rows: Sequence[Any], by: Sequence[Any]) -> Any:
-    """The slopes of expressions, with real symbols, because |x| has no slope otherwise."""
+def _jacobian(rows: Sequence[Any], by: Sequence[Any], every: Sequence[Any] | None) -> Any:
+    """The slopes of expressions, with real symbols, because |x| has no slope otherwise.
+
+    Those of straight lines through 0 in `every` symbol are their values at 1 and 0.
+    """
     import sympy
 
     symbols = set(by).union(*(row.free_symbols for row in rows))
-    real = {symbol: sympy.Dummy(symbol.name, real=True) for symbol in symbols}
-    back = {dummy: symbol for symbol, dummy in real.items()}
-
-    def slope(row: Any, symbol: Any) -> Any:
-        found = row.xreplace(real).diff(real[symbol]).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero)
-        return found.xreplace(back)
-
-    return sympy.Matrix(len(rows), len(by), [slope(row, symbol) for row in rows for symbol in by])
+    slopes, real = {}, {symbol: sympy.Dummy(symbol.name, real=True) for symbol in symbols}
+    back, still = {dummy: symbol for symbol, dummy in real.items()}, dict.fromkeys(every or (), 0)
+    for i, row in enumerate(rows):
+        smooth, used = row.xreplace(real) if every is None else row, row.free_symbols
+        for j in (j for j, symbol in enumerate(by) if symbol in used):
+            if every is None:
+                slope = smooth.diff(real[by[j]]).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero).xreplace(back)
+            else:
+                slope = row.xreplace({**still, by[j]: 1})
+            slopes[i, j] = slope
+    return sympy.Matrix(sympy.SparseMatrix(len(rows), len(by), slopes))
 
 
 def _unknown(graph: BondGraph, names: Sequence[str], point: Any, inputs: Any, outputs: Any, symbols: Any) -> list[str]:

@@ -332,7 +332,8 @@ class SymbolicWalk(Walk):
             return value.xreplace(fresh)
 
         for terms, constant in zip(made, constants, strict=True):
-            rows.append({v: whole(a) for v, a in terms if v in unknown})
+            inside = {v: total(a for u, a in terms if u == v) for v, _ in terms if v in unknown}
+            rows.append({v: whole(a) for v, a in inside.items()})
             right.append(whole(-constant - total(a * self.value(v) for v, a in terms if v not in unknown)))
         flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
         field, entries = sympy.construct_domain(flat if few else [], field=True)

@@ -214,6 +214,13 @@ def test_a_field_of_resistors_in_a_loop_is_solved_in_fractions_too():
     graph = Builder().zero("a").on("a", I("m", 2.0), R("leak", leak)).field(R("K", matrix), "a", "a").build()
     conductance = Fraction(3 + 2 - 1 - 1, 5) + 1 / Fraction(leak)
     assert_allclose(Dynamics(graph).rates(0.0, 2.0), [-float(1 / conductance)], rtol=1e-15)
+    assert_allclose(state_equations(graph).numeric()(0.0, [2.0]), [-float(1 / conductance)], rtol=1e-15)
+    b = Builder().zero("n").one("j").bond("n", "j").on("n", C("c", 0.5)).on("j", R("r", leak))
+    graph = b.field(R("K", matrix), "j", "j").build()  # in series: their resistances add up
+    expected = [-float(4 / (Fraction(leak) + 3 + 2 + 1 + 1))]
+    assert_allclose(Dynamics(graph).rates(0.0, 2.0), expected, rtol=1e-15)
+    assert_allclose(state_equations(graph).numeric()(0.0, [2.0]), expected, rtol=1e-15)
+    assert_allclose(state_equations(graph.with_law("r", 0.25)).numeric()(0.0, [2.0]), [-4 / 7.25], rtol=1e-15)
 
 
 @pytest.mark.parametrize("ratio", [-1.0, 3.0, 3e4])
