@@ -697,7 +697,7 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
 
 _SIZED = 1e-8  # relative, the closest to which a flywheel is found
 _ROUGHLY = 1e-3  # the same of the rough one that it is found beside
-_WIDER = 4.0  # times: how far the next flywheel lies from the last, where all are looked through
+_WIDER = 4.0  # times: how far the second flywheel lies from the first, where all are looked through
 _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
@@ -744,21 +744,23 @@ def _sized(
         run = runs[inertia, rtol]
         return {} if run is None else _limited(*run, asked)
 
-    def smallest(name: str) -> float:
-        """The smallest flywheel that keeps one limit."""
+    def smallest(name: str, start: float, rtol: float, close: float, wider: float) -> float:
+        """The smallest flywheel that keeps one limit, searched from one on, by ever wider steps."""
 
         @cache
         def above(inertia: float) -> float:
             """The relative excess over the limit; infinite where the stroke is not completed."""
-            return reached(inertia, tolerance).get(name, math.inf) / asked[name] - 1.0
+            return reached(inertia, rtol).get(name, math.inf) / asked[name] - 1.0
 
         def within(place: float) -> float:
             over = above(1.0 / place)
-            return over if abs(over) > closest else 0.0
+            beyond[over > 0.0].append(place)
+            gap = min(beyond[True], default=math.inf) / max(beyond[False], default=1e-300) - 1.0
+            return over if abs(over) > close < gap else 0.0  # a bracket that narrow is rounding
 
-        low = high = scale
+        low, high, step, beyond = start, start, wider, {True: list[float](), False: list[float]()}
         while above(high) > 0.0:
-            low, high = high, _WIDER * high
+            low, high, step = high, step * high, step * wider
             if high > _HEAVIEST * scale and last and math.isinf(above(low)):
                 raise last[0]
             if high > _HEAVIEST * scale:
@@ -770,11 +772,11 @@ def _sized(
         while above(low) <= 0.0:
             if low < _LIGHTEST * scale or (low < high and own > 0.0 and above(0.0) <= 0.0):
                 return 0.0
-            low, high = low / _WIDER, low
+            low, high, step = low / step, low, step * wider
         while math.isinf(above(low)):  # the least flywheel that carries the stroke through
             middle = math.sqrt(low * high)
             low, high = (middle, high) if above(middle) > 0.0 else (low, middle)
-            if high / low < 1.0 + closest:
+            if high / low < 1.0 + close:
                 return high
         return 1.0 / root(within, 1.0 / low, 1.0 / high)  # most limits are nearly straight lines of 1/inertia
 
@@ -793,7 +795,8 @@ def _sized(
                 found = beside(name, Strokes(scene, rough.inertia, tolerance, strokes), closest, guess and guess[1])
             alone[name] = found.inertia
         except SceneError:
-            alone[name] = smallest(name)
+            inertia = smallest(name, scale, _COARSEST, _ROUGHLY, _WIDER)
+            alone[name] = inertia and smallest(name, inertia, tolerance, closest, 1.0 + _WIDER * _ROUGHLY)
     binding = max(alone, key=lambda name: alone[name])
     if alone[binding] == 0.0 and not own > 0.0:
         raise kept_by_all(binding)

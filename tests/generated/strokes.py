@@ -12,18 +12,19 @@ import flywheel
 from flywheel import SceneError
 from tests.estimates.bars import short
 from tests.generated.judging import Verdict
-from tests.generated.scenes import Scene, chance, spread
-from tests.oracle.motors import kloss
-from tests.oracle.strokes import TURN, Plan, Rated, returning, shares, stroke
+from tests.generated.scenes import Rng, Scene, chance, spread
+from tests.oracle.motors import kloss, rated, servo, slip_heat
+from tests.oracle.strokes import TURN, Plan, Rated, over_limits, returning, shares, stroke
 
-_NAMES = ("abs", "min", "max", "sqrt")
+_NAMES = ("abs", "sqrt", "sign")
+_WHEEL = 1e-7  # relative, beside the estimate of a flywheel of limits
 _RATE, _RATED_ONE = 1e-7, 5  # beside the estimate of the greatest rate; every how manieth scene has it
 _FLOOR = 1e-8  # relative, beside the estimate: what the oracle itself is good to
 
 
 def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     """A scene with clutch and brake, and the same in plain numbers."""
-    rng = np.random.default_rng([seed, 77])
+    rng, more = (np.random.default_rng([seed, kind]) for kind in (77, 78))
     crank_speed, ratio, belt = spread(rng, 3.0, 12.0), short(rng.uniform(1.0, 8.0), 3), short(rng.uniform(0.5, 6.0), 3)
     wheel_speed = crank_speed * ratio
     turns, gear, belts = chance(rng, 0.4), short(rng.uniform(0.85, 1.0), 3), short(rng.uniform(0.85, 1.0), 3)
@@ -64,7 +65,7 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     weighs = slider is not None and chance(rng, 0.5)
     lasting = TURN / crank_speed
     period = short(lasting * rng.uniform(1.5, 4.0) + 0.2)
-    rate, continuous = short(60.0 / period), 1
+    rate, continuous = short(60.0 / period), 2 if chance(more, 0.25) else 1
     static, arm = short(1e6 * clutch), 1.0 if slider is None else radius * math.sin(math.radians(low))
     most = short(clutch * ratio * rng.uniform(1.02, 1.3) * (1.0 + behind / wheel) / arm)  # slips again under this
     if chance(rng, 0.4) and most * arm * math.radians(high - low) < 0.4 * energy:
@@ -80,19 +81,27 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     brake_rise = short(rng.uniform(0.01, 0.04), 2) if chance(rng, 0.5) else 0.0
     brake_fall = short(rng.uniform(0.001, 0.004), 2) if chance(rng, 0.4) else 0.0
     speed = short(belt * wheel_speed)
-    heat, bodies, field = None, (), 0.0
+    judged, wheel_of = None, {"inertia": wheel}
+    drop = behind / (wheel + behind) + work / (wheel * wheel_speed**2)
+    sizes, power = chance(more, 0.3), 2.0 * work / period
+    if sizes:
+        power = continuous * (power + behind * wheel_speed**2 / period)
+        wheel_of = {"limits": {"irregularity": short(drop * more.uniform(0.8, 1.4))}}
     if chance(rng, 0.5):
-        slope = short(3.0 * work / period / speed / (0.1 * speed))
+        slope = short(1.5 * power / speed / (0.1 * speed))
         drive: Scene = {"on": "motor", "torque": f"{slope!r}*({speed!r} - omega)"}
         text = drive["torque"]
+        if chance(more, 0.4):
+            drive = {"on": "motor", "motor": _servo(more, short(power / speed), speed)}
+            text = servo(drive["motor"])
     else:
-        power = short(2.0 * work / period + 1.0)
+        power = short(power + 1.0)
         full = speed * rng.uniform(0.92, 0.97)
         motor = {"type": "induction", "power": power, "speed": short(full), "poles": 2, "breakdown_ratio": 2.4}
         motor["frequency"] = f"{short(speed / TURN)!r} Hz"
-        drive, text = {"on": "motor", "motor": motor}, kloss(motor)
-        field = TURN * float(motor["frequency"].split()[0])
-        heat = field - motor["speed"], power / motor["speed"]  # of the rotor: slip speed and torque at the rated point
+        if chance(more, 0.5):
+            _fed(more, motor)
+        drive, text, bodies = {"on": "motor", "motor": motor}, kloss(motor), ()
         if chance(rng, 0.6):
             constant, warmth, share = short(period * 10 ** rng.uniform(-0.5, 3.0)), short(rng.uniform(30.0, 100.0)), 0.0
             motor["thermal"] = {"time_constant": constant, "class": "F", "rise": f"{warmth!r} K"}
@@ -102,15 +111,21 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
                 bodies = ((1.0 - share) * warmth, constant), (share * warmth, quick)
             else:
                 bodies = ((warmth, constant),)
+        most, heat = rated(motor)
+        lost, law = slip_heat(motor), _law(text)
+        judged = Rated(most, np.vectorize(lambda w: lost(law(w), w) / heat), bodies, 105.0 if bodies else math.inf, heat)
+        if sizes:
+            wheel_of["limits"] |= {name: short(more.uniform(0.5, 1.5), 3) for name in ("motor_rms", "motor_heat")}
+            wheel_of["limits"] |= {"motor_torque": short(more.uniform(1.2, 2.2), 3)} if chance(more, 0.5) else {}
     scene: Scene = {
         "title": f"strokes {seed}",
         "shafts": shafts,
         "inertia": [{"on": "crank", "value": crank}, {"on": "motor", "value": rotor}],
         "load": [{"on": "crank" if slider is None else "slider", "from": f"{low:g} deg", "to": f"{high:g} deg"}],
         "brake": [{"torque": brake, "engage": f"{engage:g} deg", "rise": brake_rise, "fall": brake_fall}],
-        "single_stroke": {"rate": f"{rate!r} 1/min"},
+        "single_stroke": {"rate": f"{rate!r} 1/min", "continuous": continuous},
         "drive": drive,
-        "flywheel": {"on": "wheel", "inertia": wheel},
+        "flywheel": {"on": "wheel", **wheel_of},
     }
     scene["load"][0]["torque" if slider is None else "force"] = force
     if slider is not None:
@@ -121,23 +136,50 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
             scene["load"].append({"on": "slider", "force": f"-{friction!r}*sign(v)"})
         if weighs:
             scene["gravity"] = {"direction": "180 deg"}
-    law = compile(text, "motor", "eval")
-    names = {name: getattr(np, name) for name in _NAMES} | {"min": min, "max": max}
-
-    def losses(omega: Any) -> Any:
-        """Of the rotor, slip speed times torque, over the rated ones."""
-        return (field - omega) * eval(law, names, {"omega": omega}) / (heat[0] * heat[1])
-
-    rated = None if heat is None else Rated(heat[1], losses, bodies, 105.0 if bodies else math.inf)
     per_hour = short(1800.0 * behind * wheel_speed**2 / period * rng.uniform(1.05, 2.0))
     shafts["wheel"]["clutch"]["heat_per_hour"] = per_hour
+    rows = (continuous - 1) * TURN
     plan = Plan(
-        wheel, rotor, crank, ratio, belt, gear, belts, lambda omega: eval(law, names, {"omega": omega}), clutch, rise, fall,
-        math.radians(release), brake, brake_rise, brake_fall, math.radians(engage), continuous * 60.0 / rate,
+        wheel, rotor, crank, ratio, belt, gear, belts, _law(text), clutch, rise, fall,
+        math.radians(release) + rows, brake, brake_rise, brake_fall, math.radians(engage) + rows, continuous * 60.0 / rate,
         ((math.radians(low), math.radians(high), force),), friction, -9.80665 if weighs else 0.0, slider,
-        static, hold, rated, per_hour,
+        static, hold, judged, per_hour, continuous,
     )  # fmt: skip
     return scene, plan
+
+
+def _law(text: str) -> Any:
+    """A torque (N m) over the speed of its shaft."""
+    law, names = compile(text, "motor", "eval"), {name: getattr(np, name) for name in _NAMES} | {"min": min, "max": max}
+    return lambda omega: eval(law, names, {"omega": omega})
+
+
+def _servo(rng: Rng, torque: float, speed: float) -> Scene:
+    """A servo drive that idles at about a speed; its peak curve cuts off what it gives in the stroke."""
+    motor = {
+        "type": "servo",
+        "speed": speed,
+        "torque": torque,
+        "set_speed": short(speed),
+        "droop": short(rng.uniform(0.02, 0.1)),
+    }
+    motor |= {"peak_torque": short(torque * rng.uniform(1.5, 4.0)), "corner_speed": short(speed * rng.uniform(0.7, 1.15))}
+    return motor | {"maximum_speed": short(1.6 * speed), "efficiency": 0.9, "braking": "regenerative"}
+
+
+def _fed(rng: Rng, motor: Scene) -> None:
+    """Puts a motor of two poles and another frequency of the mains on an inverter that turns its field as fast."""
+    hertz = float(motor["frequency"].split()[0])
+    torque, slip, mains = (
+        motor["power"] / motor["speed"],
+        TURN * hertz - motor["speed"],
+        short(hertz * rng.choice([0.8, 1.0, 1.4])),
+    )
+    motor |= {"speed": short(TURN * mains - slip), "frequency": f"{mains!r} Hz"}
+    motor["power"] = short(torque * motor["speed"])
+    motor["inverter"] = {"frequency": f"{hertz!r} Hz", "overcurrent": short(rng.uniform(1.5, 3.0), 3)}
+    motor["inverter"] |= {"torque_limit": short(rng.uniform(0.9, 2.2), 3)} if chance(rng, 0.6) else {}
+    motor["inverter"] |= {"braking": str(rng.choice(["none", "regenerative"]))}
 
 
 def tried_strokes(seed: int) -> list[Verdict]:
@@ -149,7 +191,7 @@ def tried_strokes(seed: int) -> list[Verdict]:
     except SceneError as error:
         return [Verdict("strokes", "refused", str(error), time.monotonic() - begun, 0.0)]
     took, begun = time.monotonic() - begun, time.monotonic()
-    speed, rest = found.phases.begin
+    plan, (speed, rest) = plan._replace(wheel=found.inertia), found.phases.begin
     true = stroke(plan, speed, rest)
     lines = []
 
@@ -158,10 +200,20 @@ def tried_strokes(seed: int) -> list[Verdict]:
             lines.append(f"{name} {value!r} beside {right!r}, error {error:.2g}")
 
     compare("speed after", speed, true.pop("speed"), 0.0, speed)
-    compare("angle after", rest + TURN, true.pop("rest"), 0.0, TURN)
+    compare("angle after", rest + plan.turns * TURN, true.pop("rest"), 0.0, TURN)
     if plan.rated is not None:
-        true["motor_heat"] *= found.scene.motor.rated_total_heat
+        true["motor_heat"] *= plan.rated.heat
     scales: dict[str, float] = {"lock_angle": 1.0, "wheel_energy": plan.wheel * speed**2, "brake_angle": 1.0}
+    scales |= {"holding_torque": plan.brake, "power_returned": plan.wheel * speed**2 / plan.period}
+    motor = found.scene.motor
+    if found.inverter_current is None or plan.rated is None:
+        for name in ("inverter_current", "power_returned"):
+            true.pop(name, None)
+    else:
+        tripped = ["overcurrent"] * (true["inverter_current"] > motor.inverter.overcurrent)
+        tripped += ["overvoltage"] * (motor.inverter.braking == "none" and true["power_returned"] > 1e-9 * motor.power)
+        if tripped != [trip.kind for trip in found.trips]:
+            lines.append(f"trips {[trip.kind for trip in found.trips]}, beside {tripped}")
     for name, right in true.items():
         value: Any = found.figures[name]
         compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))
@@ -169,9 +221,17 @@ def tried_strokes(seed: int) -> list[Verdict]:
     if rates and found.decides in shares(plan, true):
         for way in (-1.0, 1.0):  # a little slower all is within its limits, a little faster not
             rate = found.greatest_rate + way * (found.error["greatest_rate"] + _RATE * found.greatest_rate)
-            there = plan._replace(period=1.0 / rate)
+            there = plan._replace(period=plan.turns / rate)
             most = max(shares(there, returning(there, speed, rest)).values())
             if (most > 1.0) != (way > 0.0):
                 lines.append(f"greatest rate {found.greatest_rate!r}, {most!r} of the limit at {rate!r}")
+    if found.limits:
+        asked = {name: limit.asked for name, limit in found.limits.items()}
+        for way in (-1.0, 1.0):  # a little lighter it breaks the limit that decides, a little heavier it keeps all
+            inertia = found.inertia + way * (found.error["inertia"] + _WHEEL * found.inertia)
+            there = plan._replace(wheel=inertia)
+            beyond = over_limits(there, returning(there, speed, rest), asked)
+            if (beyond[found.binding] > 1.0) == (way > 0.0) or (way > 0.0 and max(beyond.values()) > 1.0):
+                lines.append(f"flywheel {found.inertia!r} by {found.binding}, {beyond} of the limits with {inertia!r}")
     outcome = "wrong" if lines else "right"
     return [Verdict("strokes", outcome, "; ".join(lines), took, time.monotonic() - begun)]

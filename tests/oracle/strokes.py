@@ -61,11 +61,13 @@ class Plan(NamedTuple):
     hold: float = 0.0
     rated: Rated | None = None
     per_hour: float = math.inf
+    turns: int = 1
 
 
 class Rated(NamedTuple):
     """Of a motor: rated torque (N m), losses at a speed over the rated ones, its bodies, and the rise (K) that it bears.
 
+    `heat` are the rated losses (W), by which its current goes.
     Each body has its rise (K) at the rated point and its time constant (s); none if the windings are not judged.
     """
 
@@ -73,6 +75,7 @@ class Rated(NamedTuple):
     losses: Callable[[Any], Any]
     bodies: tuple[tuple[float, float], ...] = ()
     limit: float = math.inf
+    heat: float = math.nan
 
 
 def gains(plan: Plan, phi: Any, way_of: int = 1) -> tuple[Any, Any, Any]:
@@ -174,6 +177,10 @@ class Run:
         )
         return max(float(values[k]), -float(finer.fun))
 
+    def greatest(self, of: Callable[[Any], Any]) -> float:
+        """The greatest value over the stroke, of the motor's speed."""
+        return max(self.most(found, lambda t, y, own=own: of(self.plan.belt * own(y))) for found, own in self.pieces)
+
     def losses(self, rated: Rated) -> tuple[Any, Any, Any]:
         """Times (s), weights (s) and losses over the rated ones at Gauss' nodes of parts of all steps."""
         nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
@@ -206,7 +213,7 @@ def returning(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
     def off(at: Any) -> tuple[Any, dict[str, float]]:
         figures = stroke(plan, *at.tolist())
-        return np.array([figures["speed"], figures["rest"] - TURN]) - at, figures
+        return np.array([figures["speed"], figures["rest"] - plan.turns * TURN]) - at, figures
 
     for _ in range(12):
         left, figures = off(state)
@@ -228,6 +235,16 @@ def shares(plan: Plan, figures: dict[str, float]) -> dict[str, float]:
     if "temperature" in figures and plan.rated is not None:
         found["motor temperature"] = figures["temperature"] / plan.rated.limit
     return found
+
+
+def over_limits(plan: Plan, figures: dict[str, float], asked: dict[str, float]) -> dict[str, float]:
+    """What limits the flywheel, over what is asked."""
+    high, low = figures["speed_greatest"], figures["speed_least"]
+    found = {"irregularity": 2.0 * (high - low) / (high + low)}
+    if plan.rated is not None:
+        found["motor_torque"] = figures["motor_torque_peak"] / plan.rated.torque
+        found |= {"motor_rms": figures["motor_torque_rms"] / plan.rated.torque, "motor_heat": figures["motor_heat"]}
+    return {name: found[name] / most for name, most in asked.items()}
 
 
 def marks(plan: Plan) -> list[float]:
@@ -380,6 +397,9 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
     if plan.rated is not None:
         times, lasting, losses = run.losses(plan.rated)
         warm["motor_heat"] = float(lasting @ losses) / plan.period
+        heat, share, motor_of = plan.rated.heat, plan.rated.losses, plan.motor
+        warm["inverter_current"] = run.greatest(lambda w: math.sqrt(share(w)))
+        warm["power_returned"] = max(0.0, run.greatest(lambda w: -motor_of(w) * w - heat * share(w)))
         if plan.rated.bodies:
             warm["temperature"] = warmest(plan.rated, plan.period, times, lasting, losses)
     return {
@@ -392,6 +412,8 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
         **({} if math.isnan(where) else {"second_slip_angle": where}),
         "clutch_heat": y[3],
         "brake_heat": y[4],
+        "holding_torque": abs(driven(plan._replace(friction=0.0), rest, rest)[2]),
+        "motor_torque_peak": run.greatest(lambda w: abs(plan.motor(w))),
         "brake_angle": rest - plan.engage,
         "stopping_time": t - brake_on,
         "second_slip_time": again,
