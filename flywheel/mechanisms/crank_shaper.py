@@ -187,8 +187,8 @@ def derivation(made: f.Derivation) -> None:
     made.find("y_prime", "L*cos(theta)*theta_prime", "m", found=p.ram_rate * p.rocker_rate)
     made.part(_("Their derivatives g′"))
     made.find("theta_second", "s_prime*(1 - 2*theta_prime)/s", f.ONE, found=p.rocker_slope)
-    found = p.ram_slope * p.rocker_rate + p.ram_rate * p.rocker_slope
-    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", found=found)
+    slope = p.ram_slope * p.rocker_rate + p.ram_rate * p.rocker_slope
+    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", found=slope)
     made.moves(rocker="theta", ram="y")
     f.block_on_pin(made, "r")
     made.pinned("rocker_pin", _("Pin at the rocker's end"), ("L", "theta", "theta_prime", "theta_second"), "rocker.pin")

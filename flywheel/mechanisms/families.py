@@ -318,8 +318,8 @@ def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) 
     where = f"the crank locks at {degrees(met[0]):.6g} deg" if met else "the bars do not meet"
     moves = _moves(family, locks)
     expected = f"a stroke within {moves}" if moves else "lengths that meet"
-    found = f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}"
-    raise SceneError([Fault("stroke", found, expected, locks=tuple(met))])
+    defect = f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}"
+    raise SceneError([Fault("stroke", defect, expected, locks=tuple(met))])
 
 
 def _closes(family: Family, psi: float) -> bool:
@@ -676,8 +676,8 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     try:
         inner = [(0.5 * (a + b), root) for a, b in pairwise(map(present, edges)) for root in stops(a, b)]
     except SwitchingError:
-        found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
-        raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
+        defect = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
+        raise SceneError([Fault(mechanism.path, defect, "a port that moves")]) from None
     psi = np.array(sorted({*edges, *(now_at(*each) if recorded else each[1] for each in inner)}))
     return Ends(psi, displacement(psi), period, displacement)
 

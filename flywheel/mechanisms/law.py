@@ -56,8 +56,8 @@ class FormulaCurve(NamedTuple):
         # the jets over a namespace, made once: the namespace is kept beside them, so that its id stays its own
         if id(ns) not in _JETS:
             _JETS[id(ns)] = ns, jet_namespace(ns)
-        found = self.expression.evaluate(values, _JETS[id(ns)][1], {**self.parameters, "phi": anchor})
-        return found if isinstance(found, Jet) else Jet(found, 0.0, 0.0)
+        position = self.expression.evaluate(values, _JETS[id(ns)][1], {**self.parameters, "phi": anchor})
+        return position if isinstance(position, Jet) else Jet(position, 0.0, 0.0)
 
 
 _JETS: dict[int, tuple[Any, Any]] = {}
@@ -183,8 +183,8 @@ def followed(output: Output, period: float, parameters: Mapping[str, float], pat
     """
     curve = _curve(output, period, parameters, path)
     if not _port(output, curve, period, path).returns:
-        found = "a position that gains a constant each period"
-        raise SceneError([Fault(_key(output, path), found, "a position that comes back after the period")])
+        defect = "a position that gains a constant each period"
+        raise SceneError([Fault(_key(output, path), defect, "a position that comes back after the period")])
     return curve
 
 
@@ -228,27 +228,27 @@ def _port(output: Output, curve: PositionCurve, period: float, path: str) -> Por
     for what, values in named.items():  # with mass the slope's slope turns the reduced inertia
         wrong = ~np.isfinite(values)
         if np.any(wrong):
-            found = f"a {what} that is not finite at {_degrees(phi[wrong][0])}"
-            raise SceneError([Fault(path, found, "a smooth position")])
+            defect = f"a {what} that is not finite at {_degrees(phi[wrong][0])}"
+            raise SceneError([Fault(path, defect, "a smooth position")])
     rounding = _VALUE_ROUNDING * np.max(np.abs(value))
     close = _JUMP_ROUNDING * np.ptp(value) + rounding
     jumps, gain = value[1:, 0] - value[:-1, -1], float(value[-1, -1] - value[0, 0])
     gain = gain if abs(gain) > close else 0.0
     if np.any(np.abs(jumps) > close):
         worst = int(np.argmax(np.abs(jumps)))
-        found = f"a jump of {jumps[worst]:.6g} {unit} at {_degrees(phi[worst, -1])}"
-        raise SceneError([Fault(path, found, "a position that does not jump")])
+        defect = f"a jump of {jumps[worst]:.6g} {unit} at {_degrees(phi[worst, -1])}"
+        raise SceneError([Fault(path, defect, "a position that does not jump")])
     if gain and not output.rotating:
-        found = f"{value[0, 0]:.9g} m at 0 deg and {value[-1, -1]:.9g} m at {_degrees(period)}"
-        raise SceneError([Fault(path, found, "a position that comes back after the period")])
+        defect = f"{value[0, 0]:.9g} m at 0 deg and {value[-1, -1]:.9g} m at {_degrees(period)}"
+        raise SceneError([Fault(path, defect, "a position that comes back after the period")])
     corners = np.array([first[0, 0] - first[-1, -1], *(first[1:, 0] - first[:-1, -1])])
     kinks = phi[np.abs(corners) > _JUMP_ROUNDING * np.max(np.abs(first)) + rounding, 0]
     if output.inertia != 0 and kinks.size:
         worst = int(np.argmax(np.abs(corners)))
         before, after = first[worst - 1, -1], first[worst, 0]
-        found = f"a slope that jumps from {before:.6g} to {after:.6g} at {_degrees(phi[worst, 0])}"
+        defect = f"a slope that jumps from {before:.6g} to {after:.6g} at {_degrees(phi[worst, 0])}"
         advice = "the reduced inertia would jump with it; round the corner"
-        raise SceneError([Fault(path, found, "a smooth position, as it carries mass", advice)])
+        raise SceneError([Fault(path, defect, "a smooth position, as it carries mass", advice)])
     name = output.name
 
     def displacement(position: Any) -> Any:

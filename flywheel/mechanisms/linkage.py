@@ -73,8 +73,8 @@ def linkage_of(mechanism: Mechanism) -> Linkage:
     if skeleton is None:
         advice = "write it as a linkage to have joints"
         jointed = [name for name, kind in KINDS.items() if kind.skeleton is not None]
-        found, expected = f"a mechanism of type {mechanism.type}", "one of " + ", ".join(jointed)
-        raise SceneError([Fault(f"{mechanism.path}.type", found, expected, advice)])
+        defect, expected = f"a mechanism of type {mechanism.type}", "one of " + ", ".join(jointed)
+        raise SceneError([Fault(f"{mechanism.path}.type", defect, expected, advice)])
     start = mechanism.stroke[0] if mechanism.stroke is not None else 0.0
     members, joints, sides = skeleton(mechanism, families.build(mechanism).position(np.float64(start), np))
 
@@ -148,12 +148,12 @@ def followed(mechanism: Mechanism) -> Cyclic:
         raise _with_both_locks(linkage, error, (0.0, tau)) from None
     if cycle := cycle or (over(most) if most > 1 else None):
         return cycle
-    found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
+    defect = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
     returns = next((turns for turns in range(1, _TURNS_TRIED + 1) if over(turns)), None)
     advice = (
         f"it returns after {returns}: set regime.cycle" if returns else f"it does not return within {_TURNS_TRIED} turns"
     )
-    raise SceneError([Fault(mechanism.path, found, "a cycle after which it returns", advice)])
+    raise SceneError([Fault(mechanism.path, defect, "a cycle after which it returns", advice)])
 
 
 def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, float]) -> SceneError:
@@ -179,8 +179,8 @@ def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, flo
             places = sorted((lock, other.locks[0]))
     if len(places) == 2:
         first, second = (f"{at if linkage.sliding else np.degrees(at):.9g}" for at in places)
-        found = f"{what} at {first} and {second} {'m' if linkage.sliding else 'deg'}"
-        return SceneError([fault._replace(found=found, advice=f"{fault.advice}; a [stroke] may lie between the two")])
+        defect = f"{what} at {first} and {second} {'m' if linkage.sliding else 'deg'}"
+        return SceneError([fault._replace(found=defect, advice=f"{fault.advice}; a [stroke] may lie between the two")])
     if ends == (0.0, tau) or LEAVE in fault.advice:
         return error
     mend = "let [stroke] end before it" if lock > start else "let [stroke] begin after it"
@@ -293,8 +293,8 @@ class LinkagePosition:
 
     def variable(self, number: int) -> Variable:
         """A variable with its rate and slope; its value with what it gained in the turns before."""
-        found, gain = self._all[number], self._cycle.winding[number]
-        return found if gain == 0.0 else found._replace(value=found.value + gain * self._turns)
+        variable, gain = self._all[number], self._cycle.winding[number]
+        return variable if gain == 0.0 else variable._replace(value=variable.value + gain * self._turns)
 
 
 class PositionCache:
@@ -391,8 +391,8 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
 
     def require_shaft(holds: bool) -> None:
         if not holds:
-            found, expected = "a body called crank that does not turn with the driver", "another name for it"
-            raise SceneError([Fault(f"{mechanism.path}.bodies.crank", found, expected)])
+            defect, expected = "a body called crank that does not turn with the driver", "another name for it"
+            raise SceneError([Fault(f"{mechanism.path}.bodies.crank", defect, expected)])
 
     sources = ["crank"]  # the velocity of each variable: every unknown straight from the crank
     for number, name in enumerate(loops.names[1:], start=1):
@@ -465,9 +465,9 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         at = linkage.link(port.body).point(port.point)
         seen = _seen(arms(port.body, at.x, at.y), port.direction)
         if not move(port.name, seen):
-            found = f"{port.body}.{port.point}, which does not move along {np.degrees(port.direction):.6g} deg"
+            defect = f"{port.body}.{port.point}, which does not move along {np.degrees(port.direction):.6g} deg"
             expected = "a point that moves along its direction"
-            raise SceneError([Fault(f"{mechanism.path}.ports.{port.name}", found, expected)])
+            raise SceneError([Fault(f"{mechanism.path}.ports.{port.name}", defect, expected)])
         ports[port.name] = Port(port.name, partial(_place, arms=seen))
     switches = _switches(cycle)
     return Family(
@@ -540,15 +540,15 @@ def _near_locks(cycle: Cyclic) -> Iterator[float]:
 def _switches(cycle: Cyclic) -> tuple[float, ...]:
     """Coordinates of the driver at which a cam passes a breakpoint of its lift."""
     solution, period, _ = cycle
-    found: set[float] = set()
+    places: set[float] = set()
     for relation in solution.equations.loops.relations:
         lift = relation.lift
         if lift is None:
             continue
         for angle in lift.curve.breakpoints:
             passed = _passages(cycle, relation.first, angle, lift.period)
-            found.update(passed if period is None else (q % period for q in passed))
-    return tuple(sorted(found))
+            places.update(passed if period is None else (q % period for q in passed))
+    return tuple(sorted(places))
 
 
 def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator[float]:

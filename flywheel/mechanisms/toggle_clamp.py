@@ -396,12 +396,12 @@ def derivation(made: f.Derivation) -> None:
     made.find("theta_3_second", text, "1/m²", found=p.coupler_slope)
     made.find("theta_5_second", "theta_2_second", "1/m²")
     top = "a_5*sin(theta_5)*theta_2_prime**2 - a_5*cos(theta_5)*theta_2_second + a_6*sin(theta_6)*theta_6_prime**2"
-    found = p.rod_slope * p.bell_crank_rate + p.rod_rate * p.bell_crank_slope
-    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", found=found)
+    slope = p.rod_slope * p.bell_crank_rate + p.rod_rate * p.bell_crank_slope
+    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", found=slope)
     text = "-(a_5*cos(theta_5)*theta_2_prime**2) - a_5*sin(theta_5)*theta_2_second"
     text += " - a_6*cos(theta_6)*theta_6_prime**2 - a_6*sin(theta_6)*theta_6_second"
-    found = p.platen_slope * p.bell_crank_rate + p.platen_rate * p.bell_crank_slope
-    made.find("s_second", text, "1/m", found=found)
+    slope = p.platen_slope * p.bell_crank_rate + p.platen_rate * p.bell_crank_slope
+    made.find("s_second", text, "1/m", found=slope)
     made.moves(block="x", bell_crank="theta_2", coupler="theta_3", rod="theta_6", platen="s")
     made.pivoted("bell_crank", "theta_5", "bell_crank")
     made.floating("coupler", "theta_3", ("a_2", "theta_2", "theta_2_prime", "theta_2_second"))

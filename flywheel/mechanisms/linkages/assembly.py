@@ -152,18 +152,18 @@ def _independent(jacobian: Array) -> tuple[int, ...]:
 
 def freedom_faults(loops: Loops, jacobian: Array) -> list[Fault]:
     """A fault if the driver's coordinate does not determine the position, or cannot change."""
-    found = mobility(loops, jacobian)
+    freedom = mobility(loops, jacobian)
     path, expected = f"{loops.linkage.path}.joints", "1 degree of freedom"
-    held = len(_independent(jacobian[:, 1:]))
-    if held < loops.unknowns:
-        free = np.abs(np.linalg.svd(jacobian[:, 1:])[2][held:]).max(axis=0)
+    rank = len(_independent(jacobian[:, 1:]))
+    if rank < loops.unknowns:
+        free = np.abs(np.linalg.svd(jacobian[:, 1:])[2][rank:]).max(axis=0)
         moving = [loops.names[k + 1] for k in np.argsort(-free) if free[k] > 0.1 * free.max()]
         few = ", ".join(moving[:4]) + (" and more" if len(moving) > 4 else "")
-        what = f"{found.freedom} degrees of freedom (Gruebler {found.gruebler}): with the driver held, {few} may move"
+        what = f"{freedom.freedom} degrees of freedom (Gruebler {freedom.gruebler}): with the driver held, {few} may move"
         return [Fault(path, what, expected, "add a joint or a coupling, or take a body away")]
-    if found.freedom == 0:
-        what = f"0 degrees of freedom (Gruebler {found.gruebler}): the driver {loops.linkage.driver} cannot move"
-        advice = "take a joint away" + (f": {'; '.join(found.redundant)}" if found.redundant else "")
+    if freedom.freedom == 0:
+        what = f"0 degrees of freedom (Gruebler {freedom.gruebler}): the driver {loops.linkage.driver} cannot move"
+        advice = "take a joint away" + (f": {'; '.join(freedom.redundant)}" if freedom.redundant else "")
         return [Fault(path, what, expected, advice)]
     return []
 
@@ -239,13 +239,13 @@ def singular_fault(equations: Equations, z: Array, low: float, high: float, rate
     rate: the motion of the followed assembly, if there is one.
     """
     scale = equations.loops.unit if equations.loops.linkage.sliding else 1.0
-    found = _change_point(equations, z)
-    if found is not None and low <= found[0] <= high:
-        return _branch(equations, found, rate)._replace(locks=(float(found[0]) * scale,))
-    found = _fold(equations, z)
-    if found is None or not low <= found[0] <= high:
+    point = _change_point(equations, z)
+    if point is not None and low <= point[0] <= high:
+        return _branch(equations, point, rate)._replace(locks=(float(point[0]) * scale,))
+    point = _fold(equations, z)
+    if point is None or not low <= point[0] <= high:
         return None
-    return _lock(equations, found)._replace(locks=(float(found[0]) * scale,))
+    return _lock(equations, point)._replace(locks=(float(point[0]) * scale,))
 
 
 def _fold(equations: Equations, z: Array) -> Array | None:
@@ -261,8 +261,8 @@ def _fold(equations: Equations, z: Array) -> Array | None:
         matrix[-1, size + 1 :] = v
         return matrix, np.concatenate((residual, jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
 
-    found = _newton(system, z, _singular_values(equations, z[None])[1][0, -1], 1e-14)
-    return found[0] if found is not None and np.abs(found[2][:-1]).max() < _TOUCHES else None
+    root = _newton(system, z, _singular_values(equations, z[None])[1][0, -1], 1e-14)
+    return root[0] if root is not None and np.abs(root[2][:-1]).max() < _TOUCHES else None
 
 
 def _change_point(equations: Equations, z: Array) -> Array | None:
@@ -286,8 +286,8 @@ def _change_point(equations: Equations, z: Array) -> Array | None:
         matrix[-1, size + 1 : -1] = first
         return matrix, np.concatenate((residual + mu * first, w @ jacobian, [w @ first - 1.0]))
 
-    found = _newton(system, z, np.append(first, 0.0), 1e-10)
-    return found[0] if found is not None and max(abs(found[1][-1]), np.abs(found[2]).max()) < _TOUCHES else None
+    root = _newton(system, z, np.append(first, 0.0), 1e-10)
+    return root[0] if root is not None and max(abs(root[1][-1]), np.abs(root[2]).max()) < _TOUCHES else None
 
 
 def _newton(
@@ -317,13 +317,13 @@ def _expanded(equations: Equations, z: Array) -> tuple[Array, Array, Array]:
     return equations.residual(table, bases)[0], equations.jacobian(table, bases)[0], np.asarray(hessians)
 
 
-def _lock(equations: Equations, found: Array) -> Fault:
+def _lock(equations: Equations, z: Array) -> Fault:
     """Fault of a lock: the assemblies that meet there, or redundant joints that hold the linkage to second order only."""
-    loops, jacobian = equations.loops, _expanded(equations, found)[1]
+    loops, jacobian = equations.loops, _expanded(equations, z)[1]
     path = loops.linkage.path
     left, _, right = np.linalg.svd(jacobian[:, 1:])
-    where = standing(equations, float(found[0]))
-    moving = _described(loops, found, _movers(right[-1]))
+    where = standing(equations, float(z[0]))
+    moving = _described(loops, z, _movers(right[-1]))
     if np.abs(left[:, loops.unknowns - 1 :].T @ jacobian[:, 0]).max() > _SMALL * np.abs(jacobian[:, 0]).max():
         advice = f"two assemblies meet there, {moving} may go either way"
         return Fault(path, f"a linkage that locks with the {where}", _ONE, advice)
@@ -335,11 +335,11 @@ def _lock(equations: Equations, found: Array) -> Fault:
     return Fault(path, what, _ONE, f"several assemblies meet there, {moving} may go either way; {LEAVE}")
 
 
-def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
+def _branch(equations: Equations, z: Array, rate: Array | None) -> Fault:
     """Fault of a change point: the assemblies that cross, the motion along each, and remedies."""
     loops = equations.loops
-    ways = _ways(equations, found)
-    kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
+    ways = _ways(equations, z)
+    kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, z)) or ("a linkage", ())
     names = ["", ""]
     mend = f"fix one of them by another joint or a coupling, change a length, or {LEAVE}"
     if kind == _PARALLELOGRAM:
@@ -355,10 +355,10 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
         kind = _PARALLELOGRAM if rate is None or not ways else called(rate)
         names = [f"{called(way)}: " for way in ways]
     ring = f" ({', '.join(sorted(bodies))})" if bodies else ""
-    where = standing(equations, float(found[0]))
+    where = standing(equations, float(z[0]))
     what = f"{kind}{ring} that branches (a change point) with the {where}"
     if not ways:
-        free = _described(loops, found, _movers(_singular_values(equations, found[None])[1][0, -1]))
+        free = _described(loops, z, _movers(_singular_values(equations, z[None])[1][0, -1]))
         advice = f"several assemblies meet there, {free} may go either way"
     else:
         first, second = sorted(name + _onward(loops, way, ways) for name, way in zip(names, ways, strict=True))
@@ -543,18 +543,18 @@ def assembled(equations: Equations) -> Array:
 
     """
     loops = equations.loops
-    found = assemblies(equations)
-    if not len(found):
+    solutions = assemblies(equations)
+    if not len(solutions):
         raise SceneError([_open_fault(equations)])
     if not loops.unknowns:
-        isolated, family = found, found[:0]
+        isolated, family = solutions, solutions[:0]
     elif loose_everywhere(equations):
-        raise SceneError(_position_faults(equations, found[0]))
+        raise SceneError(_position_faults(equations, solutions[0]))
     else:
-        isolated, family = _isolated(equations, found)
+        isolated, family = _isolated(equations, solutions)
     fitting, members = (part[_on_sides(equations, part)] for part in (isolated, family))
     if not len(fitting) and not len(members):
-        raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
+        raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", solutions, "one that does")])
     guesses = _guesses(loops)
     member = None if len(fitting) else members[0]
     if len(fitting) and len(members) and len(guesses) > 1:  # members are many: they must fit the guesses far better
@@ -597,31 +597,31 @@ def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) ->
     return np.asarray((gap > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gap))
 
 
-def _isolated(equations: Equations, found: Array) -> tuple[Array, Array]:
+def _isolated(equations: Equations, solutions: Array) -> tuple[Array, Array]:
     """Isolated assemblies, a double root once, and members of continuous families."""
-    values, _ = _singular_values(equations, found)
+    values, _ = _singular_values(equations, solutions)
     singular = values[:, -1] <= _SINGULAR * values[:, 0]
-    member = np.zeros(len(found), dtype=bool)
-    member[singular] = _in_families(equations, found[singular])
-    alone = list(found[~singular])
-    for z in found[singular & ~member]:  # found to the root of rounding, and so more than once
+    member = np.zeros(len(solutions), dtype=bool)
+    member[singular] = _in_families(equations, solutions[singular])
+    alone = list(solutions[~singular])
+    for z in solutions[singular & ~member]:  # found to the root of rounding, and so more than once
         if all(np.abs(_apart(equations.loops, z, other)).max() > _BLURRED for other in alone):
             alone.append(z)
-    return np.array(alone).reshape(-1, found.shape[1]), found[member]
+    return np.array(alone).reshape(-1, solutions.shape[1]), solutions[member]
 
 
 def _position_faults(equations: Equations, z: Array) -> list[Fault]:
     """Faults of an assembly that the driver's coordinate does not determine, or that cannot move."""
     loops = equations.loops
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
-    found = freedom_faults(loops, jacobian)
+    faults = freedom_faults(loops, jacobian)
     near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
-    if not (found or near) or loose_everywhere(equations):
-        return found
+    if not (faults or near) or loose_everywhere(equations):
+        return faults
     if near and (fault := singular_fault(equations, z, float(z[0]) - _BLURRED, float(z[0]) + _BLURRED)):
         return [fault]
-    if found and gruebler(loops.linkage) < 1:  # a joint too many is the likelier cause
-        return found
+    if faults and gruebler(loops.linkage) < 1:  # a joint too many is the likelier cause
+        return faults
     what = f"an assembly that locks or branches {_where(loops)} ({_described(loops, z)})"
     advice = "choose another `start`, and a range of the driver that leaves this position out"
     return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
@@ -669,8 +669,8 @@ def assemblies(equations: Equations) -> Array:
     while len(z):
         kept.append(z[0])
         z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME_ASSEMBLY]
-    found = np.array(kept).reshape(-1, len(loops.names))
-    return found[np.lexsort(np.round(found, 6).T[::-1])]
+    solutions = np.array(kept).reshape(-1, len(loops.names))
+    return solutions[np.lexsort(np.round(solutions, 6).T[::-1])]
 
 
 def _step(equations: Equations, z: Array, square: bool, driver: bool = False) -> tuple[Array, Array]:
@@ -732,17 +732,17 @@ def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
 
 def _guesses(loops: Loops) -> dict[int, float]:
     """Guessed values by the number of the variable; a body that is no variable of its own has its leader's angle guessed."""
-    found: dict[int, float] = {}
+    guesses: dict[int, float] = {}
     for body, form in zip(loops.linkage.names, loops.angles, strict=True):
         guess = loops.linkage.link(body).guess
         turning = np.flatnonzero(form.weights[1:])
         if guess is not None and turning.size == 1:
-            found[int(turning[0]) + 1] = guess - (form.constant + form.weights[0] * loops.start)
+            guesses[int(turning[0]) + 1] = guess - (form.constant + form.weights[0] * loops.start)
     for joint in loops.linkage.joints:
         name = f"slide of {joint.name}"
         if joint.guess is not None and joint.kind in (SLIDE, SLOT) and name in loops.names:
-            found[loops.names.index(name)] = joint.guess / loops.unit
-    return found
+            guesses[loops.names.index(name)] = joint.guess / loops.unit
+    return guesses
 
 
 def _angular(loops: Loops) -> NDArray[np.bool_]:
@@ -832,11 +832,11 @@ def _where(loops: Loops) -> str:
     return "with " + _and([f"{name} at {value}" for name, value in each])
 
 
-def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fault:
+def _fault(loops: Loops, key: str, what: str, solutions: Array, expected: str) -> Fault:
     """A fault that lists assemblies, as many as fit on its line."""
-    texts = [f"({_described(loops, z)})" for z in found[:_LISTED]]
+    texts = [f"({_described(loops, z)})" for z in solutions[:_LISTED]]
     few = max(int(np.searchsorted(np.cumsum([len(text) for text in texts]), _LONGEST)), 1)
-    more = f" and {len(found) - few} more" if len(found) > few else ""
+    more = f" and {len(solutions) - few} more" if len(solutions) > few else ""
     path = f"{loops.linkage.path}.{key}" if key else loops.linkage.path
     return Fault(path, f"{what} {_where(loops)}", expected, f"there are {'; '.join(texts[:few])}{more}")
 
@@ -862,8 +862,8 @@ def _open_fault(equations: Equations) -> Fault:
         nearest = z[0] if loops.linkage.sliding else round(degrees(z[0]), 2) % 360.0 * pi / 180.0
         why = f"nearest with {loops.linkage.driver} at {place(equations, float(nearest))}: {why}"
         return Fault(loops.linkage.path, f"bodies that cannot be assembled {where}", "loops that close", why)
-    found = f"bodies that cannot be assembled {_where(loops)}"
-    return Fault(loops.linkage.path, found, "loops that close", f"{why}; change a length, or `start`")
+    defect = f"bodies that cannot be assembled {_where(loops)}"
+    return Fault(loops.linkage.path, defect, "loops that close", f"{why}; change a length, or `start`")
 
 
 def _nearest_to_closing(equations: Equations, driver: bool) -> tuple[Array, bool]:

@@ -240,17 +240,17 @@ class Model:
         """Values of all laws: of the drive, and of every wrench's force along x and y and torque."""
         if not self.varying:
             return self.constant
-        found = self.constant.copy()
+        amounts = self.constant.copy()
         for k, law in self.varying:
-            found[k] = law(t, q, qdot)
-        return found
+            amounts[k] = law(t, q, qdot)
+        return amounts
 
     def forces(self, t: Any, state: State) -> Array:
         """Generalised forces of gravity, drive and wrenches on every coordinate, shape (3 moving bodies,)."""
         if state.x.ndim == 1:
             return self.forces_by(state, self.amounts(t, float(state.q), float(state.qdot)))
-        told = zip(t.tolist(), state.q.tolist(), state.qdot.tolist(), strict=True)
-        return self.forces_by(state, np.array([self.amounts(*one) for one in told]))
+        instants = zip(t.tolist(), state.q.tolist(), state.qdot.tolist(), strict=True)
+        return self.forces_by(state, np.array([self.amounts(*one) for one in instants]))
 
     def forces_by(self, state: State, amounts: Array) -> Array:
         """The same by the values of all laws; of many states with an axis more, the values too."""
@@ -305,13 +305,13 @@ class Model:
                 return np.asarray(np.linalg.pinv(matrix, rcond=1e-12) @ right)
             if matrix.ndim > 2:
                 return np.asarray(np.linalg.solve(matrix, right))
-            *_, found, singular = dgesv(matrix, right)
+            *_, solution, singular = dgesv(matrix, right)
             if not singular:
-                return np.asarray(found)
+                return np.asarray(solution)
         except np.linalg.LinAlgError:
             pass
-        found = "a position where joints or masses leave the motion open"
-        raise UnreachableError(Fault(self.linkage.path, found, "a motion that is determined", "end before it"))
+        solution = "a position where joints or masses leave the motion open"
+        raise UnreachableError(Fault(self.linkage.path, solution, "a motion that is determined", "end before it"))
 
     def driven(self, state: State, row: Array, right: Array, last: Array | float) -> Array:
         """The change of all coordinates with Phi_x d = right, row · d = last."""
@@ -347,8 +347,8 @@ class Model:
     def heavy(self, inertia: float, q: float) -> None:
         """Refuses a reduced inertia that is not above 0."""
         if not inertia > 0.0:
-            found = f"I* = {inertia:g} at {self.where(q)}"
-            raise UnreachableError(Fault(self.linkage.path, found, "an inertia above 0", "give a body mass"))
+            defect = f"I* = {inertia:g} at {self.where(q)}"
+            raise UnreachableError(Fault(self.linkage.path, defect, "an inertia above 0", "give a body mass"))
 
     def where(self, q: float) -> str:
         """A driver's coordinate with its unit, for messages."""
@@ -357,14 +357,14 @@ class Model:
     def locked(self, q: float) -> UnreachableError:
         """A linkage that cannot follow its driver; in a dead centre of the driver its other bodies may continue."""
         advice = "the route multipliers follows a motion through a dead centre of the driver"
-        found, expected = f"a lock at {self.where(q)}", "a motion that the joints allow"
-        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, expected, advice))
+        defect, expected = f"a lock at {self.where(q)}", "a motion that the joints allow"
+        return UnreachableError(Fault(f"{self.linkage.path}.driver", defect, expected, advice))
 
     def branched(self, q: float) -> UnreachableError:
         """Assemblies that meet, so that the motion may continue in either."""
-        found = f"assemblies that meet at or just past {self.where(q)}"
+        defect = f"assemblies that meet at or just past {self.where(q)}"
         advice = "change a length, or end before"
-        return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
+        return UnreachableError(Fault(self.linkage.path, defect, "a motion within one assembly", advice))
 
 
 def _dot(a: Array, b: Array) -> Any:
@@ -393,8 +393,8 @@ def components(linkage: Linkage) -> list[tuple[str, str]]:
     A coupling's effort is that on its second coordinate: a moment (N m) at a pin, a force (N) along a slide. It replaces the
     contact force in its work only: the pins' reactions are right only with the contact force itself.
     """
-    found = [(joint.name, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
-    return found + [(coupling.name, "effort") for coupling in linkage.couplings]
+    names = [(joint.name, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
+    return names + [(coupling.name, "effort") for coupling in linkage.couplings]
 
 
 # -- closure: poses at a driver's coordinate, from the closure equations alone ------------------------------------------
@@ -500,7 +500,7 @@ class Interpolant:
         self.model, self.closure, self.quantity = model, Closure(model), quantity
         self.width = 2 * np.pi / _CELLS * model.unit
         self.origin = self.closure.q - 0.5 * self.width
-        self.found: dict[tuple[int, int], Array | None] = {}  # series by how often the cell is halved, and its number
+        self.cells: dict[tuple[int, int], Array | None] = {}  # series by how often the cell is halved, and its number
         self.low = self.high = np.nan  # the cell that was come to last
         self.series: Array | None = None
 
@@ -546,14 +546,14 @@ class Interpolant:
             width = self.width / 2**depth
             k = floor((q - self.origin) / width)
             self.low, self.high = self.origin + k * width, self.origin + (k + 1) * width
-            if (depth, k) not in self.found:
-                self.found[depth, k] = None if depth else self._repeated(k)
-                if self.found[depth, k] is None:
+            if (depth, k) not in self.cells:
+                self.cells[depth, k] = None if depth else self._repeated(k)
+                if self.cells[depth, k] is None:
                     if left:
                         self.closure.put(*left)
                         left = None
-                    self.found[depth, k] = self._fitted(self.low, self.high)
-            self.series = self.found[depth, k]
+                    self.cells[depth, k] = self._fitted(self.low, self.high)
+            self.series = self.cells[depth, k]
             if self.series is not None:
                 return
         if left:
@@ -564,7 +564,7 @@ class Interpolant:
         if self.model.linkage.sliding or any(coupling.lift for coupling in self.model.linkage.couplings):
             return None
         for way in (1, -1):  # from which the motion comes: the cell's end there, in the cell beside and a turn off
-            beside, before = self.found.get((0, k - way)), self.found.get((0, k - way * _CELLS))
+            beside, before = self.cells.get((0, k - way)), self.cells.get((0, k - way * _CELLS))
             if beside is None or before is None:
                 continue
             n, end = self.model.masses.size, float(way) ** _TERMS
@@ -636,13 +636,13 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
     return matrix, np.concatenate((forces, state.gamma), axis=-1)
 
 
-def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
+def acceleration_sizes(model: Model, right: Array, solution: Array) -> Array:
     """Scales of the rounding errors of the driver's acceleration, for every column of right sides (n, equations, c).
 
     Those of all bodies, with joints and without; the driver's own may be zero.
     """
     n, masses = model.masses.size, np.where(model.masses > 0.0, model.masses, np.inf)
-    every = np.maximum(np.abs(found[:, :n]), np.abs(right[:, :n]) / masses[:, None]) / model.scale[:, None]
+    every = np.maximum(np.abs(solution[:, :n]), np.abs(right[:, :n]) / masses[:, None]) / model.scale[:, None]
     bends = np.abs(right[:, n:]).max(axis=1, initial=0.0) / model.length
     return np.asarray(model.unit * np.maximum(every.max(axis=1), bends).max(axis=0))
 
@@ -650,8 +650,8 @@ def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
 def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> tuple[Array, Array]:
     """Accelerations of every coordinate, shape (3 bodies,), and reactions, (equations,), by wrenches of unit reactions."""
     matrix, right = system(model, model.forces(t, state), state, wrenches)
-    found = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
-    return found[..., : model.masses.size], found[..., model.masses.size :]
+    solution = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
+    return solution[..., : model.masses.size], solution[..., model.masses.size :]
 
 
 _PROJECTED = 4e-16  # of the length: rounding of a closure

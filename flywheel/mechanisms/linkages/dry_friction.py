@@ -174,28 +174,28 @@ class Resistances:
     def settled(self, mode: Mode, instant: UnitResponses, q: float) -> tuple[Mode, Array]:
         """The mode with the signs of the normals at an instant, and the passive actions' sizes."""
         pull = instant.response * mode.factors
-        found = friction_sizes(instant.free[None], pull[None])
-        if not found.converged[0]:
+        friction = friction_sizes(instant.free[None], pull[None])
+        if not friction.converged[0]:
             raise self.locked(q, pull)
-        parts = instant.free + pull @ found.sizes[0]
+        parts = instant.free + pull @ friction.sizes[0]
         bearing = np.where(self.single & (parts[:, 0] < 0.0), -1.0, 1.0)
-        return mode._replace(bearing=bearing), bearing * found.sizes[0]
+        return mode._replace(bearing=bearing), bearing * friction.sizes[0]
 
     def sizes(self, mode: Mode, instant: UnitResponses, q: float) -> Array:
         """Sizes of the passive actions, signs of the normals being kept."""
         pull = (instant.response * mode.factors)[None]
-        found, matrix = continued_sizes(instant.free[None], pull, ~self.single, mode.bearing[None], start=self.near)
-        if not (np.isfinite(found).all() and np.linalg.det(matrix[0]) > 0.0):
+        sizes, matrix = continued_sizes(instant.free[None], pull, ~self.single, mode.bearing[None], start=self.near)
+        if not (np.isfinite(sizes).all() and np.linalg.det(matrix[0]) > 0.0):
             return self.settled(mode, instant, q)[1]  # by stages, if there is an answer
-        self.near = found
-        return np.asarray(found[0])
+        self.near = sizes
+        return np.asarray(sizes[0])
 
     def locked(self, q: float, pull: Array) -> UnreachableError:
         """The error of a position where friction locks the reactions; it names the joint with the greatest feedback."""
         worst = self.names[int(np.abs(pull).sum(axis=(1, 2)).argmax())]
-        found = f"{_AGAINST} at {self.model.where(q)}"
+        defect = f"{_AGAINST} at {self.model.where(q)}"
         return UnreachableError(
-            Fault(f"{self.model.linkage.path}.{worst}.friction", found, "forces in balance", "lower it, or end before")
+            Fault(f"{self.model.linkage.path}.{worst}.friction", defect, "forces in balance", "lower it, or end before")
         )
 
 
@@ -215,10 +215,10 @@ class RoughByDriver:
         matrix, _ = system(model, columns[..., 0], state, reactions)
         right = np.zeros((*matrix.shape[:2], loads + 1 + p))
         right[:, :n, :loads], right[:, n:, loads], right[:, :n, loads + 1 :] = columns, state.gamma, pushes
-        found = model.solved(matrix, right)
-        alpha = np.einsum("ni,nic->nc", state.along, found[:, :n])
+        solution = model.solved(matrix, right)
+        alpha = np.einsum("ni,nic->nc", state.along, solution[:, :n])
         alpha[:, loads] += state.bend
-        forces = np.einsum("pkm,nmc->npkc", self.rub.forms, found[:, n:]).reshape(count, -1)
+        forces = np.einsum("pkm,nmc->npkc", self.rub.forms, solution[:, n:]).reshape(count, -1)
         slips, power = np.einsum("nsi,ni->ns", state.slips, state.v), np.einsum("nip,ni->np", pushes, state.v)
         moment, motion = np.einsum("nic,ni->nc", columns, state.v), np.linalg.norm(state.v / model.scale, axis=1)
         lengths = np.array([model.length if part == "moment" else 1.0 for _, part in components(model.linkage)])
@@ -227,8 +227,10 @@ class RoughByDriver:
             [motion.max()],
             np.einsum("ni,nip->np", np.abs(state.v), np.abs(pushes)).max(axis=0),
             np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0),
-            acceleration_sizes(model, right, found),
-            np.outer(np.abs(self.rub.forms) @ lengths, (np.abs(found[:, n:]) / lengths[:, None]).max(axis=(0, 1))).ravel(),
+            acceleration_sizes(model, right, solution),
+            np.outer(
+                np.abs(self.rub.forms) @ lengths, (np.abs(solution[:, n:]) / lengths[:, None]).max(axis=(0, 1))
+            ).ravel(),
         )
         values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
         return Quantity(values, np.concatenate(sizes))
@@ -236,10 +238,10 @@ class RoughByDriver:
     def instant(self, t: float, y: Array) -> UnitResponses:
         """Actions at a time and state."""
         q, qdot, p, loads = float(y[0]), float(y[1]), self.count, self.loads
-        found = self.interpolant.at(q)[self.rub.reach.size + 1 :]
+        columns = self.interpolant.at(q)[self.rub.reach.size + 1 :]
         amounts = np.array([*self.model.load_amounts(t, q, qdot), qdot * qdot])
-        power, moment, alpha = found[:p], found[p : p + loads], found[p + loads : 2 * p + 2 * loads + 1]
-        forces = found[2 * p + 2 * loads + 1 :].reshape(p, 2, -1)
+        power, moment, alpha = columns[:p], columns[p : p + loads], columns[p + loads : 2 * p + 2 * loads + 1]
+        forces = columns[2 * p + 2 * loads + 1 :].reshape(p, 2, -1)
         return UnitResponses(
             free=forces[:, :, : loads + 1] @ amounts,
             response=forces[:, :, loads + 1 :],
@@ -259,8 +261,8 @@ class RoughByDriver:
 
     def slips(self, y: Array, ahead: float = 0.0) -> Array:
         """Rates of the slips as shares of the bodies' own, for a driver that goes forwards; a little ahead if requested."""
-        found = self.interpolant.at(float(y[0]) + ahead * self.model.unit)
-        return np.asarray(found[: self.rub.reach.size] / (self.rub.reach * found[self.rub.reach.size]))
+        columns = self.interpolant.at(float(y[0]) + ahead * self.model.unit)
+        return np.asarray(columns[: self.rub.reach.size] / (self.rub.reach * columns[self.rub.reach.size]))
 
     def speed(self, y: Array) -> float:
         """Component of the driver."""
@@ -306,10 +308,10 @@ class RoughInAllCoordinates:
         matrix, first = system(model, forces, state, reactions[0])
         right = np.zeros((first.size, 1 + pushes.shape[2]))
         right[:, 0], right[:n, 1:] = first, pushes[0]
-        found = model.solved(matrix, right)
-        sized = self.rub.forms @ found[n:]
+        solution = model.solved(matrix, right)
+        sized = self.rub.forms @ solution[n:]
         return UnitResponses(
-            sized[..., 0], sized[..., 1:], found[:n, 0], found[:n, 1:], state.v @ pushes[0], float(state.v @ forces)
+            sized[..., 0], sized[..., 1:], solution[:n, 0], solution[:n, 1:], state.v @ pushes[0], float(state.v @ forces)
         )
 
     def rates(self, y: Array, instant: UnitResponses, amounts: Array) -> Array:
@@ -392,8 +394,8 @@ class RoughMotion:
                 steps, stops = self.waited(t, y, until), True
                 if steps.s[-1] >= until:
                     path, place = rub.model.linkage.path, rub.model.where(motion.place(y))
-                    held = self.lock or f"{path}: friction that holds it at {place}"
-                    self.messages.append(f"{held}: it stands still from {t:.6g} s on")
+                    reason = self.lock or f"{path}: friction that holds it at {place}"
+                    self.messages.append(f"{reason}: it stands still from {t:.6g} s on")
             short = short + 1 if steps.s[-1] - t < CREEPING * until else 0
             t, y = float(steps.s[-1]), steps.states[-1]
             if stops:
@@ -401,8 +403,8 @@ class RoughMotion:
                 steps.states[-1] = y
             self.parts.append((steps, mode))
             if short > _SHORT or len(self.parts) > _MOST_PIECES:
-                found = f"friction that changes sides without end at {rub.model.where(motion.place(y))}"
-                fault = Fault(f"{rub.model.linkage.path}.{rub.names[0]}.friction", found, "one motion", "lower it")
+                defect = f"friction that changes sides without end at {rub.model.where(motion.place(y))}"
+                fault = Fault(f"{rub.model.linkage.path}.{rub.names[0]}.friction", defect, "one motion", "lower it")
                 raise UnreachableError(fault)
 
     def signs(self, y: Array, sense: float) -> Array:
@@ -545,11 +547,11 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
     matrix, first = system(model, model.forces(t, states), states, reactions)
     right = np.zeros((*first.shape, 1 + p))
     right[..., 0], right[:, :n, 1:] = first, pushes
-    found = model.solved(matrix, right)[:, n:]
+    response = model.solved(matrix, right)[:, n:]
     amounts = np.full((t.size, p), np.nan)
     for k, mode in enumerate(modes):
         if mode.sense:
-            sized = rub.forms @ found[k]
+            sized = rub.forms @ response[k]
             instant = UnitResponses(sized[..., 0], sized[..., 1:], 0.0, np.zeros(p), np.zeros(p), 0.0)
             amounts[k] = mode.factors * rub.sizes(mode, instant, float(states.q[k]))
 
@@ -570,7 +572,7 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
         sum(steps.evaluations for steps, _ in pieces.parts),
         max(getattr(motion, "drifts", [0.0])),
         at,
-        found[..., 0] + np.einsum("nmp,np->nm", found[..., 1:], amounts),
+        response[..., 0] + np.einsum("nmp,np->nm", response[..., 1:], amounts),
         by_joint(amounts),
         by_joint(rows[:, -p:]),
         tuple((float(steps.s[0]), float(steps.s[-1])) for steps, mode in pieces.parts if not mode.sense),

@@ -148,8 +148,8 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         yield from _numbers(path, link)
         com: Any = link.com
         if not (isinstance(com, tuple) and len(com) == 2 and fits(com[0]) and fits(com[1])):
-            found = str(com) if isinstance(com, tuple) else shown(com)
-            yield Fault(f"{path}.com", found, "two finite numbers, (x, y)")
+            text = str(com) if isinstance(com, tuple) else shown(com)
+            yield Fault(f"{path}.com", text, "two finite numbers, (x, y)")
         yield from [] if link.guess is None else number_faults(f"{path}.guess", link.guess)
     for k, joint in enumerate(linkage.joints):
         path = f"{linkage.path}.joints[{k}]"
@@ -305,9 +305,9 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     """
     if linkage.further and not several:
         several_names = ", ".join(driver.joint for driver in linkage.drivers)
-        found, expected = f"{len(linkage.drivers)} drivers ({several_names})", "one driver, of one degree of freedom"
+        defect, expected = f"{len(linkage.drivers)} drivers ({several_names})", "one driver, of one degree of freedom"
         advice = "for several use flywheel.freedoms (see flywheel reference freedoms)"
-        raise SceneError([Fault(f"{linkage.path}.driver", found, expected, advice)])
+        raise SceneError([Fault(f"{linkage.path}.driver", defect, expected, advice)])
     unit = _unit(linkage)
     offset, leader, doubled = _rigid_angles(linkage)
     driving = None if several else linkage.driver
@@ -338,8 +338,8 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
                 places[other] = _sum(places[body], step(joint) if joint.first == body else _negative(step(joint)))
                 routes[other] = (*routes[body], joint.name)
                 todo.append(other)
-    found, expected = "a body that no joints connect with the frame", "joints that do"
-    refuse([Fault(f"{linkage.path}.bodies.{b}", found, expected) for b in linkage.names if b not in places])
+    defect, expected = "a body that no joints connect with the frame", "joints that do"
+    refuse([Fault(f"{linkage.path}.bodies.{b}", defect, expected) for b in linkage.names if b not in places])
     in_tree = {name for route in routes.values() for name in route}
     closing = [joint for joint in linkage.joints if joint.name not in in_tree]
     closures = [_sum(places[joint.first], step(joint), _negative(places[joint.second])) for joint in closing]
@@ -386,8 +386,8 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     if not several:
         return described
     still = Form(np.zeros(len(names)), 0.0)
-    held = tuple(Relation(still, coordinate(linkage.joint(name)), 0.0, 0.0, None, 1.0) for name, _ in linkage.drivers)
-    described = described._replace(relations=(*described.relations, *held))
+    relations = tuple(Relation(still, coordinate(linkage.joint(name)), 0.0, 0.0, None, 1.0) for name, _ in linkage.drivers)
+    described = described._replace(relations=(*described.relations, *relations))
     starts = np.array([driver.start for driver in linkage.drivers]) / driver_scales(described)
     return on_way(described, starts, starts)
 
@@ -401,8 +401,8 @@ def driver_scales(loops: Loops) -> Array:
 def on_way(loops: Loops, low: Array, high: Array) -> Loops:
     """The same loops, with all drivers on the straight way between two sets of scaled coordinates, (drivers,) each."""
     first = Form(np.eye(len(loops.names))[0], 0.0)
-    others, held = loops.relations[: -len(low)], loops.relations[-len(low) :]
-    ways = zip(held, (high - low).tolist(), low.tolist(), strict=True)
+    others, drivers = loops.relations[: -len(low)], loops.relations[-len(low) :]
+    ways = zip(drivers, (high - low).tolist(), low.tolist(), strict=True)
     moved = tuple(relation._replace(first=first, ratio=step, phase=start) for relation, step, start in ways)
     return loops._replace(relations=(*others, *moved), way=np.stack((low, high)))
 
@@ -450,8 +450,8 @@ def _variables(
     if driver is not None and driver.kind == PIN:
         first, second = leader[driver.first], leader[driver.second]
         if first == second:
-            found = f"{driver.name} between {driver.first} and {driver.second}, which cannot turn against each other"
-            raise SceneError([Fault(f"{linkage.path}.driver", found, "a joint that can move")])
+            defect = f"{driver.name} between {driver.first} and {driver.second}, which cannot turn against each other"
+            raise SceneError([Fault(f"{linkage.path}.driver", defect, "a joint that can move")])
         driven, carrier, sign = (second, first, 1.0) if second in turning else (first, second, -1.0)
     sliding = [joint.name for joint in linkage.joints if joint.kind in (SLIDE, SLOT) and joint is not driver]
     names = (
@@ -479,8 +479,8 @@ def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], t
     offset = dict.fromkeys(linkage.names, 0.0)
     leader = {body: body for body in linkage.names}
     doubled = []
-    held = [(joint, joint.first, joint.second, joint.angle) for joint in linkage.joints if joint.kind in (SLIDE, FIXED)]
-    for joint, one, other, angle in [*held, *((None, *pair) for pair in _translating(linkage))]:
+    angles = [(joint, joint.first, joint.second, joint.angle) for joint in linkage.joints if joint.kind in (SLIDE, FIXED)]
+    for joint, one, other, angle in [*angles, *((None, *pair) for pair in _translating(linkage))]:
         first, second = leader[one], leader[other]
         turn = offset[one] + angle - offset[other]
         if first != second:
@@ -491,10 +491,11 @@ def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], t
         elif joint is not None:
             gap = (turn + pi) % (2 * pi) - pi
             if abs(gap) > _PARALLEL:
-                angle = f"{np.degrees(gap):.6g} deg"
-                found = f"{joint.name}, which turns {other} by {angle} against what other joints hold it at"
+                defect = (
+                    f"{joint.name}, which turns {other} by {np.degrees(gap):.6g} deg against what other joints hold it at"
+                )
                 expected, advice = "slides and rigid joints that agree", "change an angle"
-                raise SceneError([Fault(f"{linkage.path}.joints", found, expected, advice)])
+                raise SceneError([Fault(f"{linkage.path}.joints", defect, expected, advice)])
             doubled.append(joint.name)
     return offset, leader, tuple(doubled)
 
@@ -587,8 +588,8 @@ def _derivatives(lift: Lift, low: Array, high: Array, middle: Array) -> Array:
     """Bounds of |second| and |third| derivative on stretches, (2, stretches): jets of jets of intervals."""
     inner = Jet(Interval(low, high), 1.0, 0.0)
     with np.errstate(all="ignore"):
-        found = lift.curve.jet(inner, middle, jet_namespace(INTERVALS)).second
-        parts = (found.value, found.first) if isinstance(found, Jet) else (found, 0.0)
+        second = lift.curve.jet(inner, middle, jet_namespace(INTERVALS)).second
+        parts = (second.value, second.first) if isinstance(second, Jet) else (second, 0.0)
         sizes = [part.magnitude if isinstance(part, Interval) else np.abs(part) for part in parts]
     table = np.stack([np.broadcast_to(size, middle.shape) for size in sizes])
     return np.where(np.isnan(table), np.inf, table)
@@ -619,11 +620,11 @@ class Equations:
         self.slide = np.where(self.sliding, loops.slides, 0)
         closures, bases = loops.closures.shape
         variables = len(loops.names)
-        held = np.zeros((bases, variables))
-        held[self.sliding, loops.slides[self.sliding]] = 1.0
+        factors = np.zeros((bases, variables))
+        factors[self.sliding, loops.slides[self.sliding]] = 1.0
         shape = bases, closures * variables  # matrices that give the closures' Jacobian straight from the basis functions
         self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
-        self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(shape)
+        self._moved = (loops.closures[:, :, None] * factors[None]).transpose(1, 0, 2).reshape(shape)
         self._any_moved = bool(self._moved.any())
         self._any_sliding = bool(self.sliding.any())
         self._moduli = np.repeat(np.abs(loops.closures), 2, axis=0).T  # a closure's two parts share one bound
@@ -646,8 +647,8 @@ class Equations:
         if self._any_moved:
             flat = flat + _product(bases.bare, self._moved)
         closures, variables = len(self.loops.closures), z.shape[1]
-        found = flat.reshape(len(z), closures, variables)
-        parts = np.stack(split(found), axis=2).reshape(len(z), 2 * closures, variables)
+        jacobian = flat.reshape(len(z), closures, variables)
+        parts = np.stack(split(jacobian), axis=2).reshape(len(z), 2 * closures, variables)
         if not self.loops.relations:
             return parts
         pairs = zip(self.loops.relations, bases.laws, strict=True)
@@ -695,27 +696,27 @@ class Equations:
         turned = [step @ self._sizes for step in steps]
         total = reach * prod(turned)
         for k, step in enumerate(steps if self._any_sliding else ()):
-            held = np.where(self.sliding, step[:, self.slide], 0.0)
-            total = total + held * prod([t for j, t in enumerate(turned) if j != k])
-        found = [total @ self._moduli]
+            sliding = np.where(self.sliding, step[:, self.slide], 0.0)
+            total = total + sliding * prod([t for j, t in enumerate(turned) if j != k])
+        bounds = [total @ self._moduli]
         if not self.loops.relations:
-            return np.asarray(found[0])
+            return np.asarray(bounds[0])
         for relation in self.loops.relations:
             along = np.prod([step @ np.abs(relation.first.weights) for step in steps], axis=0)
             if relation.lift is None:
-                found.append(np.zeros((len(z), 1)))
+                bounds.append(np.zeros((len(z), 1)))
             else:
                 size = abs(relation.scale) * lift_bound(relation.lift, relation.first.at(z), len(steps))
-                found.append((size * along)[:, None])
-        return np.concatenate(found, axis=1)
+                bounds.append((size * along)[:, None])
+        return np.concatenate(bounds, axis=1)
 
 
 def turned(angle: Array) -> Complex:
     """exp(i angle), also of recorded angles."""
     if angle.dtype != object:
         return np.asarray(np.exp(1j * angle))
-    found = [recording.Complex(recording.NAMESPACE.cos(a), recording.NAMESPACE.sin(a)) for a in angle.flat]
-    return np.array(found, dtype=object).reshape(angle.shape)
+    entries = [recording.Complex(recording.NAMESPACE.cos(a), recording.NAMESPACE.sin(a)) for a in angle.flat]
+    return np.array(entries, dtype=object).reshape(angle.shape)
 
 
 def split(table: Complex) -> tuple[Any, Any]:
@@ -787,12 +788,12 @@ def solved(matrix: Array, right: Array) -> Array:
     vector = right.ndim == 2
     columns = right[..., None] if vector else right
     try:
-        found = np.linalg.solve(matrix, columns)
+        solution = np.linalg.solve(matrix, columns)
     except np.linalg.LinAlgError:
         regular = np.linalg.slogdet(matrix)[0] != 0.0
-        found = np.full(columns.shape, np.nan)
-        found[regular] = np.linalg.solve(matrix[regular], columns[regular])
-    return np.asarray(found[..., 0] if vector else found)
+        solution = np.full(columns.shape, np.nan)
+        solution[regular] = np.linalg.solve(matrix[regular], columns[regular])
+    return np.asarray(solution[..., 0] if vector else solution)
 
 
 class Track(NamedTuple):

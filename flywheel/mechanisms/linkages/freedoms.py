@@ -97,46 +97,48 @@ def assembly(linkage: Linkage) -> Assembly:
             drivers that depend on each other.
 
     """
-    held = Equations(loops(linkage, several=True))
+    equations = Equations(loops(linkage, several=True))
     count = len(linkage.drivers)
     names = [driver.joint for driver in linkage.drivers]
     drivers = f"{count} driver{'s' if count > 1 else ''} ({', '.join(names)})"
 
     def wrong(freedom: int, what: str = "") -> SceneError:
-        found = f"{drivers} of a linkage of {freedom} degrees of freedom (Gruebler {gruebler(linkage)}){what}"
+        defect = f"{drivers} of a linkage of {freedom} degrees of freedom (Gruebler {gruebler(linkage)}){what}"
         advice = "drive as many pins or slides as there are degrees of freedom"
-        return SceneError([Fault(f"{linkage.path}.driver", found, f"{freedom} driver{'s' if freedom != 1 else ''}", advice)])
+        return SceneError(
+            [Fault(f"{linkage.path}.driver", defect, f"{freedom} driver{'s' if freedom != 1 else ''}", advice)]
+        )
 
     def freedom(z: Array) -> int:
-        closures = held.jacobian(z[None], held.bases(z[None]))[0, :-count, 1:]
-        return int(held.loops.unknowns - (np.linalg.matrix_rank(closures, rtol=_RANK) if closures.size else 0))
+        closures = equations.jacobian(z[None], equations.bases(z[None]))[0, :-count, 1:]
+        return int(equations.loops.unknowns - (np.linalg.matrix_rank(closures, rtol=_RANK) if closures.size else 0))
 
-    anywhere = np.concatenate(([0.0], 1.0 + 0.7 * np.sin(np.arange(1.0, held.loops.unknowns + 1.0))))
-    if loose_everywhere(held):
+    anywhere = np.concatenate(([0.0], 1.0 + 0.7 * np.sin(np.arange(1.0, equations.loops.unknowns + 1.0))))
+    if loose_everywhere(equations):
         generic = freedom(anywhere)
         if generic > count:
             raise wrong(generic, ", which may move with the drivers held")
-        found, advice = f"{drivers} that depend on each other: the linkage may move with them held", "drive another"
-        raise SceneError([Fault(f"{linkage.path}.driver", found, "drivers that determine the position", advice)])
+        defect, advice = f"{drivers} that depend on each other: the linkage may move with them held", "drive another"
+        raise SceneError([Fault(f"{linkage.path}.driver", defect, "drivers that determine the position", advice)])
     try:
-        z = assembled(held)
+        z = assembled(equations)
     except SceneError:
         if freedom(anywhere) < count:
             raise wrong(freedom(anywhere)) from None
         raise
     if freedom(z) != count:
         raise wrong(freedom(z))
-    forms = [relation.second for relation in held.loops.relations[-count:]]
+    forms = [relation.second for relation in equations.loops.relations[-count:]]
     bodies = (linkage.ground._replace(mass=0.0, inertia=0.0), *linkage.links)
     return Assembly(
-        held.loops,
-        slides=np.eye(z.size)[held.slide] * held.sliding[:, None],
+        equations.loops,
+        slides=np.eye(z.size)[equations.slide] * equations.sliding[:, None],
         z=z,
         weights=np.array([form.weights for form in forms]),
         offsets=np.array([form.constant for form in forms]),
-        scales=driver_scales(held.loops),
-        turns=np.array([form.weights for form in held.loops.angles]),
-        constants=np.array([form.constant for form in held.loops.angles]),
+        scales=driver_scales(equations.loops),
+        turns=np.array([form.weights for form in equations.loops.angles]),
+        constants=np.array([form.constant for form in equations.loops.angles]),
         mass=np.array([body.mass for body in bodies]),
         inertia=np.array([body.inertia for body in bodies]),
         coms=np.array([complex(*body.com) for body in bodies]),
@@ -161,8 +163,8 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
 def lock_fault(assembly: Assembly, q: Array) -> Fault:
     """Fault of a linkage too near to a lock or a branch, with its drivers at scaled coordinates q."""
     at = standing(Equations(on_way(assembly.loops, q, q)), 0.0)
-    found = f"a linkage that locks or branches with the {at}, or comes too close to that to decide"
-    return Fault(assembly.linkage.path, found, "one assembly all along the motion", "end before it, or change a length")
+    defect = f"a linkage that locks or branches with the {at}, or comes too close to that to decide"
+    return Fault(assembly.linkage.path, defect, "one assembly all along the motion", "end before it, or change a length")
 
 
 class Local(NamedTuple):
@@ -238,13 +240,13 @@ class Follower:
 
     def at(self, q: Array) -> Station:
         """The position at scaled coordinates q, (g,)."""
-        found = self._corrected(q)
-        if found is None or found.sense != self.station.sense:
-            found = station(self.assembly, end_of_way(self.assembly, self.station.local.z, q))
-        if np.abs(found.inverse).max() > _FARTHEST:
+        position = self._corrected(q)
+        if position is None or position.sense != self.station.sense:
+            position = station(self.assembly, end_of_way(self.assembly, self.station.local.z, q))
+        if np.abs(position.inverse).max() > _FARTHEST:
             raise SceneError([lock_fault(self.assembly, q)])
-        self.station = found
-        return found
+        self.station = position
+        return position
 
     def _corrected(self, q: Array) -> Station | None:
         """The position at q from the tangent at the last one; None if corrections do not shrink fast enough."""
@@ -373,11 +375,11 @@ def positions(linkage: Linkage, q: ArrayLike) -> Positions:
     directions, polarised = pair_directions(start.freedoms)
     parts = []
     for position in stations(start, wanted):
-        found = fields(start, position, directions)
-        speeds = found.velocities - 1j * found.spins * found.arms
-        bends = found.accelerations - (1j * found.turnings - found.spins**2) * found.arms
-        value, rate = pose_array(found.origins, found.angles), pose_array(speeds, found.spins)[: start.freedoms]
-        parts.append((value, rate, polarised(pose_array(bends, found.turnings))))
+        motion = fields(start, position, directions)
+        speeds = motion.velocities - 1j * motion.spins * motion.arms
+        bends = motion.accelerations - (1j * motion.turnings - motion.spins**2) * motion.arms
+        value, rate = pose_array(motion.origins, motion.angles), pose_array(speeds, motion.spins)[: start.freedoms]
+        parts.append((value, rate, polarised(pose_array(bends, motion.turnings))))
     value, rate, slope = (np.stack(part, axis=-1) for part in zip(*parts, strict=True))
     return Positions(linkage, wanted, value, rate, slope)
 
@@ -388,12 +390,12 @@ def pair_directions(count: int) -> tuple[Array, Callable[[Any], Any]]:
     directions = np.array([*unit, *(unit[i] + unit[j] for i, j in pairs)])
 
     def polarised(each: Any) -> Any:
-        found = np.empty((count, count, *each.shape[1:]), dtype=each.dtype)
+        form = np.empty((count, count, *each.shape[1:]), dtype=each.dtype)
         for i in range(count):
-            found[i, i] = each[i]
+            form[i, i] = each[i]
         for k, (i, j) in enumerate(pairs, count):
-            found[i, j] = found[j, i] = 0.5 * (each[k] - each[i] - each[j])
-        return found
+            form[i, j] = form[j, i] = 0.5 * (each[k] - each[i] - each[j])
+        return form
 
     return directions, polarised
 
@@ -425,11 +427,11 @@ def driver_rows(linkage: Linkage, q: ArrayLike, **others: ArrayLike) -> tuple[As
 
 def row_table(name: str, values: ArrayLike, q: Array) -> Array:
     """Values for every driver and position: a number, (g,) or (g, n)."""
-    found = array(name, values)
-    found = found[:, None] if found.ndim == 1 else found
-    if found.ndim > 2 or (found.ndim == 2 and (len(found) != len(q) or found.shape[1] not in (1, q.shape[1]))):
+    rows = array(name, values)
+    rows = rows[:, None] if rows.ndim == 1 else rows
+    if rows.ndim > 2 or (rows.ndim == 2 and (len(rows) != len(q) or rows.shape[1] not in (1, q.shape[1]))):
         raise SceneError([Fault(name, f"an array of shape {np.shape(values)}", f"a number, or shape {q.shape}")])
-    return np.array(np.broadcast_to(found, q.shape))
+    return np.array(np.broadcast_to(rows, q.shape))
 
 
 def shaped_as(values: Array, q: ArrayLike) -> Array:

@@ -154,13 +154,13 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
 
     def rates(t: float, y: Array) -> Array:
         q, qdot, _ = y.tolist()
-        found = interpolant.at(q).tolist()
+        columns = interpolant.at(q).tolist()
         amounts = model.load_amounts(t, q, qdot)
-        moment = sum(map(mul, found, amounts))
+        moment = sum(map(mul, columns, amounts))
         if newton:
-            acceleration = sum(map(mul, found[loads:], amounts)) + found[-1] * qdot**2
+            acceleration = sum(map(mul, columns[loads:], amounts)) + columns[-1] * qdot**2
         else:
-            acceleration = (moment - found[-1] * qdot**2) / found[-2]
+            acceleration = (moment - columns[-1] * qdot**2) / columns[-2]
         return np.array([qdot, acceleration, moment * qdot])
 
     atol = np.array([rtol * model.unit, rtol * model.unit, np.inf])
@@ -196,9 +196,9 @@ def _newton_columns(model: Model, state: State) -> Quantity:
     right = np.zeros((*matrix.shape[:2], loads + 1))
     right[:, :n, :loads], right[:, n:, loads] = columns, state.gamma
     solution = model.solved(matrix, right)
-    found = np.einsum("ni,nic->nc", state.along, solution[:, :n])
-    found[:, loads] += state.bend
-    values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), found), axis=1)
+    accelerations = np.einsum("ni,nic->nc", state.along, solution[:, :n])
+    accelerations[:, loads] += state.bend
+    values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), accelerations), axis=1)
     work = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
     return Quantity(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
 
@@ -219,9 +219,9 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         state = model.state(y[:n], y[n : 2 * n])
         forces = model.forces(t, state)
         matrix[:n, n:], matrix[n:, :n], right[:n], right[n:] = -state.jacobian.T, state.jacobian, forces, state.gamma
-        found = np.empty_like(y)
-        found[:n], found[n : 2 * n], found[2 * n] = state.v, model.solved(matrix, right)[:n], state.v @ forces
-        return found
+        derivative = np.empty_like(y)
+        derivative[:n], derivative[n : 2 * n], derivative[2 * n] = state.v, model.solved(matrix, right)[:n], state.v @ forces
+        return derivative
 
     def correct(y: Array) -> Array:
         nonlocal last, tangent
@@ -254,8 +254,8 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     """
     interpolant, rest = Interpolant(model, _energy_columns), qdot == 0.0
 
-    def moment_by(found: list[float], t: float, q: float, qdot: float) -> float:
-        return float(sum(map(mul, found, model.load_amounts(t, q, qdot))))
+    def moment_by(columns: list[float], t: float, q: float, qdot: float) -> float:
+        return float(sum(map(mul, columns, model.load_amounts(t, q, qdot))))
 
     *parts, inertia = interpolant.at(q).tolist()
     moment = moment_by(parts, 0.0, q, qdot)
@@ -274,9 +274,9 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
         """Driver's coordinate, quantities there, and |omega|, or |omega|/u from rest: sqrt(2 y/I*)."""
         place = q + sense * (u * u if rest else u)
         if not y > 0.0:
-            found = f"a motion that stops at {model.where(place)}"
+            defect = f"a motion that stops at {model.where(place)}"
             advice = "take another route, or end before"
-            raise UnreachableError(Fault("route", found, "a speed that keeps its sign on the energy route", advice))
+            raise UnreachableError(Fault("route", defect, "a speed that keeps its sign on the energy route", advice))
         parts = interpolant.at(place).tolist()
         return place, parts, sqrt(2 * y / parts[-1])
 
@@ -305,8 +305,8 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
         return driver(u, float(steps.at(u)[0]))
 
     t = np.append(steps.states[:-1, 1], until)
-    told = [driver(float(u), float(both[0])) for u, both in zip(steps.s[:-1], steps.states[:-1], strict=True)]
-    states = interpolant.states(*np.array([*told, at(until)]).T)
+    instants = [driver(float(u), float(both[0])) for u, both in zip(steps.s[:-1], steps.states[:-1], strict=True)]
+    states = interpolant.states(*np.array([*instants, at(until)]).T)
     return Solution(t, states, None, steps.evaluations, 0.0, at)
 
 
@@ -420,42 +420,42 @@ def simulate(
     model = Model(linkage, actions, coordinates(start))
     try:
         if linkage.rubs:
-            found = with_friction(model, q, qdot, until, rtol, route == NEWTON)
+            solution = with_friction(model, q, qdot, until, rtol, route == NEWTON)
         elif route in (REDUCED, NEWTON):
-            found = by_driver(model, q, qdot, until, rtol, route == NEWTON)
+            solution = by_driver(model, q, qdot, until, rtol, route == NEWTON)
         else:
-            found = (in_all_coordinates if route == MULTIPLIERS else by_energy)(model, q, qdot, until, rtol)
-        states = found.states
-        reactions = None if found.reactions is None else _reactions(model, states, found.reactions)
+            solution = (in_all_coordinates if route == MULTIPLIERS else by_energy)(model, q, qdot, until, rtol)
+        states = solution.states
+        reactions = None if solution.reactions is None else _reactions(model, states, solution.reactions)
     except UnreachableError as error:
         raise SceneError([error.fault]) from None
     residual = None
-    if found.work is not None:
+    if solution.work is not None:
         kinetic = 0.5 * (states.v**2 @ model.masses)
-        work = found.work + sum(found.friction_work.values())
+        work = solution.work + sum(solution.friction_work.values())
         residual = float(np.abs(kinetic - kinetic[0] - work).max() / max(float(kinetic.max()), 1e-300))
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        told = np.array([found.at(float(t)) for t in np.atleast_1d(array("times", times))]).reshape(-1, 2)
-        return told[:, 0], told[:, 1]
+        rows = np.array([solution.at(float(t)) for t in np.atleast_1d(array("times", times))]).reshape(-1, 2)
+        return rows[:, 0], rows[:, 1]
 
     return Run(
         route,
-        found.t,
+        solution.t,
         states.q,
         states.qdot,
-        states.x.reshape(found.t.size, -1, 3),
-        states.v.reshape(found.t.size, -1, 3),
+        states.x.reshape(solution.t.size, -1, 3),
+        states.v.reshape(solution.t.size, -1, 3),
         reactions,
-        drift=found.drift,
+        drift=solution.drift,
         closure=float(np.abs(states.value).max(initial=0.0)),
         energy_residual=residual,
-        evaluations=found.evaluations,
+        evaluations=solution.evaluations,
         at=at,
-        friction=found.friction,
-        friction_work=found.friction_work,
-        rests=found.rests,
-        messages=found.messages,
+        friction=solution.friction,
+        friction_work=solution.friction_work,
+        rests=solution.rests,
+        messages=solution.messages,
     )
 
 

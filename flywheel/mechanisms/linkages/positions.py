@@ -115,8 +115,8 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     if gaps[wrong] > _RESIDUAL:
         names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
         loop, gap = " - ".join(names), gaps[wrong] * loops.unit
-        found = f"redundant joints that contradict each other: the loop {loop} opens by {gap:.3g} m"
-        raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
+        defect = f"redundant joints that contradict each other: the loop {loop} opens by {gap:.3g} m"
+        raise SceneError([Fault(f"{loops.linkage.path}.joints", defect, "1 degree of freedom", "take a joint of it away")])
     return trace
 
 
@@ -143,11 +143,11 @@ def _nodes(equations: Equations, z: Array, end: float, sense: float) -> list[tup
         moved = here.rate * (step * sense)
         ahead = z + moved + 0.5 * here.slope * step**2
         ahead[0] = end if step == left else ahead[0]
-        (found,), (last,) = settle(equations, ahead[None])
-        strayed = np.abs(found - z - moved)[1:]
+        (node,), (last,) = settle(equations, ahead[None])
+        strayed = np.abs(node - z - moved)[1:]
         if not (last < _RESIDUAL and (strayed <= here.radius[1:] + _RESIDUAL).all()):
             raise SceneError([_lost(equations, z)])
-        z, here = found, tangent(equations, found)
+        z, here = node, tangent(equations, node)
         nodes.append((z, here.rate, here.slope))
     raise SceneError([_lost(equations, z)])
 
@@ -207,8 +207,8 @@ _LESS_FAR = "change a length, or let the driver go less far: [stroke] from and t
 def _lost(equations: Equations, z: Array) -> Fault:
     """Fault of a position beyond which no step can be certified."""
     where = standing(equations, float(z[0]))
-    found = f"a linkage that locks or branches with the {where}, or comes too close to that to decide"
-    return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", _LESS_FAR)
+    defect = f"a linkage that locks or branches with the {where}, or comes too close to that to decide"
+    return Fault(equations.loops.linkage.path, defect, "one assembly over the whole range of the driver", _LESS_FAR)
 
 
 # -- solution ----------------------------------------------------------------------------------------------------------
@@ -274,8 +274,8 @@ class Solution:
         outside = ~((wanted >= self.low - room) & (wanted <= self.high + room))
         if outside.any():
             at, *ends = (place(self.equations, x / self.scale) for x in (float(wanted[outside][0]), self.low, self.high))
-            found, expected = f"a position of the driver of {at}", f"one from {' to '.join(ends)}, which was followed"
-            raise SceneError([Fault(self.linkage.path, found, expected)])
+            defect, expected = f"a position of the driver of {at}", f"one from {' to '.join(ends)}, which was followed"
+            raise SceneError([Fault(self.linkage.path, defect, expected)])
         value, rate, slope = placed(self.equations, self.movement(wanted))
         return Poses(self.linkage, wanted, value, rate / self.scale, slope / self.scale**2)
 
@@ -291,8 +291,8 @@ class Solution:
             lost |= ~(np.abs(equations.residual(z, bases)).max(axis=1) < SETTLED)
         if lost.any():
             at = place(equations, float(q[lost][0] / self.scale))
-            found = f"a position that Newton's iteration does not reach, {at}"
-            raise SceneError([Fault(self.linkage.path, found, "one within the range that was followed")])
+            defect = f"a position that Newton's iteration does not reach, {at}"
+            raise SceneError([Fault(self.linkage.path, defect, "one within the range that was followed")])
         jacobian = equations.jacobian(z, bases)
         inverted = inverse(jacobian[:, :, 1:])
         rate = np.ones_like(z)

@@ -140,12 +140,12 @@ class Reactions(NamedTuple):
             if FORCE in self.units[name].values():
                 sizes[name] = self.resultant(name)
             sizes |= {f"{name}.{end}": np.abs(parts[end]) for end in ("front", "rear") if end in parts}
-        found = []
+        largest = []
         for name, size in sizes.items():
             if not np.isnan(size).all():
                 worst = int(np.nanargmax(size))
-                found.append(Extreme(name, float(size[worst]), float(self.poses.q[worst])))
-        return tuple(found)
+                largest.append(Extreme(name, float(size[worst]), float(self.poses.q[worst])))
+        return tuple(largest)
 
     def scales(self) -> tuple[float, float]:
         """The largest force (N), be it in a joint, a load, a weight or of inertia, and its moment (N m) over the whole size.
@@ -378,11 +378,11 @@ def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balanc
 
 def _row(path: str, given: ArrayLike) -> Array:
     """A number or a row of them, as an array (n,)."""
-    found = np.atleast_1d(array(path, given))
-    if found.ndim > 1 or not found.size:
-        what = f"an array of shape {found.shape}" if found.size else "no position"
+    row = np.atleast_1d(array(path, given))
+    if row.ndim > 1 or not row.size:
+        what = f"an array of shape {row.shape}" if row.size else "no position"
         raise SceneError([Fault(path, what, "a number or an array of shape (n,)")])
-    return found
+    return row
 
 
 # -- virtual power: one constraint released at a time ------------------------------------------------------------------
@@ -414,10 +414,10 @@ def virtual_power(reactions: Reactions) -> dict[str, dict[str, Array]]:
     moments = others[:, 2] + arms[:, 0] * others[:, 1] - arms[:, 1] * others[:, 0]
     work = np.stack((others[:, 0], others[:, 1], moments), axis=1)[1:].reshape(-1, poses.q.size)
     powers = -np.einsum("nrk,rn->kn", motions, work)
-    found: dict[str, dict[str, Array]] = {}
+    components: dict[str, dict[str, Array]] = {}
     for (joint, name), power in zip(rows, powers, strict=True):
-        found.setdefault(joint, {})[name] = power
-    return found
+        components.setdefault(joint, {})[name] = power
+    return components
 
 
 def constraints(poses: Poses, drivers: Iterable[str]) -> dict[tuple[str, str], Array]:
@@ -432,44 +432,44 @@ def constraints(poses: Poses, drivers: Iterable[str]) -> dict[tuple[str, str], A
 
     def apart(first: int, start: Array, second: int, end: Array, axis: Array) -> Array:
         """Velocity along an axis at a place of the second body less that at a place of the first."""
-        found = np.zeros_like(poses.value)
+        row = np.zeros_like(poses.value)
         for sign, body, place in ((-1.0, first, start), (1.0, second, end)):
-            found[body, :2] += sign * axis
-            found[body, 2] += sign * (perp(place - poses.value[body, :2]) * axis).sum(axis=0)
-        return found
+            row[body, :2] += sign * axis
+            row[body, 2] += sign * (perp(place - poses.value[body, :2]) * axis).sum(axis=0)
+        return row
 
     def turned(first: int, second: int) -> Array:
         """Rate at which a body turns against another."""
-        found = np.zeros_like(poses.value)
-        found[first, 2], found[second, 2] = -1.0, 1.0
-        return found
+        row = np.zeros_like(poses.value)
+        row[first, 2], row[second, 2] = -1.0, 1.0
+        return row
 
     def parts(joint: Joint) -> dict[str, Array]:
         """All that a joint may keep or drive, its coordinate's rate as `drive`."""
         first, second = index(poses, joint.first), index(poses, joint.second)
         start, end = poses.point(joint.first, joint.first_at).value, poses.point(joint.second, joint.second_at).value
         turn = turned(first, second)
-        found = {"moment": turn, DRIVE: turn}
+        components = {"moment": turn, DRIVE: turn}
         if joint.kind in (PIN, FIXED):
             axes = {"x": np.stack((unit, still)), "y": np.stack((still, unit))}
-            return {name: apart(first, start, second, end, axis) for name, axis in axes.items()} | found
+            return {name: apart(first, start, second, end, axis) for name, axis in axes.items()} | components
         way = guide(poses, joint)
-        found[DRIVE] = apart(first, end, second, end, way)
-        return {"normal": apart(first, end, second, end, perp(way))} | found
+        components[DRIVE] = apart(first, end, second, end, way)
+        return {"normal": apart(first, end, second, end, perp(way))} | components
 
     kept = {PIN: ("x", "y"), SLIDE: ("normal", "moment"), SLOT: ("normal",), FIXED: ("x", "y", "moment")}
-    found: dict[tuple[str, str], Array] = {}
+    jacobian: dict[tuple[str, str], Array] = {}
     for joint in linkage.joints:
         rows = parts(joint)
-        found |= {(joint.name, name): rows[name] for name in kept[joint.kind]}
+        jacobian |= {(joint.name, name): rows[name] for name in kept[joint.kind]}
     for coupling in linkage.couplings:
         touch = contact(poses, coupling)
         if touch.couple is not None:
-            found[coupling.name, "moment"] = turned(touch.first, touch.second)
+            jacobian[coupling.name, "moment"] = turned(touch.first, touch.second)
             continue
         name = "normal" if coupling.kind == CAM else "tangential"
-        found[coupling.name, name] = apart(touch.first, touch.at, touch.second, touch.at, touch.push)
-    return found | {(name, DRIVE): parts(linkage.joint(name))[DRIVE] for name in drivers}
+        jacobian[coupling.name, name] = apart(touch.first, touch.at, touch.second, touch.at, touch.push)
+    return jacobian | {(name, DRIVE): parts(linkage.joint(name))[DRIVE] for name in drivers}
 
 
 # -- open chains ------------------------------------------------------------------------------------------------------
@@ -511,8 +511,8 @@ def chain_poses(linkage: Linkage, motions: Mapping[str, Motion], time: ArrayLike
     faults += [Fault(f"motions.{name}", "no pin or slide of that name", "a joint") for name in unknown]
     faults += [Fault(f"{path}.couplings", coupling.name, "none in an open chain") for coupling in linkage.couplings]
     if len(linkage.joints) != len(linkage.links):
-        found = f"{len(linkage.joints)} joints of {len(linkage.links)} bodies"
-        faults.append(Fault(f"{path}.joints", found, "one joint a body", "another joint closes a loop"))
+        defect = f"{len(linkage.joints)} joints of {len(linkage.links)} bodies"
+        faults.append(Fault(f"{path}.joints", defect, "one joint a body", "another joint closes a loop"))
     if faults:
         raise SceneError(faults)
     still = np.zeros(instants.size, dtype=complex)
@@ -596,8 +596,8 @@ def chain_reactions(
     poses = chain_poses(linkage, motions, _row("time", time))
     drivers = [joint.name for joint in linkage.joints if joint.name in motions]
     options = {"inertia": inertia, "friction": friction}
-    found = reactions_at(poses, 1.0, drivers=drivers, gravity=gravity, loads=loads, **options)
-    return found._replace(coordinate=("time", "s"))
+    forces = reactions_at(poses, 1.0, drivers=drivers, gravity=gravity, loads=loads, **options)
+    return forces._replace(coordinate=("time", "s"))
 
 
 def driving_actions(coefficients: Iterable[Poses], others: Array) -> tuple[Array, ...]:

@@ -112,11 +112,11 @@ class Pair(NamedTuple):
 
     def on_bodies(self, centres: Array) -> Array:
         """Wrenches on all bodies, shape (bodies, 3, n), with centres of mass at `centres` (bodies, >= 2, n)."""
-        found = np.zeros((len(centres), 3, self.at.shape[1]))
+        wrenches = np.zeros((len(centres), 3, self.at.shape[1]))
         for sign, body in ((-1.0, self.first), (1.0, self.second)):
-            found[body, :2] += sign * self.force
-            found[body, 2] += sign * (cross(self.at - centres[body, :2], self.force) + self.couple)
-        return found
+            wrenches[body, :2] += sign * self.force
+            wrenches[body, 2] += sign * (cross(self.at - centres[body, :2], self.force) + self.couple)
+        return wrenches
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -204,15 +204,15 @@ def applied(poses: Poses, loads: Iterable[Load]) -> Array:
     if isinstance(loads, Load) or not isinstance(loads, Iterable):
         raise SceneError([Fault("loads", shown(loads), "a list of Force, Torque and Effort")])
     middle = centres(poses).value
-    found, faults = np.zeros_like(middle), list[Fault]()
+    wrenches, faults = np.zeros_like(middle), list[Fault]()
     for k, load in enumerate(loads):
         try:
-            found += _applied(poses, middle, load, f"loads[{k}]")
+            wrenches += _applied(poses, middle, load, f"loads[{k}]")
         except SceneError as error:
             faults += error.faults
     if faults:
         raise SceneError(faults)
-    return found
+    return wrenches
 
 
 def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
@@ -221,27 +221,27 @@ def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
     if isinstance(load, Effort):
         joint = known(f"{path}.joint", load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED})
         return effort_pair(poses, joint).on_bodies(middle) * values_at(load.value, poses.q, f"{path}.value")
-    body, found = load.body, np.zeros_like(middle)
+    body, wrenches = load.body, np.zeros_like(middle)
     k = known(f"{path}.body", body, {name: k for k, name in enumerate(linkage.names)})
     if isinstance(load, Torque):
-        found[k, 2] = values_at(load.value, poses.q, f"{path}.value")
-        return found
+        wrenches[k, 2] = values_at(load.value, poses.q, f"{path}.value")
+        return wrenches
     at = load.at
     if isinstance(at, str):
         at = known(f"{path}.at", at, {point.name: point[1:] for point in linkage.link(body).points})
     at = vector(f"{path}.at", at, "m")
     force = np.stack([values_at(part, poses.q, f"{path}.{axis}") for axis, part in (("x", load.x), ("y", load.y))])
-    found[k, :2] = force
-    found[k, 2] = cross(poses.point(body, at).value - middle[k, :2], force)
-    return found
+    wrenches[k, :2] = force
+    wrenches[k, 2] = cross(poses.point(body, at).value - middle[k, :2], force)
+    return wrenches
 
 
 def values_at(given: ArrayLike, q: Array, path: str) -> Array:
     """A number, or one for every position, as an array (n,); SceneError for another shape or what is not finite."""
-    found = array(path, given)
-    if found.shape not in ((), (1,), q.shape):
-        raise SceneError([Fault(path, f"an array of shape {found.shape}", f"a number or shape {q.shape}")])
-    return np.broadcast_to(found, q.shape)
+    values = array(path, given)
+    if values.shape not in ((), (1,), q.shape):
+        raise SceneError([Fault(path, f"an array of shape {values.shape}", f"a number or shape {q.shape}")])
+    return np.broadcast_to(values, q.shape)
 
 
 class Contact(NamedTuple):
@@ -286,8 +286,8 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
     joints = linkage.joint(coupling.first), linkage.joint(coupling.second)
     carrier = linkage.carrier(coupling)
     if not carrier:
-        found = f"joints {coupling.first} and {coupling.second} without a body in common"
-        raise SceneError([Fault(path, found, "joints of one carrier, for forces to be found")])
+        defect = f"joints {coupling.first} and {coupling.second} without a body in common"
+        raise SceneError([Fault(path, defect, "joints of one carrier, for forces to be found")])
     senses = [1.0 if joint.first == carrier else -1.0 for joint in joints]  # +1 if the carrier is first
     ends = [(j.second, j.second_at) if j.first == carrier else (j.first, j.first_at) for j in joints]
     first, second = (index(poses, body) for body, _ in ends)
@@ -327,8 +327,8 @@ def contact(poses: Poses, coupling: Coupling) -> Contact:
     across = way if coupling.contact is None and way is not None else perp(surface)
     if not np.all(np.hypot(*across) > 0):
         worst = float(poses.q[np.argmin(np.hypot(*across))])
-        found = f"a contact point that does not move against the cam at {worst:.9g}"
-        raise SceneError([Fault(f"{path}.contact", found, "a point off the cam's axis")])
+        defect = f"a contact point that does not move against the cam at {worst:.9g}"
+        raise SceneError([Fault(f"{path}.contact", defect, "a point off the cam's axis")])
     outward = across * np.where(along(across, place - pivot) < 0, -1.0, 1.0)  # normal of the surface
     return Contact(first, second, place, outward, surface)
 
@@ -393,8 +393,8 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
             passives += _friction(f"{linkage.path}.joints.{joint.name}", joint, effort_pair(poses, joint), sense(joint))
     for coupling in linkage.couplings:
         sliding = sense(linkage.joint(coupling.first)) if friction and coupling.friction else None
-        found, more = _of_coupling(poses, coupling, sliding)
-        components.append(found)
+        component, more = _of_coupling(poses, coupling, sliding)
+        components.append(component)
         passives += more
     driven = [linkage.joint(name) for name in drivers]
     components += [Component(j.name, DRIVE, COUPLE if j.kind == PIN else FORCE, effort_pair(poses, j)) for j in driven]
@@ -535,8 +535,8 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     right = loads[:, 1:].reshape(len(loads), -1, count).transpose(2, 1, 0)
     rows, columns = matrix.shape[1:]
     if rows > columns:
-        found = f"{rows - columns} freedom(s) that nothing drives"
-        raise SceneError([Fault(path, found, "as many driven joints as degrees of freedom")])
+        defect = f"{rows - columns} freedom(s) that nothing drives"
+        raise SceneError([Fault(path, defect, "as many driven joints as degrees of freedom")])
     couples = np.array([component.unit == COUPLE for component in unknowns.components])
     length = float(np.abs(matrix[:, 2::3][:, :, ~couples]).max(initial=0.0)) or 1.0
     row_scales, column_scales = np.tile((1.0, 1.0, length), rows // 3), np.where(couples, length, 1.0)
@@ -552,8 +552,8 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     wrong = ~np.isfinite(values).all(axis=(1, 2))
     if wrong.any():
         at = f"{float(poses.q[np.argmax(wrong)]):.9g} {'m' if poses.linkage.sliding else 'rad'}"
-        found = f"forces without limit where {poses.linkage.driver} stands at {at}"
-        raise SceneError([Fault(path, found, "a position in which the driver moves all bodies")])
+        defect = f"forces without limit where {poses.linkage.driver} stands at {at}"
+        raise SceneError([Fault(path, defect, "a position in which the driver moves all bodies")])
     loose = np.linalg.norm(space, axis=2) > OPEN
     return Response(values * column_scales[:, None], loose, space, matrix, row_scales)
 
@@ -561,29 +561,29 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
 def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
     """All reactions and driving actions under `loads`, wrenches (bodies, 3, n) with the inertia forces among them."""
     count, passives = poses.q.size, unknowns.passives
-    found = response(poses, unknowns, loads[None])
-    free, pull = found.values[..., 0], found.values[..., 1:]
+    responses = response(poses, unknowns, loads[None])
+    free, pull = responses.values[..., 0], responses.values[..., 1:]
     factors = np.stack([one.factor for one in passives], axis=1) if passives else np.zeros((count, 0))
-    forms = size_forms(poses, unknowns, found.loose)
+    forms = size_forms(poses, unknowns, responses.loose)
     followed = np.einsum("pkm,nmj->npkj", forms, pull) * factors[:, None, None, :]
     sizes = friction_sizes(np.einsum("pkm,nm->npk", forms, free), followed)
     amounts = factors * sizes.sizes
     values = free + np.einsum("nmp,np->nm", pull, amounts)
     passive = _columns(passives, centres(poses).value)
     total = loads[1:].reshape(-1, count).T + np.einsum("nrp,np->nr", passive, amounts)
-    left = np.abs((np.einsum("nrm,nm->nr", found.matrix, values) + total) / found.scales).max(axis=1)
-    largest = np.abs(total / found.scales).max(axis=1)
+    left = np.abs((np.einsum("nrm,nm->nr", responses.matrix, values) + total) / responses.scales).max(axis=1)
+    largest = np.abs(total / responses.scales).max(axis=1)
     residual = np.divide(left, largest, out=np.zeros_like(left), where=largest > 0)
     others = np.concatenate((np.zeros((1, *loads.shape[1:])), total.T.reshape(-1, 3, count)))
     values = np.where(sizes.converged[:, None], values, np.nan)
-    return Balance(values.T, amounts.T, others, found.loose.T, found.open, sizes, residual)
+    return Balance(values.T, amounts.T, others, responses.loose.T, responses.open, sizes, residual)
 
 
 def _columns(parts: tuple[Component, ...] | tuple[Passive, ...], middle: Array) -> Array:
     """Wrenches of unit actions on the moving bodies, shape (n, 3 bodies, parts)."""
-    found = [part.pair.on_bodies(middle)[1:].reshape(-1, middle.shape[2]) for part in parts]
+    wrenches = [part.pair.on_bodies(middle)[1:].reshape(-1, middle.shape[2]) for part in parts]
     empty = np.zeros((middle.shape[2], 3 * (len(middle) - 1), 0))
-    return np.stack(found).transpose(2, 1, 0) if found else empty
+    return np.stack(wrenches).transpose(2, 1, 0) if wrenches else empty
 
 
 def size_forms(poses: Poses, unknowns: Unknowns, loose: Flags) -> Array:
@@ -597,10 +597,10 @@ def size_forms(poses: Poses, unknowns: Unknowns, loose: Flags) -> Array:
                 at = index[passive.joint, name]
                 forms[j, k, at] = weight
                 if loose[:, at].any() and np.any(passive.factor):
-                    found = f"{passive.name} that follows the {name}, which redundant constraints leave open"
+                    defect = f"{passive.name} that follows the {name}, which redundant constraints leave open"
                     advice = "take the friction away, or the constraint that is one too many"
                     path = f"{poses.linkage.path}.{passive.joint}"
-                    faults.append(Fault(path, found, "a force that the equations determine", advice))
+                    faults.append(Fault(path, defect, "a force that the equations determine", advice))
     if faults:
         raise SceneError(dict.fromkeys(faults))
     return forms
@@ -629,16 +629,16 @@ def friction_sizes(free: Array, pull: Array) -> Sizes:
     count, passives = free.shape[:2]
     if not passives:
         return Sizes(np.zeros((count, 0)), 0, np.zeros(count), np.ones(count, dtype=bool))
-    found = _newton(free, pull, np.hypot(*np.moveaxis(free, 2, 0)))
-    wrong = ~found.converged
+    sizes = _newton(free, pull, np.hypot(*np.moveaxis(free, 2, 0)))
+    wrong = ~sizes.converged
     if not wrong.any():
-        return found
-    start, steps = np.hypot(*np.moveaxis(free[wrong], 2, 0)), found.iterations
+        return sizes
+    start, steps = np.hypot(*np.moveaxis(free[wrong], 2, 0)), sizes.iterations
     for share in _STAGES:
         again = _newton(free[wrong], share * pull[wrong], start)
         start, steps = np.where(again.converged[:, None], again.sizes, start), steps + again.iterations
-    found.sizes[wrong], found.gap[wrong], found.converged[wrong] = again.sizes, again.gap, again.converged
-    return found._replace(iterations=steps)
+    sizes.sizes[wrong], sizes.gap[wrong], sizes.converged[wrong] = again.sizes, again.gap, again.converged
+    return sizes._replace(iterations=steps)
 
 
 def _newton(free: Array, pull: Array, start: Array) -> Sizes:
