@@ -89,6 +89,7 @@ ENGINES = ("numpy", "numba", "size")
 _CACHED_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
 _MACHINE_CODE_CELLS = 24_000  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
+_PORTION = 16_384  # designs at once: where the user interrupts, those of the portions before are kept
 _DESIGNS_WITHOUT_BAR = 16  # designs that are finished before a bar could be read
 _KEPT_MACHINES = 64  # machines of which they are kept
 
@@ -109,7 +110,7 @@ class Batch(NamedTuple):
 def sized(
     scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str, progress: bool | None = False
 ) -> Batch:
-    """The figures of designs with their numbers in columns.
+    """The figures of designs with their numbers in columns; where the user interrupts it, of those that are finished.
 
     Args:
         scene: one that was read; see `flywheel.reading.paths`.
@@ -123,8 +124,16 @@ def sized(
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
     batch, structures = empty(columns.shape[1]), structures_of(scene, paths)
-    for structure, which in structures.sorted(columns):
-        group = at_once(structure, columns[:, which], rtol, engine)
+    portions = (
+        (structure, same[first : first + _PORTION])
+        for structure, same in structures.sorted(columns)
+        for first in range(0, same.size, _PORTION)
+    )
+    for structure, which in portions:
+        try:
+            group = at_once(structure, columns[:, which], rtol, engine)
+        except KeyboardInterrupt:
+            return batch._replace(interrupted=True)
         every = (group.halvings >= 0).all()
         known: Any = slice(None) if every else group.halvings >= 0
         place: Any = slice(None) if every and which.size == batch.ways.size else which[known]  # a structure's ascend

@@ -230,7 +230,7 @@ def optimize(
             raise
         best, row = problem.best()
         kept = "" if (row[1:] <= KEPT).all() else ", which does not keep all limits"
-        said = f"interrupted: the best of {len(problem.points)} designs, not confirmed{kept}"
+        said = f"interrupted: the best of the designs so far, not confirmed{kept}"
         return _optimum(problem, best, ends, 0, said)
 
 

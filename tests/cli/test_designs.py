@@ -361,6 +361,21 @@ def test_a_tolerance_that_a_signal_interrupts_is_that_of_the_designs_until_then(
     assert power["mean"] == pytest.approx(1500.0, abs=5.0)
 
 
+def test_designs_at_once_are_kept_portion_by_portion(scene, monkeypatch):
+    own, count = designs.at_once, itertools.count(1)
+
+    def ended(*given, **options):
+        if next(count) == 4:  # after the scene's own and two portions
+            raise KeyboardInterrupt
+        return own(*given, **options)
+
+    monkeypatch.setattr(designs, "at_once", ended)
+    monkeypatch.setattr(designs, "_PORTION", 50)
+    vary = ("--vary", "regime.speed=29:31", "--of", "power", "--samples", "64", "--json")
+    done = CliRunner().invoke(main, ["tolerance", str(scene), *vary])
+    assert (done.exit_code, json.loads(done.stdout)["messages"][0]) == (130, "interrupted: 100 of 128 samples were sized")
+
+
 def test_a_command_that_a_signal_interrupts_before_it_has_anything_is_one_line(scene, interrupted):
     for command in (("tolerance", scene, "--vary", "regime.speed=29:31"), ("sensitivities", scene, "regime.speed")):
         done = interrupted(3, *command)
