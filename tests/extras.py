@@ -16,4 +16,4 @@ def extra(name: str) -> ModuleType:
     except ImportError:
         if os.environ.get(REQUIRED):
             pytest.fail(f"not tested, as {name} is not installed", pytrace=False)
-        pytest.skip(f"{name} is not installed")
+        pytest.skip(f"{name} is not installed", allow_module_level=True)

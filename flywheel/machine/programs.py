@@ -47,7 +47,7 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace, present
 from flywheel.numerics.switching import SwitchingError, followed, narrow
 from flywheel.reading.paths import with_numbers
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Scene, Table
 
 Array = NDArray[Any]
 Function = Callable[[Any], tuple[Any, Any]]
@@ -605,7 +605,8 @@ def recorded(
         (bool(base.duty), "a duty has several phases"),
         (base.rubs, "friction in joints follows from the motion"),
         (
-            drive is not None
+            not zeros
+            and drive is not None
             and not (base.depends_on_speed or any(efficiency < 1.0 for efficiency in base.efficiencies.values()))
             and not isinstance(drive.law, float | int | None),
             "the drive's torque is no plain number",
@@ -678,7 +679,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
             walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
         stretches.append(walks[k])
     drive, nothing = scene.drive, float("nan")
-    torque = nothing if drive is None or isinstance(drive.law, Expression | None) else drive.law
+    torque = nothing if drive is None or isinstance(drive.law, Expression | Table | None) else drive.law
     given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio, drive and scene.shafts[drive.on], torque]
     given += [scene.inertia, machine.fastest, machine.typical_speed, *machine.motor_speeds]
     structure = Structure(

@@ -14,27 +14,22 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
-from importlib.util import find_spec
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bondgraph.recording import Program
 from flywheel.machine.loads import crank_angles, table_pieces
 from flywheel.machine.machine import Machine
-from flywheel.machine.programs import RATE, StretchWalk, Structure, recorded
+from flywheel.machine.programs import RATE, StretchWalk, Structure, UnrecordedError, recorded
+from flywheel.numerics import balls
+from flywheel.numerics.balls import Model, UnprovenError, rational
 from flywheel.numerics.units import exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
-from flywheel.sizing.results import Proof
+from flywheel.sizing.results import WIDTH, Proof
 
-if TYPE_CHECKING:
-    from flywheel.numerics.balls import Model
-
-WIDTH = 1e-12
-"""The relative width that intervals reach, or else are refused with the width reached."""
-MISSING = "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
 _PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomials, what cells leave open
 _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
@@ -92,8 +87,6 @@ def proven(scene: Scene, motion: Motion | None = None) -> Proof:
 
 def _refusal(scene: Scene) -> str:
     """The reason why a scene's figures cannot be proven, by its contents; an empty text where they may be."""
-    if find_spec("flint") is None:
-        return MISSING
     if scene.document is None:
         return "a scene that was not read has no numbers as written"
     if scene.areas is not None:
@@ -127,28 +120,44 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int,
 # -- the machine over balls ------------------------------------------------------------------------------------------------
 
 
-def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
-    """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
-    from flywheel.numerics import balls
+def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any]]:
+    """The structure of a scene with its numbers as inputs, and those that are constants there, by their paths.
 
+    These are the windows and periods of tables; and where tables are so long that their angles may not move, the phases.
+    """
     assert scene.document is not None
     written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
     windows = tuple(dotted(load.path) + "." for load in _acting(scene) if isinstance(load.law, Table))
-    fixed = {
-        path: each for path, each in written.items() if path.startswith(windows) or (windows and path.endswith(".phase"))
-    }
+
+    def structure(fixed: Mapping[str, Any]) -> tuple[Structure, Mapping[str, Any]]:
+        inputs = {path: quantity.number for path, quantity in written.items() if path not in fixed}
+        return recorded(scene, tuple(inputs), list(inputs.values()), zeros=True), fixed
+
+    of_tables = {path: quantity for path, quantity in written.items() if path.startswith(windows)}
+    try:
+        return structure(of_tables)
+    except UnrecordedError:
+        if not windows:
+            raise
+        return structure(of_tables | {path: quantity for path, quantity in written.items() if path.endswith(".phase")})
+
+
+def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
+    """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
+    recording, fixed = _recorded(scene)
+    assert scene.document is not None
+    written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
     quantities = {path: quantity for path, quantity in written.items() if path not in fixed}
-    recording = recorded(scene, tuple(quantities), [quantity.number for quantity in quantities.values()], zeros=True)
-    open_still = balls.UnprovenError("nothing")
+    open_still = UnprovenError("nothing")
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
             if _ranges(fixed):
-                raise balls.UnprovenError("ranges of the place of a table")
+                raise UnprovenError("ranges of the place of a table")
             numbers = _of_tables(recording.twin, {each.number: _as_written(path, each) for path, each in fixed.items()})
             structure = recording.with_places(partial(_all_of, numbers=numbers))
             if ranges and scene.depends_on_speed:
-                raise balls.UnprovenError("ranges of numbers where torques depend on speed")
+                raise UnprovenError("ranges of numbers where torques depend on speed")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
                 found = (
@@ -160,10 +169,10 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
                 if width <= WIDTH:
                     found |= _cycle_over_ranges(scene, structure, columns, ranges, order, left) if ranges else {}
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
-            except balls.UnprovenError as error:
+            except UnprovenError as error:
                 open_still = error
                 continue
-            open_still = balls.UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+            open_still = UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
     raise open_still
 
 
@@ -181,8 +190,6 @@ def _widths(found: Mapping[str, Any]) -> dict[str, float]:
 
 def _as_written(path: str, quantity: Any) -> Any:
     """The ball of a number as the scene writes it."""
-    from flywheel.numerics.balls import UnprovenError
-
     ball = _with_pi(*exact_ratio(middle_of(quantity.value), _dimension(path, quantity)))
     if abs(float(ball.mid()) - quantity.number) > _READ * abs(quantity.number):
         raise UnprovenError(f"{path}: {quantity.value!r} is not taken as it is written")
@@ -194,8 +201,6 @@ def _of_tables(machine: Machine, written: Mapping[float, Any]) -> dict[float, An
 
     The pieces are calculated anew, in fractions, from the rows as they are written; `written` are balls of other numbers.
     """
-    from flywheel.numerics import balls
-
     numbers = dict(written)
 
     def stands(number: float, ball: Any) -> None:
@@ -210,7 +215,7 @@ def _of_tables(machine: Machine, written: Mapping[float, Any]) -> dict[float, An
             rows[0][-1] = rows[0][0] + share * Fraction(*exact_ratio("180 deg", "angle"))
         for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
             if abs(Fraction(number) - row) > _READ * abs(row):
-                raise balls.UnprovenError("a table whose ends are put where its load begins or ends")
+                raise UnprovenError("a table whose ends are put where its load begins or ends")
         floats = table_pieces(table.angle, table.value, table.interpolation)
         exact = table_pieces(rows[0], rows[1], table.interpolation)
         for number, row in zip(
@@ -229,19 +234,15 @@ def _of_tables(machine: Machine, written: Mapping[float, Any]) -> dict[float, An
 
 def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
     """The ball of all that a number of a program may stand for; itself where it is in no table."""
-    from flywheel.numerics import balls
-
     if isinstance(place, tuple) or callable(place) or place not in numbers:
         return place
-    with suppress(balls.UnprovenError):
+    with suppress(UnprovenError):
         return numbers[place].union(balls.constant(place))
     return numbers[place]
 
 
 def _with_pi(numerator: int, denominator: int) -> Any:
     """The ball of a ratio with up to the third power of pi to 60 digits in it."""
-    from flywheel.numerics.balls import rational
-
     return rational(numerator, denominator) * (1 + _OF_PI * rational(1, 10**60).union(rational(-1, 10**60)))
 
 
@@ -251,58 +252,48 @@ def _dimension(path: str, quantity: Any) -> str | None:
 
 def _ranges(quantities: Mapping[str, Any]) -> dict[Any, Any]:
     """Half the width of the range that a number is written with, by its place among all; none for numbers without one."""
-    from flywheel.numerics.balls import rational
-
     halves = (half_width(each.value, _dimension(path, each)) for path, each in quantities.items())
     return {k: rational(*half) for k, half in enumerate(halves) if half[0]}
 
 
 def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = False) -> Callable[..., Any]:
     """A recorded program as a function of balls, and of series of them, or of jets of these: of its first outputs."""
-    from flywheel.numerics import balls
-
     part = program if outputs is None else program.only(outputs)
     if any(isinstance(place, tuple) or callable(place) for place in part.places):
-        raise balls.UnprovenError("a function or a table that is not arithmetic")
+        raise UnprovenError("a function or a table that is not arithmetic")
     return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
 
 
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
     """Checks every decision of the recording over balls; returns the number of those between equal numbers."""
-    from flywheel.numerics import balls
-
     conditions, same = structure.conditions, 0
     program = conditions.program._replace(places=tuple(map(_threshold, conditions.program.places)))
-    differences = program.function(balls.NAMESPACE)(balls.rational(0, 1), *columns)
+    differences = program.function(balls.NAMESPACE)(rational(0, 1), *columns)
     for difference, relation, holds in zip(differences, conditions.relations, conditions.holds, strict=True):
-        ball = difference if hasattr(difference, "rad") else balls.rational(int(difference), 1)
+        ball = difference if hasattr(difference, "rad") else rational(int(difference), 1)
         negative, zero = bool(ball < 0), bool(ball.is_zero())
         if zero or negative or ball > 0:
             answer = {"less": negative, "less_equal": negative or zero, "equal": zero}[relation]
             if answer != holds:
-                raise balls.UnprovenError("a decision that the numbers as written take the other way")
+                raise UnprovenError("a decision that the numbers as written take the other way")
         elif abs(float(ball.mid())) + float(ball.rad()) < _SAME:
             same += 1
         else:
-            raise balls.UnprovenError("a decision that is open")
+            raise UnprovenError("a decision that is open")
     return same
 
 
 def _threshold(value: float) -> Any:
     """The ball of a number in a decision: a threshold of the reader is its exact float."""
-    from flywheel.numerics import balls
-
     try:
         return balls.constant(value)
-    except balls.UnprovenError:
+    except UnprovenError:
         return balls.exact(value)
 
 
 def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float) -> dict[str, Any]:
     """The balls of the figures of a cycle, by their keys."""
-    from flywheel.numerics import balls
-
-    speed, ratio, last = map(balls.ball, _over_balls(_numbers(scene, structure))(balls.rational(0, 1), *columns))
+    speed, ratio, last = map(balls.ball, _over_balls(_numbers(scene, structure))(rational(0, 1), *columns))
     sums, balance = _sums(structure, columns, order, left)
     figures = {"balance.value": balance} if structure.unknown else {}
     return {"speed": speed} | figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
@@ -339,8 +330,6 @@ def _of_cycle(
         asked: True if it is the irregularity.
 
     """
-    from flywheel.numerics import balls
-
     square = ratio * ratio
     work, low_work = sums.greatest(1, 0, left), -sums.greatest(1, 0, left, -1)
     inertia, least = sums.greatest(0, 1, left), -sums.greatest(0, 1, left, -1)
@@ -376,9 +365,7 @@ class _Mark(NamedTuple):
 
 def _marks(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
     """The edges of smooth pieces."""
-    from flywheel.numerics import balls
-
-    zero, marks = balls.rational(0, 1), structure.landmarks
+    zero, marks = rational(0, 1), structure.landmarks
 
     def loosely(program: Program) -> Any:
         part = program.only(1)
@@ -402,22 +389,18 @@ def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
     Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float at which it began
     has no effect.
     """
-    from flywheel.numerics import balls
-
     edges = []
     for angle, formula, zero in _marks(structure, columns):
         if zero is not None:
             function = _over_balls(zero)
             edges.append(balls.zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
         else:
-            edges.append(balls.ball(_over_balls(formula)(balls.rational(0, 1), *columns)[0]) if formula else angle)
+            edges.append(balls.ball(_over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle)
     return edges
 
 
 def _cells(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
     """Models of I*, dI*/dphi, M* and all other outputs of the stretches' functions, on cells over the whole cycle."""
-    from flywheel.numerics import balls
-
     stretches = list(pairwise(edges))
     scales: Any = 0.0
     for function, (low, high) in zip(functions, stretches, strict=True):
@@ -451,10 +434,8 @@ class _Sums:
 
     def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
         """The greatest of sign (energy W + inertia I*)."""
-        from flywheel.numerics.balls import Curve, greatest
-
         curves = [
-            Curve(
+            balls.Curve(
                 cell.low - cell.middle,
                 cell.high - cell.middle,
                 sign * (energy * rising + inertia * cell.polynomials[_INERTIA]),
@@ -463,7 +444,7 @@ class _Sums:
             for cell, rising, moment in self._curves
         ]
         size = abs(float(energy)) * self._size + abs(float(inertia)) * self._largest
-        return greatest(curves, _LOOSE * left * size)
+        return balls.greatest(curves, _LOOSE * left * size)
 
     def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
         """The irregularity e with a given flywheel J, by the mean value theorem.
@@ -480,12 +461,10 @@ class _Sums:
         Raises UnprovenError where no motion is proven: the flywheel is too light.
 
         """
-        from flywheel.numerics import balls
-
         slope, per_square = bounds[0].union(bounds[1]) + wheel, 1 / speed**2
-        eps = balls.falling_zero(lambda e: _unevenness(self, e, per_square, left) - e * wheel, slope, balls.rational(0, 1))
+        eps = balls.falling_zero(lambda e: _unevenness(self, e, per_square, left) - e * wheel, slope, rational(0, 1))
         if not (slope > 0 and eps < 2):
-            raise balls.UnprovenError("the motion with a flywheel so light")
+            raise UnprovenError("the motion with a flywheel so light")
         return eps
 
 
@@ -543,13 +522,9 @@ def _over_box(
     scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
 ) -> _Box:
     """The figures of a cycle over ranges that are taken as they are."""
-    from flywheel.numerics import balls
-
     halves = dict(ranges)
-    columns = [
-        balls.Centred(one, {k: balls.rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)
-    ]
-    origin = balls.Centred(balls.rational(0, 1), {}, halves)
+    columns = [balls.Centred(one, {k: rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)]
+    origin = balls.Centred(rational(0, 1), {}, halves)
     speed, ratio, last = _over_ranges(_numbers(scene, structure), origin, columns)
     sums = _SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
     figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
@@ -565,15 +540,11 @@ def _over_box(
 
 
 def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:
-    from flywheel.numerics import balls
-
     return balls.over_ranges(_over_balls(program), _over_balls(program, jets=True), at, columns)
 
 
 def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any) -> Iterator[Any]:
     """Edges of smooth pieces all over the ranges of numbers; of the zero x of a function f the slopes are -f_k/f_x."""
-    from flywheel.numerics import balls
-
     middles, wide = ([getattr(one, part, one) for one in columns] for part in ("middle", "value"))
     edges = _edges(structure, middles)
     for edge, (_, formula, zero) in zip(edges, _marks(structure, middles), strict=True):
@@ -594,16 +565,14 @@ class _SumsOverRanges:
     """
 
     def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: _Sums, order: int) -> None:
-        from flywheel.numerics import balls
-
         self._middle, self._halves = middle, origin.halves
         edges = list(_edges_over_ranges(structure, columns, origin))
         for low, high in pairwise(edges):
             if not high - low > 0:
-                raise balls.UnprovenError("ranges of numbers in which angles at which loads break change their order")
+                raise UnprovenError("ranges of numbers in which angles at which loads break change their order")
         walks = structure.walks
         pieces = [_piece(k, *each, columns) for k, each in enumerate(zip(walks, pairwise(edges), strict=True))]
-        cells = _cells(pieces, [balls.rational(k, 1) for k in range(len(edges))], order, _OVER_RANGES)
+        cells = _cells(pieces, [rational(k, 1) for k in range(len(edges))], order, _OVER_RANGES)
         energies, totals, parts = [origin, origin], [origin, origin], list[tuple[Any, ...]]()
         for cell in cells:
             k = int(float(cell.middle))
@@ -625,8 +594,6 @@ class _SumsOverRanges:
 
     def _rows(self, cell: Model) -> list[Any]:
         """The rows of a machine as polynomials in a cell."""
-        from flywheel.numerics import balls
-
         middles, wholes, *slopes = (
             cell.polynomials[k : k + len(_ROWS)] for k in range(0, len(cell.polynomials), len(_ROWS))
         )
@@ -638,8 +605,6 @@ class _SumsOverRanges:
 
     def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
         """The greatest of sign (energy W + inertia I*)."""
-        from flywheel.numerics import balls
-
         found = []
         of_energy, of_inertia = (getattr(factor, "middle", factor) for factor in (energy, inertia))
         middle = self._middle.greatest(of_energy, of_inertia, left, sign)
@@ -654,15 +619,13 @@ class _SumsOverRanges:
 
         Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all results.
         """
-        from flywheel.numerics import balls
-
         least, most = (bound.middle for bound in bounds)
         middle = self._middle.irregularity(speed.middle, wheel.middle, (least, most), left)
-        reach, per_square = balls.rational(0, 1), 1 / speed**2
+        reach, per_square = rational(0, 1), 1 / speed**2
         try:
             for _ in range(_MOST_WIDER):
                 self._halves["eps"] = reach
-                at = balls.Centred(middle, {"eps": balls.rational(1, 1)}, self._halves)
+                at = balls.Centred(middle, {"eps": rational(1, 1)}, self._halves)
                 slopes = (_unevenness(self, at, per_square, left) - at * wheel).slopes
                 steep = slopes.pop("eps")
                 if not steep < 0:
@@ -674,13 +637,11 @@ class _SumsOverRanges:
                 reach = 2 * apart
         finally:
             del self._halves["eps"]
-        raise balls.UnprovenError("the motions over ranges so wide")
+        raise UnprovenError("the motions over ranges so wide")
 
 
 def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any], Any]:
     """The ends of a cell that are edges, as distances from its middle; phi_k by which edges move it, and ds/dphi."""
-    from flywheel.numerics import balls
-
     k = int(float(cell.middle))
     low, length = edges[k], edges[k + 1] - edges[k]
     breaks = [end - cell.middle for end in (cell.low, cell.high) if end in (k, k + 1)]
@@ -690,8 +651,6 @@ def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any]
 
 def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence[Any]) -> list[Any]:
     """Growth of the works of M* and of the unknown's share of it at a position beyond an edge that moves."""
-    from flywheel.numerics import balls
-
     sides = (_over_ranges(walk.program.only(len(_ROWS)), edge, columns)[_MOMENT:] for walk in (before, after))
     steps = [left.value - right.value for left, right in zip(*sides, strict=True)]
     return [
@@ -704,11 +663,9 @@ def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[A
 
     At the middles of ranges of numbers, then all over them, then their slopes at a given phi by one number after another.
     """
-    from flywheel.numerics import balls
-
     program, (low, high) = walk.program.only(len(_ROWS)), ends
     plain, of_jets = _over_balls(program), _over_balls(program, jets=True)
-    length, zero = high - low, balls.rational(0, 1)
+    length, zero = high - low, rational(0, 1)
     wide = length.value
 
     def rows(place: Any) -> list[Any]:
@@ -733,11 +690,9 @@ def _moving(
     the motion is less even than required, on the other more even, and between them there is one motion for each flywheel,
     which changes continuously with it; likewise the speed with the balance.
     """
-    from flywheel.numerics import balls
-
     if near is None:
-        raise balls.UnprovenError("there is no motion")
-    asked, zero = scene.irregularity, balls.rational(0, 1)
+        raise UnprovenError("there is no motion")
+    asked, zero = scene.irregularity, rational(0, 1)
     wanted = (2, 1 if asked is not None else 5, *((0,) if structure.unknown else ()))
     numbers = structure.numbers._replace(outputs=tuple(structure.numbers.outputs[k] for k in wanted))
     ratio, last, *speeds = _over_balls(numbers, len(wanted))(zero, *columns)
@@ -749,7 +704,7 @@ def _moving(
     unknown = motions.balance(wheel, *speeds) if speeds else zero
     found = motions.at(wheel, unknown)
     if not all(found.start.contains(start) for start in (*sides, *motions.between)):
-        raise balls.UnprovenError("that the motions on both sides belong to one")
+        raise UnprovenError("that the motions on both sides belong to one")
     figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
     figures |= {"speed": found.level} | ({"balance.value": unknown} if speeds else {})
     if asked is None or near.wheel == 0.0:
@@ -757,7 +712,7 @@ def _moving(
         figures |= {"simulation.speed_max": found.fast, "simulation.speed_min": found.slow}
     if asked is not None:
         if near.wheel == 0.0 and not found.irregularity <= last:
-            raise balls.UnprovenError("whether a flywheel is needed")
+            raise UnprovenError("whether a flywheel is needed")
         figures["flywheel.exact"] = wheel / ratio**2
     return figures
 
@@ -788,8 +743,6 @@ class _Motions:
     """Steady motions of a machine with any flywheel and balance, as solutions of dE/dphi = M*(phi, sqrt(2 E/(I* + J)))."""
 
     def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
-        from flywheel.numerics import balls
-
         self._near, self._order, self._left = near, order, left
         self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
         parts, functions, edges = [], [], _edges(structure, columns)
@@ -804,7 +757,7 @@ class _Motions:
             functions.append(lambda phi, i=inertia, m=moment: (*i(phi, *columns), m(phi, *columns, speed, unknown)[0]))
         self._cells = _cells(functions, edges, order, left)
         if order > _PRECISIONS[0][1] and len(self._cells) > _MOST_CELLS:
-            raise balls.UnprovenError("that a motion through so many cells is found in time")
+            raise UnprovenError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[_MOMENT][0].mid())) for cell in self._cells)
         self._laws, ends = [], [float(edge) for edge in edges[1:]]
         for cell in self._cells:
@@ -816,8 +769,6 @@ class _Motions:
 
     def at(self, wheel: Any, unknown: Any) -> _Speeds:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
-        from flywheel.numerics import balls
-
         omega = balls.exact(self._near.omega)
 
         def law(inertia: Any, known: Sequence[Any], late: Callable[..., Any]) -> Callable[[Any], Any]:
@@ -855,8 +806,6 @@ class _Motions:
 
     def _effect(self, law: Sequence[Any], energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any]:
         """dF/du and dF/dE all over a cell, at energies there."""
-        from flywheel.numerics import balls
-
         inertia, known, late = law
         total = balls.first(inertia) + wheel
         speed = (2 * energy / total).sqrt()
@@ -865,8 +814,6 @@ class _Motions:
 
     def balance(self, wheel: Any, speed: Any) -> Any:
         """The ball of the unknown with which a motion has a speed."""
-        from flywheel.numerics import balls
-
         size = max(abs(self._near.unknown), self._effort)
         here, step = balls.exact(self._near.unknown), balls.exact(_SECANT * size)
         found = self.at(wheel, here)
@@ -876,15 +823,14 @@ class _Motions:
         sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
         self.between = [each.start for each in sides]
         if not (found.effect and sides[0].level < speed < sides[1].level):
-            raise balls.UnprovenError("that the mean speed is the required one with a balance near")
+            raise UnprovenError("that the mean speed is the required one with a balance near")
         return balls.around(middle, apart)
 
     def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
         """The ball of the flywheel with which a motion has an irregularity."""
-        from flywheel.numerics import balls
 
         def motion(wheel: Any) -> _Speeds:
-            return self.at(wheel, self.balance(wheel, *speeds) if speeds else balls.rational(0, 1))
+            return self.at(wheel, self.balance(wheel, *speeds) if speeds else rational(0, 1))
 
         wheel = balls.exact(self._near.wheel)
         beside = (wheel * (1 + balls.exact(_SECANT))).mid()
@@ -894,5 +840,5 @@ class _Motions:
         sides = [motion(light), motion(heavy)]
         self.between = [each.start for each in sides]
         if not sides[0].irregularity > asked > sides[1].irregularity:
-            raise balls.UnprovenError("that the irregularity is the required one with a flywheel near")
+            raise UnprovenError("that the irregularity is the required one with a flywheel near")
         return light.union(heavy)

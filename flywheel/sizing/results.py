@@ -57,6 +57,10 @@ class Balance(NamedTuple):
     error: float
 
 
+WIDTH = 1e-12
+"""The relative width that proven intervals reach, or else are refused with the width reached."""
+
+
 class Proof(NamedTuple):
     """Proven intervals of figures, (low, high) in SI by their keys in JSON, for a scene's numbers as written in decimals.
 

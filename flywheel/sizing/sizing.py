@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -37,7 +38,6 @@ from flywheel.sizing.drive import (
 from flywheel.sizing.findings import as_dict, estimates
 from flywheel.sizing.motor import MotorShaft
 from flywheel.sizing.power_flow import power_flow
-from flywheel.sizing.proof import Motion, proven
 from flywheel.sizing.results import (
     Balance,
     Beside,
@@ -49,6 +49,7 @@ from flywheel.sizing.results import (
     Errors,
     FrictionIteration,
     Limit,
+    Proof,
     Regime,
     SelectedWheel,
     Sizing,
@@ -236,17 +237,22 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
-        proof=proven(scene, _at_start(regime)) if level == levels.PROOF else None,
+        proof=_proof(scene, regime) if level == levels.PROOF else None,
     )
 
 
-def _at_start(regime: Regime) -> Motion | None:
-    """The motion at the beginning of the cycle; None for a machine without one."""
-    run = regime.run
-    if run is None:
-        return None
-    omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.zeros(1))
-    return Motion(run.inertia, regime.cycle.balance or 0.0, float(omega[0]))
+def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
+    """The proof of a scene's figures, near the motion of its regime; without the library of balls the way to install it."""
+    if find_spec("flint") is None:
+        return Proof(
+            {}, "python-flint, which is not installed: pip install 'flywheel-design[proof]'", "nothing is proven", 0.0
+        )
+    from flywheel.sizing.proof import Motion, proven  # the library is an extra
+
+    if regime is None or regime.run is None:
+        return proven(scene)
+    omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, regime.run, np.zeros(1))
+    return proven(scene, Motion(regime.run.inertia, regime.cycle.balance or 0.0, float(omega[0])))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------
@@ -648,7 +654,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         binding=_binding(limits),
         accuracy=level,
         cost=meter.cost,
-        proof=proven(scene) if level == levels.PROOF else None,
+        proof=_proof(scene) if level == levels.PROOF else None,
     )
 
 

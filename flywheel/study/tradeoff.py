@@ -23,7 +23,7 @@ from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.cycle_equations import Demand
 from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing import speed_dependent
-from flywheel.sizing.proof import WIDTH
+from flywheel.sizing.results import WIDTH
 from flywheel.sizing.sizing import check_complete, size
 from flywheel.study import answers
 from flywheel.study.answers import NoAnswerError, Question, Reference, Revolve, answer, verified

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import flywheel
 from flywheel.reading.paths import dotted
-from flywheel.sizing import proof
 from tests.estimates.scenes import scene_of
+from tests.extras import extra
 
 SHARE = 0.002
 """Half the width of every range, of its middle."""
@@ -28,6 +28,7 @@ class Ranged(NamedTuple):
 
 def ranged(seed: int, designs: int = 12) -> Ranged | None:
     """The outcome of a seed; None where no figure is proven, with or without ranges."""
+    proof = extra("flywheel.sizing.proof")
     draw, written = Random(seed), scene_of(seed)
     try:
         scene = flywheel.load(written)

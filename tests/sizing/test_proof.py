@@ -19,7 +19,7 @@ from mpmath import mp  # type: ignore[import-untyped]
 import flywheel
 from flywheel.language import use
 from flywheel.numerics import switching, units
-from flywheel.sizing import proof
+from flywheel.sizing import sizing
 from flywheel.tables import sizing as listing
 from flywheel.tables import summary
 from tests import scenes
@@ -29,6 +29,7 @@ from tests.limits import sample
 from tests.oracle import figures
 from tests.oracle.machine import Machine
 
+balls, proof = extra("flywheel.numerics.balls"), extra("flywheel.sizing.proof")
 FOLDER = Path(__file__).parent.parent / "references"
 REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
 WIDEST = 1e-12
@@ -44,11 +45,6 @@ PRESS: dict[str, Any] = {
     "regime": {"speed": "60 rpm"},
     "flywheel": {"irregularity": "4 %"},
 }
-
-
-@pytest.fixture(autouse=True)
-def _with_balls() -> None:
-    extra("flint")
 
 
 def proven(scene: dict[str, Any]) -> Any:
@@ -186,6 +182,15 @@ def test_a_table_is_proven_as_its_rows_are_written(name: str, phase: str) -> Non
     assert high - low < 1e-13 * high
 
 
+def test_a_drive_whose_torque_is_an_expression_is_proven() -> None:
+    drag = {"on": "crank", "torque": "-drag*max(sin(phi), 0)"}
+    drive = {"torque": "900*(1 + 0.2*cos(phi))"}
+    scene = {**PRESS, "load": [*PRESS["load"], drag], "parameters": {"drag": "balance"}, "drive": drive}
+    found, true = proven(scene).figures, figures.references(Machine(json.loads(json.dumps(scene))))
+    assert {"balance.value", "flywheel.exact"} <= found.keys()
+    assert all(low - 1e-15 * abs(low) <= at(true, key) <= high + 1e-15 * abs(high) for key, (low, high) in found.items())
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -214,8 +219,9 @@ def test_a_diagram_of_areas_is_refused() -> None:
 
 
 def test_without_the_extra_one_line_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(proof, "find_spec", lambda name: None)
-    found = proven(PRESS)
+    monkeypatch.setattr(sizing, "find_spec", lambda name: None)
+    found = flywheel.size(flywheel.load(PRESS), accuracy="proof").proof
+    assert found is not None
     assert found.reason == "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
     assert "\n" not in found.reason
 
@@ -255,8 +261,6 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
 ) -> None:
     """An interval Newton step proves them; from angles 1e-16 rad beside them too, from angles farther off none is proven."""
     scene = {key: PRESS[key] for key in ("drive", "regime", "flywheel")} | TURNS[name]
-    from flywheel.numerics import balls
-
     found = proven(scene).figures["flywheel.exact"]
     assert found[1] - found[0] < 1e-13 * found[1]
     true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]["exact"]
@@ -270,7 +274,6 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
 
 def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
     flint = extra("flint")
-    from flywheel.numerics import balls
 
     def lobes(phi: Any) -> list[Any]:
         value = (2 * phi).sin() + phi.sin() * flint.arb("1e-10")
@@ -288,26 +291,18 @@ def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
 
 def test_a_function_that_is_not_smooth_is_refused() -> None:
     flint = extra("flint")
-    from flywheel.numerics import balls
-
     with balls.precision(96, 14), pytest.raises(balls.UnprovenError, match="not smooth"):
         balls.models(lambda phi: [(phi * phi).sqrt()], flint.arb(-1), flint.arb(1), 14, [1e-20])
 
 
 @pytest.mark.parametrize("value", [0.5000000000000001, 1 / 3, math.sqrt(2), math.inf])
 def test_a_constant_that_may_have_been_calculated_is_refused(value: float) -> None:
-    extra("flint")
-    from flywheel.numerics import balls
-
     with pytest.raises(balls.UnprovenError):
         balls.constant(value)
 
 
 @pytest.mark.parametrize("value", [0.1, -2.5, 1e-3, math.pi, 2 * math.pi, -math.pi / 2, 9.80665])
 def test_constants_hold_what_was_written(value: float) -> None:
-    extra("flint")
-    from flywheel.numerics import balls
-
     ball = balls.constant(value)
     assert abs(float(ball.mid()) - value) <= 1e-15 * abs(value)
     assert not ball.rad().is_zero() or value in (-2.5,)
@@ -516,7 +511,7 @@ def test_a_proven_motion_is_told_in_every_form(wheel: dict[str, Any], language: 
 @pytest.mark.parametrize(("order", "cells"), [(3, 12), (5, 12), (5, 24), (9, 6)])
 def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: int, cells: int) -> None:
     """E' = sin(phi) - E/16 has E = (sin(phi)/16 - cos(phi))/(1 + 1/256)."""
-    balls, arb = pytest.importorskip("flywheel.numerics.balls"), extra("flint").arb
+    arb = extra("flint").arb
 
     def law(place: Any) -> Any:
         phi = balls.variable(place)
