@@ -143,29 +143,29 @@ class Branch:
         search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
             search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
-        found = self._stable(inertia, search)
-        if found.motion is None and self.mean is None and self.machine.scene.unknown is None:
+        finding = self._stable(inertia, search)
+        if finding.motion is None and self.mean is None and self.machine.scene.unknown is None:
             followed = self._followed(inertia, near)
             if isinstance(followed, Stop):
-                return found._replace(stop=followed)
+                return finding._replace(stop=followed)
             if followed is not None:
                 later = self._stable(inertia, partial(self._along, inertia, rtol, *followed))
-                found = found if later.motion is None else later
-        if found.motion is None:
-            found = self._searched(inertia, rtol)
-        if found.motion is not None:
-            self.motions[inertia] = found.motion
-        return found
+                finding = finding if later.motion is None else later
+        if finding.motion is None:
+            finding = self._searched(inertia, rtol)
+        if finding.motion is not None:
+            self.motions[inertia] = finding.motion
+        return finding
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
         """A motion by every method, as coarsely as the effort requires."""
-        found, wanted = Finding(inertia), Demand(inertia, None, self.mean)
+        finding, wanted = Finding(inertia), Demand(inertia, None, self.mean)
         for error in dict.fromkeys((rtol, max(rtol, COARSE))):
             search = partial(periodic_motion.own_motion, self.machine, self.speed, wanted, 0.0, self.unknown, error)
-            found = self._stable(inertia, search)
-            if not isinstance(found.error, BudgetError):
+            finding = self._stable(inertia, search)
+            if not isinstance(finding.error, BudgetError):
                 break
-        return found
+        return finding
 
     def _stable(self, inertia: float, search: Callable[[], OwnMotion]) -> Finding:
         """The result of a search within the allowed effort: only a stable motion counts."""

@@ -61,12 +61,12 @@ def check_steady(machine: Machine) -> None:
     if machine.depends_on_time:
         paths = [effort.path for effort in machine.efforts if effort.uses_time]
         advice = "follow it in time: flywheel simulate, or flywheel.simulate"
-        found = "a law that depends on time, so that no cycle repeats"
-        raise SceneError([Fault(path, found, "a steady regime", advice) for path in paths])
+        defect = "a law that depends on time, so that no cycle repeats"
+        raise SceneError([Fault(path, defect, "a steady regime", advice) for path in paths])
     if machine.keeps_step and scene.unknown is not None:
-        found, expected = f"a balance ({scene.unknown}) together with a synchronous motor", "all loads given"
+        defect, expected = f"a balance ({scene.unknown}) together with a synchronous motor", "all loads given"
         raise SceneError(
-            [Fault("drive.motor", found, expected, "the motor keeps its speed whatever the load: give the load")]
+            [Fault("drive.motor", defect, expected, "the motor keeps its speed whatever the load: give the load")]
         )
     if not machine.depends_on_speed and scene.unknown is None and scene.speed is not None:
         raise SceneError([_MADE_UP])
@@ -117,14 +117,14 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     for decades in (_DECADES, 3 * _DECADES):
         grid, works = _scanned(moments, decades)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
-        found = [
+        roots = [
             SteadySpeed(root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
             for (a, before), (b, after) in pairwise(points)
             if before * after < 0.0 or (after == 0.0 and before != 0.0)
         ]
-        if found:
+        if roots:
             break
-    return found
+    return roots
 
 
 def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
@@ -165,7 +165,7 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
     A smooth peak rises above its highest sample by no more than it falls to the next, so flat ones are left out.
     """
-    sign, found = -np.sign(works), []
+    sign, peaks = -np.sign(works), []
     for k in 1 + np.flatnonzero(humped(works)[0]):
         log_speed, height = summit(
             lambda x: float(sign[k] * moments.net_work(float(np.exp(x)))),  # noqa: B023 - called at once
@@ -174,8 +174,8 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
             _NEAR_HUMP,
             enough=0.0,
         )
-        found.append((float(np.exp(log_speed)), float(sign[k]) * height))
-    return found
+        peaks.append((float(np.exp(log_speed)), float(sign[k]) * height))
+    return peaks
 
 
 def humped(works: Array) -> tuple[Any, Any]:
@@ -216,14 +216,14 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
                 return root(net, low, high)
         return speed
 
-    found = steady_speeds(moments)
-    if not any(item.stable for item in found):
-        raise SceneError([_no_speed(moments, found) if machine.depends_on_speed else _MADE_UP])
-    found = [SteadySpeed(sharpened(item.speed), True) if item.stable else item for item in found]
-    speed = [item.speed for item in found if item.stable][-1]
-    if len(found) == 1:
+    speeds = steady_speeds(moments)
+    if not any(item.stable for item in speeds):
+        raise SceneError([_no_speed(moments, speeds) if machine.depends_on_speed else _MADE_UP])
+    speeds = [SteadySpeed(sharpened(item.speed), True) if item.stable else item for item in speeds]
+    speed = [item.speed for item in speeds if item.stable][-1]
+    if len(speeds) == 1:
         return speed, ()
-    others = ", ".join(f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found)
+    others = ", ".join(f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in speeds)
     return speed, (f"net work at constant speed is zero at {others}: the motion is that near {speed:.6g} rad/s",)
 
 
@@ -236,17 +236,17 @@ def _speed_in_step(moments: Moments) -> float:
     if moments.carrying is None:
         lacks = -float(moments.net_work(speed, states=circuit.steady(circuit.only_speed)))
         torque, greatest = lacks / (ratio * float(moments.mesh.edges[-1])), circuit.greatest_torque
-        found = f"a mean load of about {torque:.6g} N m at its shaft, above the pull-out torque of {greatest:.6g} N m"
-        raise SceneError([Fault("drive.motor", found, "a motor that keeps step", "a larger motor, or a lighter load")])
+        defect = f"a mean load of about {torque:.6g} N m at its shaft, above the pull-out torque of {greatest:.6g} N m"
+        raise SceneError([Fault("drive.motor", defect, "a motor that keeps step", "a larger motor, or a lighter load")])
     return speed
 
 
-def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
+def _no_speed(moments: Moments, speeds: list[SteadySpeed]) -> Fault:
     """The fault of a machine that has no stable steady speed."""
     path = "drive" if moments.machine.scene.drive is not None else "load"
     expected = "torques that hold a steady speed"
-    if found:
-        at = found[-1].speed
+    if speeds:
+        at = speeds[-1].speed
         what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
         return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
     grid, works = _scanned(moments, _DECADES)
@@ -298,8 +298,8 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
     if not machine.sets_its_speed:
         return None, turning_moment.balance_value(machine)
     if scene.stroke is not None or scene.unknown is not None:
-        asked = scene.speed if scene.stroke is None else scene.stroke.speed
-        speed = asked if speed is None else speed
+        required = scene.speed if scene.stroke is None else scene.stroke.speed
+        speed = required if speed is None else speed
         if speed is None:
             raise SceneError([no_speed(scene)])
         return speed, 0.0 if scene.unknown is None else resolve(machine, machine.mesh, speed).balance or 0.0
@@ -391,8 +391,8 @@ def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:
     """The edges, with the angles inside cells at which one of several functions on the mesh changes its sign."""
     series = cells.fit(switching)
     sizes = np.abs(switching).max(axis=(1, 2))
-    found = cells.crossings(series, np.repeat(1e-13 * sizes[:, None], series.shape[1], axis=1))
-    angles = found.angles(moments.mesh)[np.abs(found.t) < 1.0]
+    roots = cells.crossings(series, np.repeat(1e-13 * sizes[:, None], series.shape[1], axis=1))
+    angles = roots.angles(moments.mesh)[np.abs(roots.t) < 1.0]
     if angles.size > _MOST_SWITCHES:
         fault = f"laws that switch {angles.size} times and more within a cycle at a constant speed"
         raise SceneError([Fault("load", fault, "laws that can be followed over the cycle", "make them less steep")])

@@ -187,9 +187,9 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
             high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))
             final = bool(abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING)
         if settled and final:
-            found = equations.result(state, change, step)
-            state = found.state._replace(inertia=float(found.state.inertia), unknown=float(found.state.unknown))
-            return found._replace(state=state, multiplier=float(found.multiplier), damping=float(found.damping))
+            motion = equations.result(state, change, step)
+            state = motion.state._replace(inertia=float(motion.state.inertia), unknown=float(motion.state.unknown))
+            return motion._replace(state=state, multiplier=float(motion.multiplier), damping=float(motion.damping))
         if settled or (
             stays and not final
         ):  # energies relative to a speed far from the motion's own have no digits to spare
@@ -238,8 +238,8 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
             column[some] = row
     equations = _Equations(moments, columns[4], demand)
     equations.lost = ~good
-    found = equations.result(State(*columns[:4]), Changes(*columns[5:]), _MOST_BATCH_STEPS)
-    return found, good & ~equations.lost
+    motions = equations.result(State(*columns[:4]), Changes(*columns[5:]), _MOST_BATCH_STEPS)
+    return motions, good & ~equations.lost
 
 
 def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, own: Sequence[float] = ()) -> State:
@@ -374,9 +374,9 @@ def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omeg
 def unevenness(moments: Moments, reference: float, even: State) -> Array:
     """The excess of the states' rates over those of an even motion, (cells, states, nodes): zero where that is steady."""
     equations = _Equations(moments, reference, Demand(even.inertia, None, None))
-    found = equations.speeds(even).rates.copy()
-    found[:, 0] -= 0.5 * reference**2 * moments.slope
-    return found
+    excess = equations.speeds(even).rates.copy()
+    excess[:, 0] -= 0.5 * reference**2 * moments.slope
+    return excess
 
 
 def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
@@ -478,9 +478,9 @@ class _Equations:
         """The equations of some of many motions."""
         moments: Any = self.moments
         demand = Demand(*(None if each is None else each[which] for each in self.demand))
-        found = _Equations(moments.of(which), self.w[which], demand)
-        found.lost = self.lost[which]
-        return found
+        selection = _Equations(moments.of(which), self.w[which], demand)
+        selection.lost = self.lost[which]
+        return selection
 
     def about_own_mean(self, state: State, which: Any = True) -> tuple[_Equations, State]:
         """The same motion with its energies relative to its own mean of extremes; of many, a selection."""
@@ -490,9 +490,9 @@ class _Equations:
         nodes, edges = state.nodes.copy(), state.edges.copy()
         nodes[..., 0, :] += _over_cells(shift)
         edges[..., 0] += shift[..., None]
-        found = copy(self)
-        found.w = speed
-        return found, state._replace(nodes=nodes, edges=edges)
+        equations = copy(self)
+        equations.w = speed
+        return equations, state._replace(nodes=nodes, edges=edges)
 
     def excess(self, energy: Array, inertia: Any) -> tuple[Array, Array]:
         """J + I* and the excess s in omega² = w² (1 + s) at the nodes, by the energy there."""
@@ -566,9 +566,9 @@ class _Equations:
         rows = [] if change.around is None else [change.around[..., :-1]]
         right = [] if change.around is None else [-change.around[..., -1]]
         if self.parameters or self.levelled:
-            found = self._of_extremes(state, here, change)
-            rows.append(found[0])
-            right.append(found[1])
+            of_extremes = self._of_extremes(state, here, change)
+            rows.append(of_extremes[0])
+            right.append(of_extremes[1])
         return np.concatenate(rows, axis=-2), np.concatenate(right, axis=-1)
 
     def _of_extremes(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
@@ -687,15 +687,15 @@ class _Equations:
         force = cells.fit(here.rate.moment - half_square * self.moments.slope)
         noise = 32 * ROUNDING * (here.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
         *lead, number, _ = force.shape
-        found = cells.crossings(force.reshape(-1, number, ORDER), noise.reshape(-1, number))
+        roots = cells.crossings(force.reshape(-1, number, ORDER), noise.reshape(-1, number))
         # both ends of every cell, then the roots, filled up with phi = 0
-        first = found.function.searchsorted(np.arange(1 + force.size // (number * ORDER)))
+        first = roots.function.searchsorted(np.arange(1 + force.size // (number * ORDER)))
         cell = np.zeros((first.size - 1, 2 * number + int((first[1:] - first[:-1]).max())), np.intp)
         t = np.full(cell.shape, -1.0)
         cell[:, :number] = cell[:, number : 2 * number] = np.arange(number)
         t[:, number : 2 * number] = 1.0
-        column = 2 * number + np.arange(found.t.size) - first[found.function]
-        cell[found.function, column], t[found.function, column] = found.cell, found.t
+        column = 2 * number + np.arange(roots.t.size) - first[roots.function]
+        cell[roots.function, column], t[roots.function, column] = roots.cell, roots.t
         row = (cell + number * np.arange(first.size - 1)[:, None]).reshape(*lead, -1)
         cell, t = cell.reshape(*lead, -1), t.reshape(*lead, -1)
         inside = np.abs(t) < 1.0
@@ -752,12 +752,12 @@ class _Equations:
         extremes = self.extremes(state, here, settled=True)
         answer = self.sensitivity(state, here, change) if self.sized else None
         multiplier, damping = cells.multiplier(change)
-        found = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
+        motion = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
         if not self.moments.swings:
-            return found
+            return motion
         sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell
         missed = cells.TAIL_OF_INTEGRAL * np.stack(
             [cells.tails(cells.fit(row)) for row in np.moveaxis(here.rates, -2, 0)], axis=-1
         )
         closing = (missed * half + 4 * ROUNDING * sizes).sum(axis=-2)
-        return found._replace(closing=closing, reach=change.reach)
+        return motion._replace(closing=closing, reach=change.reach)

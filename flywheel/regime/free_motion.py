@@ -68,10 +68,10 @@ class SwitchingTimes:
     def every(self) -> list[float]:
         """All of them, before a finite end; from a single search, so that no window's end is among them."""
         self._window = self.until
-        found = [self.after(0.0)]
-        while found[-1] < self.until:
-            found.append(self.after(found[-1]))
-        return found[:-1]
+        times = [self.after(0.0)]
+        while times[-1] < self.until:
+            times.append(self.after(times[-1]))
+        return times[:-1]
 
     def after(self, t: float) -> float:
         """The first time after t at which to stop."""
@@ -91,8 +91,8 @@ def switching_times(machine: Machine, until: float) -> SwitchingTimes:
     """The switching times of a machine; the last ones are kept with it, for further motions up to the same end."""
     if "switching_times" not in machine.kept or machine.kept["switching_times"].until != until:
         machine.kept["switching_times"] = SwitchingTimes(machine, until)
-    found: SwitchingTimes = machine.kept["switching_times"]
-    return found
+    times: SwitchingTimes = machine.kept["switching_times"]
+    return times
 
 
 def _at_rest(part: Expression) -> Expression:
@@ -112,15 +112,15 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
 
 def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:
     """The switching times (s) of laws of time between ends, by interval bounds; a fault names `t` as in the scene."""
-    found: set[float] = set()
+    times: set[float] = set()
     for effort, law in laws:
         try:
-            found.update(map(float, search(law, low, high, *_in_time(effort.constants))))
+            times.update(map(float, search(law, low, high, *_in_time(effort.constants))))
         except SwitchingError as error:
             what = re.sub(r"\bphi\b", "t", str(error))
             expected = f"an expression that can be followed to {np.max(high):.6g} s"
             raise SceneError([Fault(effort.path, what, expected, "a shorter time")]) from error
-    return found
+    return times
 
 
 def _in_time(constants: Mapping[str, float]) -> tuple[Callable[..., Mapping[str, Any]], Callable[..., Mapping[str, Any]]]:
@@ -206,10 +206,10 @@ class Rest(NamedTuple):
     def at(self, t: Any) -> Array:
         """The states at times t."""
         times = np.asarray(t, dtype=float)
-        found = np.broadcast_to(self.state.reshape(-1, *(1,) * times.ndim), (self.state.size, *times.shape)).copy()
+        states = np.broadcast_to(self.state.reshape(-1, *(1,) * times.ndim), (self.state.size, *times.shape)).copy()
         if self.dynamics.circuit is not None:
-            found[3:] = self.dynamics.circuit.standing(self.state[3:].tolist(), times - self.time)
-        return found
+            states[3:] = self.dynamics.circuit.standing(self.state[3:].tolist(), times - self.time)
+        return states
 
     def release(self, stop: float) -> Release | None:
         """Time and sense of its release, at the latest at a time with direction 0; None if it stays at rest.
@@ -233,8 +233,8 @@ class Rest(NamedTuple):
                 raise SceneError([undecided(machine, phi, self.time, what)]) from None
             return Release(self.time, 1.0)
         except GraphError as error:
-            found, expected = f"a machine at rest at {machine.where(phi)}: {error}", "laws that can be followed"
-            raise SceneError([Fault("until", found, expected, "a shorter time")]) from None
+            defect, expected = f"a machine at rest at {machine.where(phi)}: {error}", "laws that can be followed"
+            raise SceneError([Fault("until", defect, expected, "a shorter time")]) from None
 
 
 def rough_joints(dynamics: Dynamics) -> int:
@@ -244,8 +244,8 @@ def rough_joints(dynamics: Dynamics) -> int:
 
 def undecided(machine: Machine, phi: float, t: float, what: str) -> Fault:
     """The fault of friction that leaves no motion, or several."""
-    found = f"friction that leaves no one motion at {machine.where(phi)} after {t:.6g} s: {what} (Painlevé's paradox)"
-    return Fault("simulation", found, "one motion", "less friction, longer shoes, or smaller pins")
+    defect = f"friction that leaves no one motion at {machine.where(phi)} after {t:.6g} s: {what} (Painlevé's paradox)"
+    return Fault("simulation", defect, "one motion", "less friction, longer shoes, or smaller pins")
 
 
 def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
@@ -254,28 +254,28 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
     on, back = turn * (phi >= edges[-1]), turn * (phi <= 0.0)
     ahead = int(np.searchsorted(edges, phi - on, side="right")) - 1
     behind = int(np.searchsorted(edges, phi + back, side="left")) - 1
-    found = [min(max(k, 0), edges.size - 2) for k in (ahead, behind)]
-    places = [0.5 * float(edges[k] + edges[k + 1]) for k in found]
+    pieces = [min(max(k, 0), edges.size - 2) for k in (ahead, behind)]
+    places = [0.5 * float(edges[k] + edges[k + 1]) for k in pieces]
     return places[0] + on, places[1] - back
 
 
 def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
     """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
-    found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
+    stiction = dynamics.hold(phi, *neighbours(machine, phi), t, states)
     effort, unit = effort_of(machine.scene)
-    if abs(found.moment) <= ROUNDING * min(found.friction, 1e300):
+    if abs(stiction.moment) <= ROUNDING * min(stiction.friction, 1e300):
         return f"{effort} = 0 {unit}, so that nothing moves it"
     if not dynamics.holds:
         return f"{effort} drives it back on either side"
-    what = f"{friction_of(machine)} holds {effort} = {found.moment:.6g} {unit}"
+    what = f"{friction_of(machine)} holds {effort} = {stiction.moment:.6g} {unit}"
     if not machine.has_joint_friction and len(machine.stages) > 1:
         return what
-    if found.locking:
-        return f"{what}: it locks itself, as no size of {' or '.join(found.locking)} moves it (self-locking)"
-    if not math.isfinite(found.friction):
+    if stiction.locking:
+        return f"{what}: it locks itself, as no size of {' or '.join(stiction.locking)} moves it (self-locking)"
+    if not math.isfinite(stiction.friction):
         return f"{what}: it locks itself, as no action of its driver moves it (self-locking)"
-    return f"{what}, and would hold up to {found.friction:.6g} {unit}"
+    return f"{what}, and would hold up to {stiction.friction:.6g} {unit}"
 
 
 def effort_of(scene: Scene) -> tuple[str, str]:
@@ -308,9 +308,9 @@ def stiffness(machine: Machine) -> float:
 
 def too_short(error: StepError) -> Fault:
     """The fault of a motion that the smallest step cannot follow."""
-    found = f"a motion that the smallest step cannot follow, after {error.time:.6g} s"
+    defect = f"a motion that the smallest step cannot follow, after {error.time:.6g} s"
     return Fault(
-        "simulation", found, "a motion that can be followed", "look for a mass, length or resistance that is zero there"
+        "simulation", defect, "a motion that can be followed", "look for a mass, length or resistance that is zero there"
     )
 
 
@@ -480,9 +480,9 @@ class _Motion:
         stroke = self.machine.scene.stroke
         sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
-            found = f"a motion that turns back by {self.t:.6g} s, with friction in joints"
+            defect = f"a motion that turns back by {self.t:.6g} s, with friction in joints"
             expected = "one that keeps the sense for which that friction was found"
-            raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
+            raise SceneError([Fault("until", defect, expected, "a shorter time, or leave friction out")])
 
     # -- at rest ----------------------------------------------------------------------------------------------------------
 
@@ -508,10 +508,10 @@ class _Motion:
         """
         stop = min(self.times.after(self.t), self.until)
         rest, phi = Rest(self.dynamics, self.t, self.state.copy()), float(self.state[0])
-        found = rest.release(stop)
-        if found is None:
+        release = rest.release(stop)
+        if release is None:
             return False
-        end, self.direction = found
+        end, self.direction = release
         joints = np.zeros(3 * self.rough) if self.rough else None
         factors = None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages)
         anchor = Anchor(phi, 0.0, 0.5 * (self.t + stop), factors, joints, 0.0)
@@ -529,9 +529,9 @@ class _Motion:
             own = self.state[3:].tolist()
             return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}"
         unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
-        found = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
+        defect = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
-        raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
+        raise SceneError([Fault("simulation", defect, "laws that let the motion pass", advice)])
 
     def _undefined(self, anchor: Anchor) -> Fault | None:
         """The fault of a law without a finite value in the last state that a step tried, if it is one."""
@@ -663,13 +663,13 @@ class _Motion:
         ahead = min(ahead, share * self.typical / max(abs(acceleration), 1e-300))
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
-        held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
+        place = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
         coming = omega + ahead * acceleration or least  # from rest without a push yet: forwards
         if self.direction is not None:
             coming = self.direction * max(self.direction * coming, least)
-        anchor = Anchor(held, coming, self.t + ahead, direction=self.direction)
+        anchor = Anchor(place, coming, self.t + ahead, direction=self.direction)
         own = [float(value + ahead * change) for value, change in zip(self.state[3:], rate[3:], strict=True)]
-        now = self.dynamics.at(held, held, anchor.omega, anchor.time, states=own, ends=ends, anchor=anchor)
+        now = self.dynamics.at(place, place, anchor.omega, anchor.time, states=own, ends=ends, anchor=anchor)
         if now.friction is None:
             return anchor._replace(factors=now.factors or None), np.array(own)
         what = f"{now.friction.joint} jams the machine, as no acceleration fits it"
@@ -711,16 +711,16 @@ class _Motion:
             return None
         straight = not self.branching and all(line is not None for line in lines)
         here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), coming[:, None]
-        found = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here, there=True)])
+        signs = np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here, there=True)])
         if straight:
-            return Events(values, found, clear)
-        rounding = np.zeros(found.size)
+            return Events(values, signs, clear)
+        rounding = np.zeros(signs.size)
         if len(self.machine.stages) > 1:
             first = len(goals) + len(self.dynamics.switches(*here[:1], anchor, *here[1:3]))
             rounding[first : first + len(self.machine.stages) - 1] = self._mesh_error(anchor, coming)
-        short = residuals(found, values(np.array([self.t]), self.state[:, None])[:, 0])
+        short = residuals(signs, values(np.array([self.t]), self.state[:, None])[:, 0])
         short[: len(goals)] = 0.0  # a goal that is reached is reached
-        return Events(values, found, residuals=short, rounding=rounding)
+        return Events(values, signs, residuals=short, rounding=rounding)
 
     def _mesh_error(self, anchor: Anchor, coming: Array) -> Array:
         """The change of the moment through each mesh (N m, on the crank) by an error of speed of one step's tolerance.

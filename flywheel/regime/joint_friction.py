@@ -69,10 +69,10 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
 
     """
     scene = machine.scene
-    found, balance = constant_speed.operating_point(machine, speed)
-    asked = scene.speed if scene.stroke is None else scene.stroke.speed
-    speed = found if speed is None else speed
-    speed = asked if speed is None else speed
+    constant, balance = constant_speed.operating_point(machine, speed)
+    required = scene.speed if scene.stroke is None else scene.stroke.speed
+    speed = constant if speed is None else speed
+    speed = required if speed is None else speed
     on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
     # The motion at a constant speed, along a stroke with its acceleration; None: forwards, without inertia forces.
     from flywheel.machine.reactions import MachineMotion  # only linkages have friction
@@ -114,14 +114,17 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
 
     def moments(forces: list[tuple[float, Reactions]]) -> Array:
         """Friction's share of the reduced moment."""
-        return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
+        return np.asarray(sum(ratio * reactions.friction.moment for ratio, reactions in forces))
 
     def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
         mesh = cells.cells(edges)
         forces = _forces(machine, mesh.phi.ravel(), course, balance)
         values = moments(forces).reshape(mesh.phi.shape)
         # what friction's moment would be if the largest force of a mechanism pressed all of its joints
-        most = sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
+        most = sum(
+            abs(ratio) * reactions.scales()[0] * float(reactions.friction.lever.max(initial=0.0))
+            for ratio, reactions in forces
+        )
         tails, enough = cells.tails(cells.fit(values)), max(_CELL_ERROR * np.abs(values).max(), _FRICTION_ROUNDING * most)
         return (
             (mesh, values),
@@ -144,7 +147,7 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
     from flywheel.machine.reactions import port_forces
 
     scene, motion = machine.scene, course(q)
-    found = []
+    rows = []
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
             forces = port_forces(machine, motion, balance, mechanism, inertia=not motion.creeps)
@@ -160,23 +163,23 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
                 what = f"friction that locks the mechanism at {machine.where(high)}"
                 advice = "less friction, smaller pins, or other angles"
                 raise SceneError([Fault(mechanism.path, what, "joints that let it move", advice)])
-            found.append((scene.shafts[mechanism.shaft], forces))
-    return found
+            rows.append((scene.shafts[mechanism.shaft], forces))
+    return rows
 
 
 def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
     """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
     from flywheel.mechanisms.linkages.statics import joint_rate
 
-    for _, found in forces:
-        poses, force = found.poses, found.scales()[0]
+    for _, reactions in forces:
+        poses, force = reactions.poses, reactions.scales()[0]
         rough = [joint for joint in poses.linkage.joints if joint.friction]
         for joint in rough:
             rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
             yield joint_rate(poses, joint), float(np.abs(rates).max())
         couplings = [coupling.name for coupling in poses.linkage.couplings if coupling.friction]
         for name in [joint.name for joint in rough] + couplings:
-            parts = found.components[name]
+            parts = reactions.components[name]
             yield from ((parts[part], force) for part in ("normal", "front", "rear") if part in parts)
 
 
@@ -214,5 +217,5 @@ def _corners(machine: Machine, course: Course, balance: float) -> Array:
         return np.where(first * ends < 0.0, there * first, np.where(sign == first, 1.0, -1.0))
 
     corners = roots_between(before, low, high, 2 * cells.ROUNDING * width)
-    found = merged([*corners, *at_edges], width)[1:-1]
-    return found[np.diff(found, prepend=-1.0) > _LEAST_WIDTH * width]
+    places = merged([*corners, *at_edges], width)[1:-1]
+    return places[np.diff(places, prepend=-1.0) > _LEAST_WIDTH * width]

@@ -339,10 +339,10 @@ class _Search(NamedTuple):
         base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
-            found = None if moments.circuit is not None else balanced_guess(moments, self.reference, inertia, unknown)
-            if found is None:
+            guess = None if moments.circuit is not None else balanced_guess(moments, self.reference, inertia, unknown)
+            if guess is None:
                 raise NoRegimeError("at some angle its torques balance at no speed")
-            return found
+            return guess
 
         return self.from_start(start, base, cuts)
 
@@ -417,15 +417,15 @@ class _Search(NamedTuple):
         if moments.circuit is not None:
             return base, cuts
         rate = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia)
-        found = []
+        layers = []
         for k, row in enumerate(rate.by_speed / ((inertia + moments.inertia) * speed)):
             low, high = edges[k : k + 2].tolist()
             steepest = float(row[np.abs(row).argmax()])
             width = _LAYER / max(abs(steepest), 1e-300)
             while width < 0.5 * (high - low) and np.isfinite(steepest):
-                found.append(low + width if steepest < 0.0 else high - width)
+                layers.append(low + width if steepest < 0.0 else high - width)
                 width *= 2.0
-        return (_without(merged([*edges, *found], float(edges[-1])), edges, base) if found else base), cuts
+        return (_without(merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base), cuts
 
     def narrow(self, inertia: float, unknown: float) -> Array:
         """Edges of cells as narrow as the swings of a motor's own states need; the machine's own without such states."""
@@ -587,15 +587,15 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
         crossings = cells.crossings(series, noise)
         slopes = spread * np.abs(crossings.slope) / mesh.half[crossings.cell, 0]
         slack = np.sqrt(2.0 * rounding / np.maximum(slopes, 1e-300)) if spread else np.zeros_like(slopes)
-        found: list[tuple[float, float]] = []
+        angles: list[tuple[float, float]] = []
         for angle, width in zip(crossings.angles(mesh).tolist(), slack.tolist(), strict=True):
             if np.abs(known - angle).min() <= 1e-9 * mesh.edges[-1]:
                 continue
-            if found and angle - found[-1][0] < min(width, found[-1][1]):
-                found.pop()
+            if angles and angle - angles[-1][0] < min(width, angles[-1][1]):
+                angles.pop()
             else:
-                found.append((angle, width))
-        every += found
+                angles.append((angle, width))
+        every += angles
     return tuple(np.array(sorted(every)).reshape(-1, 2).T)  # type: ignore[return-value]
 
 
@@ -721,8 +721,8 @@ def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
 
     """
     moments, half = solved.moments, solved.moments.mesh.half
-    held = moments.machine.scene.unknown is not None  # then the balance's own error does not decay
-    if held or moments.circuit is not None:
+    balanced = moments.machine.scene.unknown is not None  # then the balance's own error does not decay
+    if balanced or moments.circuit is not None:
         return work
     total = np.asarray(solved.state.inertia)[..., None, None] + moments.inertia
     growth = cells.integral(solved.rate.by_speed / (total * solved.omega), half)

@@ -93,8 +93,8 @@ def reduce(
     anchor = machine.anchors(angles)
     once = machine.scene.stroke is not None
     if (balance is None and not once) or (speed is None and machine.depends_on_speed):
-        found, settled = constant_speed.operating_point(machine)
-        speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
+        constant, settled = constant_speed.operating_point(machine)
+        speed, balance = (constant if speed is None else speed), (settled if balance is None else balance)
     return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=given if once else angles)
 
 
@@ -151,18 +151,18 @@ def state_errors(
         _at(other, beside(angles, anchor, machine.scene.cycle, share), anchor, balance * (1.0 + share * off_balance), pace)
         for other, share, pace in zip(rounded_otherwise(machine), (1.0, 0.4), (faster, speed), strict=True)
     ]
-    found: dict[str, Any] = {
+    errors: dict[str, Any] = {
         name: spread(value, [getattr(other, name) for other in again]) for name, value in state._asdict().items()
     }
-    del found["phi"]
+    del errors["phi"]
     steepness = wide(machine.reduce(angles, anchor).steepness, angles.shape)
     friction = 0.0 if machine.friction is None else float(tails(machine.friction.series).max())
-    found["slope"] = found["slope"] + ROUNDINGS * ROUNDING * steepness
-    found["moment"] = found["moment"] + ROUNDINGS * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
+    errors["slope"] = errors["slope"] + ROUNDINGS * ROUNDING * steepness
+    errors["moment"] = errors["moment"] + ROUNDINGS * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
     if balance:  # it must not cancel against what the lengths change
         other = _at(machine, angles, anchor, balance * (1.0 + _BALANCE_STEP), speed)
-        found["moment"] = found["moment"] + off_balance / _BALANCE_STEP * np.abs(other.moment - state.moment)
-    return found
+        errors["moment"] = errors["moment"] + off_balance / _BALANCE_STEP * np.abs(other.moment - state.moment)
+    return errors
 
 
 def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machine]:
@@ -170,14 +170,14 @@ def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machin
 
     friction: False leaves out the moment of friction in their joints, which takes long to compute.
     """
-    found = []
+    machines = []
     for mechanisms in mechanisms_rounded_otherwise(machine.scene.mechanisms):
         try:
             other = Machine(replace(machine.scene, mechanisms=mechanisms))
-            found.append(machine_of(other) if friction else other)
+            machines.append(machine_of(other) if friction else other)
         except SceneError:  # at the very limit of what can be built
-            found.append(machine)
-    return found
+            machines.append(machine)
+    return machines
 
 
 def mechanisms_rounded_otherwise(mechanisms: Sequence[Mechanism]) -> list[tuple[Mechanism, ...]]:
@@ -298,16 +298,16 @@ def along(
     state = reduce(machine, q, speed=v)
     loads = state.moment - state.moment_parts.get(DRIVE, 0.0)
     # a_i = g_i a + g_i' v²; of points on a fixed pivot the tangential part, the normal part r (g v)², and both in one.
-    found = {name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()}
+    accelerations = {name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()}
     for name, (turning, radius) in machine.pivoted.items():
-        if name in found:
-            tangential, normal = found[name], abs(radius) * (state.gains[turning] * v) ** 2
-            found |= {name: np.hypot(tangential, normal), f"{name}.tangential": tangential, f"{name}.normal": normal}
+        if name in accelerations:
+            tangential, normal = accelerations[name], abs(radius) * (state.gains[turning] * v) ** 2
+            accelerations |= {name: np.hypot(tangential, normal), f"{name}.tangential": tangential, f"{name}.normal": normal}
     return Passage(
         state=state,
         driving=state.inertia * a + 0.5 * state.slope * v**2 - loads,
         velocities={name: gain * v for name, gain in state.gains.items()},
-        accelerations=found,
+        accelerations=accelerations,
     )
 
 
@@ -358,16 +358,16 @@ def conditions(machine: Machine, speed: float | None) -> str:
     """Conditions of M*: speed and time at which loads were taken, and the losses left out."""
     scene = machine.scene
     sliding = scene.reduction_element == "slide"
-    found = []
+    limits = []
     if machine.depends_on_speed and speed is not None:
-        found.append(f"torques that depend on speed are those at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
+        limits.append(f"torques that depend on speed are those at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
     if machine.friction is not None and speed is None and scene.speed is None:
-        found.append("friction in joints is that without inertia forces, as no speed is given")
+        limits.append("friction in joints is that without inertia forces, as no speed is given")
     if machine.depends_on_time:
-        found.append("loads that depend on time are those at t = 0")
+        limits.append("loads that depend on time are those at t = 0")
     if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
-        found.append("losses in meshes are left out")
-    told = [f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}"] if found else []
+        limits.append("losses in meshes are left out")
+    notes = [f"of {'F*' if sliding else 'M*'}: {'; '.join(limits)}"] if limits else []
     if scene.stroke is not None and scene.stroke.speed is None:
-        told.append("no speed is given, and so neither the driving action nor velocities: [stroke] speed, or --speed")
-    return "\n".join(told)
+        notes.append("no speed is given, and so neither the driving action nor velocities: [stroke] speed, or --speed")
+    return "\n".join(notes)

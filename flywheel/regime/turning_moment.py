@@ -209,25 +209,25 @@ def check_cycle(scene: Scene) -> None:
     """Refuses a scene without a steady cycle: one with a one-way stroke, or one that works stroke by stroke."""
     refuse_strokes(scene)
     if scene.stroke is not None:
-        found = "a one-way stroke, which has no cycle and so no flywheel"
+        defect = "a one-way stroke, which has no cycle and so no flywheel"
         advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
-        raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
+        raise SceneError([Fault("stroke", defect, "a machine that turns in cycles", advice)])
 
 
 def refuse_strokes(scene: Scene) -> None:
     """Refuses a machine that works stroke by stroke, where its clutch and brake would be ignored."""
     if scene.single_stroke is not None:
-        found = "a machine that works stroke by stroke, which has no steady cycle"
+        defect = "a machine that works stroke by stroke, which has no steady cycle"
         advice = "use flywheel size or flywheel.single_stroke, or leave clutch, brake and [single_stroke] out"
-        raise SceneError([Fault("single_stroke", found, "a machine that runs on", advice)])
+        raise SceneError([Fault("single_stroke", defect, "a machine that runs on", advice)])
 
 
 def no_effect(machine: Machine) -> Fault:
     """The fault of a balance that cannot balance anything."""
     unknown = machine.scene.unknown
     path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
-    found, expected = '"balance" that does no net work over the cycle', "an unknown whose net work is not zero"
-    return Fault(path, found, expected, "let it act where the machine moves one way, or balance another quantity")
+    defect, expected = '"balance" that does no net work over the cycle', "an unknown whose net work is not zero"
+    return Fault(path, defect, expected, "let it act where the machine moves one way, or balance another quantity")
 
 
 class Extent(NamedTuple):
@@ -345,11 +345,11 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     """
     (count, _), shape = factors.shape, cycle.series.shape[1:]
     slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
-    found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
-    function, cell, powers = found.function, found.cell, cells.basis(found.t)
+    crossings = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
+    function, cell, powers = crossings.function, crossings.cell, cells.basis(crossings.t)
     work, variation = cycle.start.take(cell, axis=1) + (cycle.rising.take(cell, axis=1) * powers).sum(axis=-1)
     inertia = (cycle.series[2].take(cell, axis=0) * powers[:, :ORDER]).sum(axis=-1)
-    roots = Roots(found, found.angles(cycle.mesh), work, variation, inertia)
+    roots = Roots(crossings, crossings.angles(cycle.mesh), work, variation, inertia)
     # a row for every function and its negative: values at the edges, then at the roots, filled up with that at phi = 0
     edges, at_edges, first = cycle.mesh.edges, factors @ cycle.start, function.searchsorted(np.arange(count + 1))
     width = edges.size + int((first[1:] - first[:-1]).max())
@@ -472,8 +472,8 @@ def resolved_run(machine: Machine, cycle: Cycle, speed: float, inertia: float, r
 
     def evaluated(edges: Array) -> tuple[tuple[Cycle, Run], float, Coarse]:
         here = cycle if edges is cycle.mesh.edges else resolve(machine, edges)
-        found = run(here, speed, inertia)
-        return (here, found), found.error, coarse(here, found.speed_max)
+        motion = run(here, speed, inertia)
+        return (here, motion), motion.error, coarse(here, motion.speed_max)
 
     return cells.refined(cycle.mesh.edges, evaluated, rtol)
 
@@ -535,10 +535,10 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     stretch of zeros ends, the side after it decides. The net work of the cycle may shift the crossing as far as the moment
     does that work.
     """
-    end, found = float(cycle.mesh.edges[-1]), roots.crossings
-    at_end = found.t >= _CELL_END
-    cell = np.minimum(found.cell + at_end, cycle.mesh.half.size - 1)
-    t = np.where(at_end, -1.0, found.t)
+    end, crossings = float(cycle.mesh.edges[-1]), roots.crossings
+    at_end = crossings.t >= _CELL_END
+    cell = np.minimum(crossings.cell + at_end, cycle.mesh.half.size - 1)
+    t = np.where(at_end, -1.0, crossings.t)
     noise = cycle.noise[0].take(cell) + cycle.errors.work / end
     series = cycle.series[0].take(cell, axis=0)
     slopes = cells.derivative(series)
@@ -546,9 +546,9 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     along = noise / np.maximum(slope, 1e-300)
     along = along * (1.0 + 6.0 * along * bend / np.maximum(slope, 1e-300))
     errors = np.minimum(np.minimum(along, 2.0 * np.sqrt(2.0 * noise / np.maximum(bend, 1e-300))), 2.0)
-    uncertain = ~at_end | ((value <= noise) & (found.cell + 1 < cycle.mesh.half.size))
+    uncertain = ~at_end | ((value <= noise) & (crossings.cell + 1 < cycle.mesh.half.size))
     error = 4 * ROUNDING * end + float((cycle.mesh.half.take(cell) * errors)[uncertain].max(initial=0.0))
-    if not cycle.errors.residual or not found.t.size:
+    if not cycle.errors.residual or not crossings.t.size:
         return error
     phi, work = _at_nodes(cycle)[:2]
     beyond = 0.0

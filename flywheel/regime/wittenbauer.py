@@ -137,14 +137,14 @@ def resolved_figures(machine: Machine, rtol: float) -> tuple[Figures, Run | None
     assert speed is not None, "torques that depend on position alone do not set a speed"
 
     def cycle(edges: Array) -> Cycle:
-        found = turning_moment.resolve(machine, edges)
+        balanced = turning_moment.resolve(machine, edges)
         closure = machine.scene.closure
-        if machine.scene.unknown is None and abs(found.net) > closure * found.exchanged + found.errors.work:
-            share = abs(found.net) / found.exchanged
-            what = f"net work {found.net:.9g} J over the cycle ({share:.2g} of the work exchanged)"
+        if machine.scene.unknown is None and abs(balanced.net) > closure * balanced.exchanged + balanced.errors.work:
+            share = abs(balanced.net) / balanced.exchanged
+            what = f"net work {balanced.net:.9g} J over the cycle ({share:.2g} of the work exchanged)"
             advice = 'name the unknown: drive.torque = "balance", or a parameter = "balance"'
             raise SceneError([Fault("load", what, f"zero within accuracy.closure = {closure:g}", advice)])
-        return found
+        return balanced
 
     return refined(machine, cycle, speed, rtol, lambda figures: _motion(machine, figures))
 
@@ -243,9 +243,9 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
             return turning_moment.run(cycle, speed, inertia)
         except NoMotionError:
             path = "flywheel.inertia" if scene.inertia is not None else "regime.speed"
-            found = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
+            defect = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
             expected, advice = "enough inertia to turn through the whole cycle", "give a larger inertia or speed"
-            raise SceneError([Fault(path, found, expected, advice)]) from None
+            raise SceneError([Fault(path, defect, expected, advice)]) from None
     fastest_slowest = Extremes(*(row[[_FAST, _SLOW]] for row in figures.extremes))
     error = figures.error / max(figures.total, 1e-300)
     return turning_moment.motion_of(exact, figures.total, speed, eps, fastest_slowest, error)

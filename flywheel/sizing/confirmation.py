@@ -78,17 +78,17 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     if run is None:
         return Confirmed(messages=("nothing to simulate: the machine has no inertia",))
     try:
-        found = _cycle_in_time(machine, regime.cycle, regime.speed, run, regime.rtol)
+        cycle = _cycle_in_time(machine, regime.cycle, regime.speed, run, regime.rtol)
     except SceneError as refused:  # the figures stand without it
         raise UnconfirmedError(f"not confirmed in time: stepping finds {refused.faults[0].found}") from None
     except SlidingError:
         slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
-    error, of_period = _disagreement(found, regime, run)
-    if not (error <= _HOPELESS and found.speed_min > 0.0):
+    error, of_period = _disagreement(cycle, regime, run)
+    if not (error <= _HOPELESS and cycle.speed_min > 0.0):
         raise UnconfirmedError("not confirmed in time: the result of stepping is lost in its own error")
-    return _with_approximate(regime, found, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
+    return _with_approximate(regime, cycle, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
 
 
 def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
@@ -103,22 +103,22 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         return Confirmed(messages=("nothing to solve for: the machine has no inertia",))
     thirds = on_thirds(regime.machine)
     try:
-        found = _cycle_by_collocation(regime, thirds, run.inertia)
+        cycle = _cycle_by_collocation(regime, thirds, run.inertia)
     except BudgetError:
         long = "not confirmed by collocation: on separate cells the iteration takes too long"
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NONE_FOUND) from None
-    error, of_period = _disagreement(found, regime, run)
+    error, of_period = _disagreement(cycle, regime, run)
     if not error <= _HOPELESS:
         raise UnconfirmedError(_NONE_FOUND)
     route = partial(_approximate_by_collocation, regime, thirds)
-    return _with_approximate(regime, found, error, of_period, route, approximate, "collocation")
+    return _with_approximate(regime, cycle, error, of_period, route, approximate, "collocation")
 
 
 def _with_approximate(
     regime: Regime,
-    found: SteadyCycle,
+    cycle: SteadyCycle,
     error: float,
     period_error: float,
     again: Callable[[float], tuple[float, float]],
@@ -141,19 +141,19 @@ def _with_approximate(
         except UnconfirmedError as reason:
             irregularity, messages = None, (str(reason),)
     motion = Confirmation(
-        irregularity=found.irregularity,
+        irregularity=cycle.irregularity,
         irregularity_approximate=irregularity,
-        speed_max=found.speed_max,
-        speed_min=found.speed_min,
-        speed_time_mean=regime.machine.scene.cycle / found.period,
-        period=found.period,
-        closure=found.closure,
+        speed_max=cycle.speed_max,
+        speed_min=cycle.speed_min,
+        speed_time_mean=regime.machine.scene.cycle / cycle.period,
+        period=cycle.period,
+        closure=cycle.closure,
         route=route,
     )
-    return Confirmed(motion, error, period_error, messages, {**found.limited, IRREGULARITY: found.irregularity})
+    return Confirmed(motion, error, period_error, messages, {**cycle.limited, IRREGULARITY: cycle.irregularity})
 
 
-def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
+def _disagreement(cycle: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
     """Largest relative difference between these figures and those of the regime's run, with the run's own error.
 
     First that of all figures, then that of the period alone.
@@ -161,13 +161,13 @@ def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, 
     period, period_error = turning_moment.period(regime.cycle, regime.speed, run, regime.rtol)
     speed_error = run.error * run.irregularity * regime.speed / run.speed_min
     pairs = [
-        (found.irregularity, run.irregularity, run.error),
-        (found.speed_max, run.speed_max, speed_error),
-        (found.speed_min, run.speed_min, speed_error),
-        (found.period, period, period_error),
+        (cycle.irregularity, run.irregularity, run.error),
+        (cycle.speed_max, run.speed_max, speed_error),
+        (cycle.speed_min, run.speed_min, speed_error),
+        (cycle.period, period, period_error),
     ]
     apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if b > 0.0]
-    limited = ((found.limited[name], regime.limits[name]) for name in found.limited)
+    limited = ((cycle.limited[name], regime.limits[name]) for name in cycle.limited)
     beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in limited if b.reached > 0.0]
     return max(apart + beside), apart[-1]
 
@@ -262,10 +262,10 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
     except (NoMotionError, BudgetError):
         raise UnconfirmedError(_NO_MOTION) from None
     try:
-        found = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
+        own = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
     except (UnconfirmedError, SlidingError, SceneError):
         raise UnconfirmedError("the motion with the approximate flywheel cannot be followed in time") from None
-    return found.irregularity, run.error + (abs(found.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
+    return own.irregularity, run.error + (abs(own.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
 
 
 _GAUSS, _GAUSS_WEIGHTS = (0.5 * np.array(each) for each in np.polynomial.legendre.leggauss(10))
@@ -302,26 +302,26 @@ def on_thirds(machine: Machine) -> Machine:
 
     A stretch has n cells there and n + 1 (or three) here: after any halvings, no cell is one of the sizing's.
     """
-    found = copy(machine)
+    other = copy(machine)
     marks = machine.landmarks
     counts = np.diff(np.searchsorted(machine.mesh, marks))
     pieces = [
         np.linspace(a, b, 3 if n == 1 else n + 1, endpoint=False)
         for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
     ]
-    found.mesh = np.concatenate([*pieces, marks[-1:]])
-    return found
+    other.mesh = np.concatenate([*pieces, marks[-1:]])
+    return other
 
 
 def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_motion.OwnMotion:
     """The steady motion with a flywheel (kg m² on the crank); at the speed of the sizing if no torque sets one."""
     scene = machine.scene
     free = scene.unknown is None and machine.sets_its_speed
-    held = None if free else (scene.speed or regime.speed)
+    mean = None if free else (scene.speed or regime.speed)
     unknown = (regime.constant or regime.cycle).balance or 0.0
     with limited(_MOST_WORK):
-        asked = Demand(inertia, None, held)
-        return periodic_motion.own_motion(machine, held or regime.speed, asked, 0.0, unknown, 0.5 * regime.rtol)
+        demand = Demand(inertia, None, mean)
+        return periodic_motion.own_motion(machine, mean or regime.speed, demand, 0.0, unknown, 0.5 * regime.rtol)
 
 
 def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> SteadyCycle:
@@ -391,7 +391,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
     edges = dynamics.machine.restarts
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
     tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *own]))
-    state, tau, found = first, 0.0, list[Step]()
+    state, tau, steps = first, 0.0, list[Step]()
     hint: float | None = None
     crossings = 0
     for low, high in pairwise(edges.tolist()):
@@ -407,7 +407,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
             except StepError as error:
                 raise SceneError([too_short(error)]) from None
             last, crossings = passed[-1], crossings + (passed[-1].crossed is not None)
-            found += [step for step in passed if step.end > step.start]
+            steps += [step for step in passed if step.end > step.start]
             if len(passed) == most or crossings > _MOST_CROSSINGS:
                 raise SlidingError
             tries = tries + 1 if last.end == tau else 0
@@ -416,7 +416,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
                 break
         hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
         state[0] = high
-    return found
+    return steps
 
 
 class _Scaled(NamedTuple):
@@ -435,8 +435,8 @@ class _Scaled(NamedTuple):
             phi, u, *own = state
             ratio = 1.0 + scale * u
             at = dynamics.at(phi, middle, speed * ratio, states=own, ends=ends, anchor=anchor)
-            found = ratio, float(at.acceleration) / (speed * speed * scale)
-            return (*found, *(float(rate) / speed for rate in at.rates)) if own else found
+            derivative = ratio, float(at.acceleration) / (speed * speed * scale)
+            return (*derivative, *(float(rate) / speed for rate in at.rates)) if own else derivative
 
         law = dynamics.plainly(anchor or Anchor(middle, None, None))
         if law is None:
@@ -461,8 +461,8 @@ class _Scaled(NamedTuple):
             except (ValueError, ArithmeticError):
                 acceleration = math.nan
             if acceleration - acceleration != 0.0:
-                found: Sequence[float] = walked(tau, state)
-                return found
+                derivative: Sequence[float] = walked(tau, state)
+                return derivative
             return (ratio, acceleration * unit, *(rate / speed for rate in changes)) if own else (ratio, acceleration * unit)
 
         return rates
@@ -494,11 +494,11 @@ class _Scaled(NamedTuple):
         phi, width = float(state[0]), ends[1] - ends[0]
         rate = self.rates(ends, None)(0.0, state)
         ahead = _AHEAD * width / float(rate[0])
-        held = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
+        place = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
         omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))
-        anchor = Anchor(held, omega, 0.0)
+        anchor = Anchor(place, omega, 0.0)
         own = [float(value + ahead * change) for value, change in zip(state[2:], rate[2:], strict=True)]
-        now = self.dynamics.at(held, held, omega, states=own, ends=ends, anchor=anchor)
+        now = self.dynamics.at(place, place, omega, states=own, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None), np.array(own)
 
     def events(self, anchor: Anchor, own: Array, start: float, state: Array) -> Events:
@@ -510,8 +510,8 @@ class _Scaled(NamedTuple):
 
         def values(tau: Array, states: Array) -> Array:
             omega = np.asarray(speed * (1.0 + scale * states[1]))
-            found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
-            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none if no load switches in this piece
+            signs = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
+            return np.array(signs, dtype=float).reshape(len(signs), tau.size)  # none if no load switches in this piece
 
         here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), own[:, None]
         sides = np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here, there=True)])

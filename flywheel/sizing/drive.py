@@ -61,7 +61,7 @@ def energy(sizing: Sizing) -> Energy | None:
     noise = cycle.errors.work / scene.cycle  # of a moment
     greatest = float(np.abs(drive).max()) or 1.0  # squares of enormous moments leave the floating-point range
     square, time = (float(cells.integral(row, half).sum()) for row in ((drive / greatest) ** 2 / omega, 1.0 / omega))
-    found = Energy(
+    figures = Energy(
         period=period,
         work=work,
         mean_power=work / period,
@@ -71,7 +71,7 @@ def energy(sizing: Sizing) -> Energy | None:
         rms_torque=above_error(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
     )
     heats = {} if scene.motor is None else scene.motor.heats(MotorShaft(scene, cycle, run, speed, sizing.rtol))
-    return found._replace(**heats)
+    return figures._replace(**heats)
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -219,7 +219,7 @@ def harmonics(sizing: Sizing, period: float, natural: float, damping: float, ine
         return ()
     moment, slope = even.series[:2] @ cells.basis(cells.NODES, cells.ORDER).T
     push = moment - 0.5 * (sizing.constant_speed or sizing.speed) ** 2 * slope
-    mesh, turn, found = even.mesh, 2 * math.pi / sizing.scene.cycle, []
+    mesh, turn, rows = even.mesh, 2 * math.pi / sizing.scene.cycle, []
     for k in range(1, ORDERS + 1):
         wave = push * np.exp(-1j * k * turn * mesh.phi)
         real, imaginary = (float(cells.integral(part, mesh.half).sum()) for part in (wave.real, wave.imag))
@@ -227,8 +227,8 @@ def harmonics(sizing: Sizing, period: float, natural: float, damping: float, ine
         frequency = 2 * math.pi * k / period
         x = natural / frequency
         magnification = 1.0 / abs(complex(1.0 - x * x, -2.0 * damping * x if natural else 0.0))
-        found.append(Harmonic(k, k / period, size, size / (inertia * frequency), magnification))
-    return tuple(found)
+        rows.append(Harmonic(k, k / period, size, size / (inertia * frequency), magnification))
+    return tuple(rows)
 
 
 _WITHIN = np.linspace(-1.0, 1.0, 129)  # of a cell
@@ -340,12 +340,12 @@ def servo_messages(load: ServoLoad) -> Iterator[str]:
     """Messages on a servo drive at its peak curve, or with a load of great inertia: place, amount and remedy."""
     if load.at_peak:
         at, speed = f"at crank angle {np.degrees(load.peak_angle):.4g} deg", load.peak_speed * 30 / math.pi
-        told = f"THE SERVO DRIVE REACHES ITS PEAK CURVE {at}, {abs(load.peak_torque):.4g} N m at {speed:.5g} rpm"
-        yield f"{told}: it does not hold its set speed; a heavier flywheel, another ratio or a larger drive needs less"
+        message = f"THE SERVO DRIVE REACHES ITS PEAK CURVE {at}, {abs(load.peak_torque):.4g} N m at {speed:.5g} rpm"
+        yield f"{message}: it does not hold its set speed; a heavier flywheel, another ratio or a larger drive needs less"
     if load.inertia_ratio is not None and load.inertia_ratio > USUAL_INERTIA_RATIO:
-        told = f"the inertia that the servo drive moves is {load.inertia_ratio:.3g} times that of its rotor"
+        message = f"the inertia that the servo drive moves is {load.inertia_ratio:.3g} times that of its rotor"
         advice = "another ratio, or a rotor of more inertia, brings it down"
-        yield f"{told}; above {USUAL_INERTIA_RATIO:g} a speed controller is hard to damp in practice: {advice}"
+        yield f"{message}; above {USUAL_INERTIA_RATIO:g} a speed controller is hard to damp in practice: {advice}"
 
 
 def temperature(shaft: MotorShaft) -> Temperature | None:
@@ -358,8 +358,8 @@ def temperature(shaft: MotorShaft) -> Temperature | None:
     omega = shaft.omega(mesh)
     share = motor.heat_share(shaft.ratio * omega, own)
     heat, time = cells.integral(np.stack((share / omega, 1.0 / omega)), mesh.half)
-    found = course(motor.thermal, map(Losses, time.tolist(), (heat / time).tolist()))
-    return Temperature(found.greatest, found.time, motor.thermal.limit, error / max(mean, 1e-300))
+    rises = course(motor.thermal, map(Losses, time.tolist(), (heat / time).tolist()))
+    return Temperature(rises.greatest, rises.time, motor.thermal.limit, error / max(mean, 1e-300))
 
 
 def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:
@@ -367,14 +367,14 @@ def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:
     for kind, value, limit, angle, time in trips:
         at = f"at crank angle {np.degrees(angle) % 360.0:.4g} deg" + ("" if time is None else f" after {time:.5g} s")
         if kind == "overcurrent":
-            told = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
+            message = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
             if ramped:
-                yield f"{told}; a longer ramp, a torque_limit or a larger motor keeps the current down"
+                yield f"{message}; a longer ramp, a torque_limit or a larger motor keeps the current down"
                 continue
-            yield f"{told}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
+            yield f"{message}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
         elif kind == "overvoltage":
-            told = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
-            yield f'{told}; give it a resistor, braking = "regenerative", or a load that drives less'
+            message = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
+            yield f'{message}; give it a resistor, braking = "regenerative", or a load that drives less'
         else:
-            told = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
-            yield f"{told}; give it a larger resistor, or a lower torque_limit"
+            message = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
+            yield f"{message}; give it a larger resistor, or a lower torque_limit"

@@ -71,13 +71,13 @@ def mean(stretches: Iterable[Stretch]) -> float:
     180.0
 
     """
-    found = list(stretches)
-    for each in found:
+    parts = list(stretches)
+    for each in parts:
         refuse(number_faults("time", each.time, NOT_NEGATIVE, "s") + number_faults("value", each.value))
         refuse(number_faults("cooling", each.cooling, NOT_NEGATIVE))
-    cooled = sum(each.time * each.cooling for each in found)
+    cooled = sum(each.time * each.cooling for each in parts)
     refuse(number_faults("time", cooled, POSITIVE, "s"))
-    return sum(each.time * each.value for each in found) / cooled
+    return sum(each.time * each.value for each in parts) / cooled
 
 
 def root_mean_square(stretches: Iterable[Stretch]) -> float:
@@ -119,9 +119,9 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     if scene.inertia is not None:
         runs = _all(running, lambda phase: plain(_scene(phase)))
         hardest = max(running, key=lambda phase: _irregularity(runs[phase.name]))
-        found, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
-        told = (*found.messages, *_messages(duty, scene, None), *_trips(runs, hardest))
-        return replace(found, duty=duty, temperature=_temperature(duty, scene), messages=tuple(dict.fromkeys(told)))
+        result, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
+        messages = (*result.messages, *_messages(duty, scene, None), *_trips(runs, hardest))
+        return replace(result, duty=duty, temperature=_temperature(duty, scene), messages=tuple(dict.fromkeys(messages)))
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
@@ -141,35 +141,40 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     hardest = max(running, key=lambda p: (_begins(spans[_of(p)], inertia), *_hardness(alone[p.name], runs[p.name])))
     decides = next((name for name in whole if inertia > 0.0 and _begins(spans[name], inertia)), None)
     if decides is None and alone[hardest.name].inertia == inertia:
-        found = size(_scene(hardest))
-        runs[hardest.name] = found if found.simulation else runs[hardest.name]
+        result = size(_scene(hardest))
+        runs[hardest.name] = result if result.simulation else runs[hardest.name]
     else:
-        found = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
-    wheel = found.flywheel._replace(broken=limits.broken_beyond(every, inertia))
+        result = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
+    wheel = result.flywheel._replace(broken=limits.broken_beyond(every, inertia))
     duty = over(scene.duty, runs, inertia, follow=not whole)._replace(governing=hardest.name)
     needed = {name: _smallest(spans[name]) for name in whole}
     for name in scene.limits.keys() - whole.keys():
         needed[name] = max(sizing.limits[name].alone for sizing in alone.values())
-    kept = {name: _reached(name, asked, duty, runs, needed[name], error) for name, asked in scene.limits.items()}
-    others = {name: each for name, each in spans.items() if name != _of(hardest) or found.scene.limits != scene.limits}
-    told = (*found.messages, *_messages(duty, scene, decides), *_trips(runs, hardest), *limits.gaps(others, inertia, 1.0))
+    kept = {name: _reached(name, limit, duty, runs, needed[name], error) for name, limit in scene.limits.items()}
+    others = {name: each for name, each in spans.items() if name != _of(hardest) or result.scene.limits != scene.limits}
+    messages = (
+        *result.messages,
+        *_messages(duty, scene, decides),
+        *_trips(runs, hardest),
+        *limits.gaps(others, inertia, 1.0),
+    )
     if whole and len(running) > 1:
-        told = (*told, f"with a limit of {' and '.join(whole)} changes of speed between phases are left out")
+        messages = (*messages, f"with a limit of {' and '.join(whole)} changes of speed between phases are left out")
     binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
-    found = replace(found, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene), limits=kept, binding=binding)
-    return replace(found, messages=tuple(dict.fromkeys(told)))
+    result = replace(result, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene), limits=kept, binding=binding)
+    return replace(result, messages=tuple(dict.fromkeys(messages)))
 
 
 def _all(phases: Iterable[Phase], run: Callable[[Phase], Sizing]) -> dict[str, Sizing]:
     """The sizings of phases, by name; refused with the faults of all."""
-    found, faults = dict[str, Sizing](), list[Fault]()
+    sizings, faults = dict[str, Sizing](), list[Fault]()
     for phase in phases:
         try:
-            found[phase.name] = run(phase)
+            sizings[phase.name] = run(phase)
         except SceneError as error:
             faults += [fault._replace(path=f"{phase.path} ({phase.name}): {fault.path}") for fault in error.faults]
     refuse(faults)
-    return found
+    return sizings
 
 
 def _of(phase: Phase) -> str:
@@ -181,13 +186,13 @@ def ranges(sizing: Sizing) -> list[Span]:
     """The flywheels (kg m² at their own shaft) with which a sized machine keeps its limits, and those that break them."""
     exact, broken = sizing.inertia or 0.0, sizing.flywheel.broken
     kept = Span(LimitState.KEPT, exact, inf, sizing.error.exact or 0.0)
-    found = [kept] if exact == 0.0 else [Span(LimitState.BROKEN, 0.0, exact), kept]
+    spans = [kept] if exact == 0.0 else [Span(LimitState.BROKEN, 0.0, exact), kept]
     for each in broken:
-        found[-1] = found[-1]._replace(last=each.start)
-        found.append(Span(LimitState.BROKEN, each.start, inf if each.end is None else each.end, each.start_error))
+        spans[-1] = spans[-1]._replace(last=each.start)
+        spans.append(Span(LimitState.BROKEN, each.start, inf if each.end is None else each.end, each.start_error))
         if each.end is not None:
-            found.append(Span(LimitState.KEPT, each.end, inf, each.end_error))
-    return found
+            spans.append(Span(LimitState.KEPT, each.end, inf, each.end_error))
+    return spans
 
 
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
@@ -224,10 +229,10 @@ def analysed(scene: Scene, inertia: float) -> Scene:
     return scene if scene.inertia == inertia else scene.with_flywheel(inertia)
 
 
-def _with_flywheel(scene: Scene, found: Sizing, inertia: float, error: float) -> Sizing:
+def _with_flywheel(scene: Scene, analysis: Sizing, inertia: float, error: float) -> Sizing:
     """An analysis as the sizing of a scene with that flywheel."""
-    wheel = found.flywheel._replace(inertia=None, exact=inertia, needed=inertia > 0.0)
-    return replace(found, scene=scene, flywheel=wheel, error=found.error._replace(exact=error))
+    wheel = analysis.flywheel._replace(inertia=None, exact=inertia, needed=inertia > 0.0)
+    return replace(analysis, scene=scene, flywheel=wheel, error=analysis.error._replace(exact=error))
 
 
 def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
@@ -249,11 +254,11 @@ class _Branches:
 
     def at(self, inertia: float, rtol: float) -> FlywheelPoint:
         """The limits of the duty with a flywheel (kg m² at its own shaft), and the motions of its phases."""
-        found = [self.branches[p.name].at(inertia * _scene(p).flywheel_ratio ** 2, rtol) for p in self.running]
-        kinds = {finding.existence for finding in found}
+        findings = [self.branches[p.name].at(inertia * _scene(p).flywheel_ratio ** 2, rtol) for p in self.running]
+        kinds = {finding.existence for finding in findings}
         if kinds != {Existence.MOTION}:
             return FlywheelPoint(inertia, Existence.NONE if Existence.NONE in kinds else Existence.UNKNOWN)
-        motions = {p.name: finding.motion for p, finding in zip(self.running, found, strict=True) if finding.motion}
+        motions = {p.name: finding.motion for p, finding in zip(self.running, findings, strict=True) if finding.motion}
         try:
             rows = [self._row(phase, motions.get(phase.name), inertia, rtol) for phase in self.scene.duty]
         except SceneError:  # starts that do not come to the regime, or not in time
@@ -331,14 +336,14 @@ def _at_motor(rated: Mapping[str, float], shares: Mapping[str, Share]) -> tuple[
     return values, dict.fromkeys(_FIGURES, 0.0) | off
 
 
-def _reached(name: str, asked: float, duty: Duty, runs: Mapping[str, Sizing], alone: float, error: float) -> Limit:
+def _reached(name: str, limit: float, duty: Duty, runs: Mapping[str, Sizing], alone: float, error: float) -> Limit:
     """A limit of the scene, with the figure of the whole duty, or of the phase nearest to the limit."""
     if name in WHOLE:
         reached = float(getattr(duty, WHOLE[name]))
-        return Limit(asked, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), error)
+        return Limit(limit, reached, alone, None, duty.errors.get(WHOLE[name], 0.0), error)
     shares = [share[name] for run in runs.values() if (share := _figures((name,), run))]
     worst = max(shares, key=lambda each: each.value, default=Share(0.0, 0.0))
-    return Limit(asked, worst.value, alone, None, worst.error / max(worst.value, 1e-300), error)
+    return Limit(limit, worst.value, alone, None, worst.error / max(worst.value, 1e-300), error)
 
 
 def _irregularity(sizing: Sizing) -> float:
@@ -415,8 +420,8 @@ def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = No
     energy, motion = sizing.energy, sizing.simulation
     period = None if motion is None else motion.period
     if phase.duration is None and period is None:
-        found = f"{phase.cycles:g} cycles of a machine that has no motion"
-        raise SceneError([Fault(f"{phase.path}.cycles", found, "a duration")])
+        defect = f"{phase.cycles:g} cycles of a machine that has no motion"
+        raise SceneError([Fault(f"{phase.path}.cycles", defect, "a duration")])
     settling = _settling(sizing)
     start = _start(phase, inertia) if phase.starts else None
     change = None
@@ -469,8 +474,8 @@ def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, fl
     starting = 0.0 if start is None else phase.starts * start.time
     steady = (phase.cycles or 0.0) * period if phase.duration is None else phase.duration - starting
     if steady < 0.0:
-        found = f"{phase.starts} starts of {starting / phase.starts:.4g} s in {phase.duration:.4g} s"
-        raise SceneError([Fault(f"{phase.path}.starts", found, "time enough for all of them", "lengthen the phase")])
+        defect = f"{phase.starts} starts of {starting / phase.starts:.4g} s in {phase.duration:.4g} s"
+        raise SceneError([Fault(f"{phase.path}.starts", defect, "time enough for all of them", "lengthen the phase")])
     return steady, steady + starting
 
 
@@ -509,28 +514,28 @@ def _with_starts(
     values: dict[str, Any], errors: dict[str, float], start: _Start, starts: int, steady: float, duration: float
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """The load of a phase with its starts, from that of its steady running, a share `steady` of the time."""
-    found, off = dict(values), dict(errors)
-    found["mean_power"] = power = steady * (values["mean_power"] or 0.0) + starts * start.work / duration
+    figures, off = dict(values), dict(errors)
+    figures["mean_power"] = power = steady * (values["mean_power"] or 0.0) + starts * start.work / duration
     off["mean_power"] += start.error * abs(power)
     torque, share = values["rms_torque"] or 0.0, values["rms_torque_share"]
     square = steady * torque**2 + starts * start.square / duration
-    found["rms_torque"] = rms = sqrt(square)
+    figures["rms_torque"] = rms = sqrt(square)
     off["rms_torque"] += start.error * rms
     if share is not None and torque:
-        found["rms_torque_share"] = share * rms / torque
+        figures["rms_torque_share"] = share * rms / torque
         off["rms_torque_share"] = off["rms_torque"] * share / torque
     heat, current = values["heat"], values["current_rms"]
     if heat is not None and start.heat is not None:
-        found["heat"] = whole = steady * heat + starts * start.heat / duration
+        figures["heat"] = whole = steady * heat + starts * start.heat / duration
         off["heat"] += start.error * whole
         for name, exponent in (("heat_share", 1.0), ("current_rms", 0.5)):  # both go with the heat
             value = values[name]
             if value is not None and heat:
-                found[name] = value * (whole / heat) ** exponent
+                figures[name] = value * (whole / heat) ** exponent
                 off[name] = off["heat"] * value / heat
     elif current is not None:
-        found["current_rms"] = None
-    return found, off
+        figures["current_rms"] = None
+    return figures, off
 
 
 def over(phases: Iterable[Phase], sizings: Mapping[str, Sizing], inertia: float, follow: bool = True) -> Duty:
@@ -604,14 +609,14 @@ def _combined(name: str, rows: list[PhaseLoad]) -> tuple[float | None, float | N
     if any(value is None for value in values):
         return None, None
     power = 2 if name in _SQUARED else 1
-    found = mean(Stretch(row.duration, value**power, row.cooling) for row, value in zip(rows, values, strict=True))
+    average = mean(Stretch(row.duration, value**power, row.cooling) for row, value in zip(rows, values, strict=True))
     cooled, off = sum(row.duration * row.cooling for row in rows), 0.0
     for row, value in zip(rows, values, strict=True):
         error, longer = row.errors.get(name, 0.0), row.errors.get("duration", 0.0)
         own = error if power == 1 else (2 * abs(value) + error) * error
-        off += (own * row.duration + abs(value**power - found * row.cooling) * longer) / cooled
-    relative = off / abs(found) if found else 0.0
-    return (found, relative) if power == 1 else (sqrt(found), 0.5 * relative)
+        off += (own * row.duration + abs(value**power - average * row.cooling) * longer) / cooled
+    relative = off / abs(average) if average else 0.0
+    return (average, relative) if power == 1 else (sqrt(average), 0.5 * relative)
 
 
 def _type(phases: list[Phase], rows: list[PhaseLoad]) -> str | None:
@@ -647,9 +652,9 @@ def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
         ends.append(len(sequence))
         if row.starts:
             starts[row.name] = starts_an_hour(data, after, Losses(time, joules / time / rated))
-    found = course(data, sequence)
-    rises = tuple((row.name, found.ends[end]) for row, end in zip(duty.phases, ends, strict=True))
-    return Temperature(found.greatest, found.time, data.limit, duty.errors.get("heat", 0.0), rises, starts)
+    windings = course(data, sequence)
+    rises = tuple((row.name, windings.ends[end]) for row, end in zip(duty.phases, ends, strict=True))
+    return Temperature(windings.greatest, windings.time, data.limit, duty.errors.get("heat", 0.0), rises, starts)
 
 
 def _trips(runs: Mapping[str, Sizing], hardest: Phase) -> Iterator[str]:
@@ -672,8 +677,10 @@ def _messages(duty: Duty, scene: Scene, binding: str | None) -> Iterator[str]:
     for row in duty.phases:
         lasting = row.settling is not None and row.settling > _TOO_LONG * row.duration and len(duty.phases) > 1
         if lasting and row.settling is not None and row.change_time is None:
-            told = f"{row.name} lasts {row.duration:.4g} s, and a change of speed takes {row.settling:.4g} s to fade to 5 %"
-            yield f"{told}: between phases the machine runs otherwise than in a regime, which is left out"
+            message = (
+                f"{row.name} lasts {row.duration:.4g} s, and a change of speed takes {row.settling:.4g} s to fade to 5 %"
+            )
+            yield f"{message}: between phases the machine runs otherwise than in a regime, which is left out"
     rests = [row for row in duty.phases if row.rest]
     if rests and scene.motor is not None:
         shares = ", ".join(dict.fromkeys(f"{row.cooling:.3g}" for row in rests))

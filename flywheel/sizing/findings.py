@@ -103,8 +103,8 @@ def _broken(sizing: Sizing) -> list[dict[str, Any]] | None:
 
 
 def _friction(sizing: Sizing) -> dict[str, Any] | None:
-    found = sizing.friction
-    return None if found is None else {**found._asdict(), "constant_speed": found.constant_speed._asdict()}
+    friction = sizing.friction
+    return None if friction is None else {**friction._asdict(), "constant_speed": friction.constant_speed._asdict()}
 
 
 def _irregularity_given(sizing: Sizing) -> float | None:
@@ -314,13 +314,13 @@ FINDINGS: tuple[Finding, ...] = (
 
 def as_dict(sizing: Sizing) -> dict[str, Any]:
     """The JSON contract of `flywheel size`, SI throughout."""
-    found: dict[str, Any] = {}
+    contract: dict[str, Any] = {}
     for finding in FINDINGS:
         block, _dot, name = finding.key.rpartition(".")
-        figures = found[block] if block else found
+        figures = contract[block] if block else contract
         if figures is not None:
             figures[name] = finding.of(sizing)
-    return found
+    return contract
 
 
 def finding(key: str) -> Finding:
@@ -375,7 +375,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     exact = _READ if scene.inertia is not None else error.exact
     of_shafts = None if exact is None or speed is None else exact + 2 * speed + _READ
     own = _figure_errors(sizing, of_drive)
-    found: dict[str, Estimate] = {
+    errors: dict[str, Estimate] = {
         **own,
         "areas": {
             "from": error.angles,
@@ -397,9 +397,9 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         **_bounds_errors(sizing, constant),
     }
     if cycle is not None and sizing.engine is not None and speed is not None:
-        found["engine"] = sizing.engine.error / max(cycle.exchanged, 1e-300) + speed + _READ
+        errors["engine"] = sizing.engine.error / max(cycle.exchanged, 1e-300) + speed + _READ
     # beyond the floating-point range nothing is known of an error
-    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in found.items()}
+    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in errors.items()}
 
 
 @np.errstate(all="ignore")
@@ -414,7 +414,7 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
     work, speed = error.work, speed_error(sizing)
     residue = 0.0 if sizing.constant is None else abs(sizing.constant.net) / max(sizing.constant.exchanged, 1e-300)
     areas = None if work is None else work + 2 * residue
-    found: dict[str, float | None] = {
+    errors: dict[str, float | None] = {
         **error._asdict(),
         "approximate_total": error.approximate,
         "speed": speed,
@@ -429,18 +429,18 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
         "reduced_inertia": None if constant is None else _inertia_error(constant)[1],
     }
     if cycle is None or constant is None:
-        return found
+        return errors
     balance, exchanged = sizing.balance, max(cycle.exchanged, 1e-300)
     if balance is not None:
-        found["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
+        errors["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
     if of_drive is not None:
         relative = _relative(of_drive.work, sizing.drive_work or 0.0, cycle.exchanged)
-        found["power"] = None if speed is None else relative + speed + _READ
+        errors["power"] = None if speed is None else relative + speed + _READ
         if sizing.coefficient_of_energy is not None:
             own = (work or 0.0) * constant.exchanged
             relative = _relative(of_drive.work, sizing.drive_work or 0.0, constant.exchanged)
-            found["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
-    return found
+            errors["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
+    return errors
 
 
 def speed_error(sizing: Sizing) -> float | None:
@@ -534,11 +534,11 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
     def growth(w: Array) -> Array:
         """dF/dE (1/rad) at speeds w."""
         states = moments.steady_states(w)
-        found = moments.rate(w, cycle.balance or 0.0, run.inertia, states).by_speed
+        slope = moments.rate(w, cycle.balance or 0.0, run.inertia, states).by_speed
         if moments.circuit is not None:  # its states follow the speed
             further = moments.drive(w * (1.0 + SPEED_STEP), 0.0, moments.steady_states(w * (1.0 + SPEED_STEP)))
-            found = found + (further - moments.drive(w, 0.0, states)) / (SPEED_STEP * w)
-        return np.asarray(found / ((run.inertia + moments.inertia) * w))
+            slope = slope + (further - moments.drive(w, 0.0, states)) / (SPEED_STEP * w)
+        return np.asarray(slope / ((run.inertia + moments.inertia) * w))
 
     here = growth(omega)
     of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error

@@ -89,17 +89,17 @@ def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
     if not of_motor(scene):
         return {}
     assert run is not None
-    found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol, omega))
-    if any(share.value - share.error > names[name] for name, share in found.items()):
+    figures = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol, omega))
+    if any(share.value - share.error > names[name] for name, share in figures.items()):
         return None
-    spans = {name: Span(LimitState.KEPT, 0.0, np.inf, share.error / names[name]) for name, share in found.items()}
-    return {name: _limit(names[name], share, spans[name]) for name, share in found.items()}
+    spans = {name: Span(LimitState.KEPT, 0.0, np.inf, share.error / names[name]) for name, share in figures.items()}
+    return {name: _limit(names[name], share, spans[name]) for name, share in figures.items()}
 
 
-def _limit(asked: float, share: Share, kept: Span, square: float = 1.0) -> Limit:
+def _limit(limit: float, share: Share, kept: Span, square: float = 1.0) -> Limit:
     """A limit with the figure that is reached; `square` is that of the speed of the flywheel's shaft over the crank's."""
     return Limit(
-        asked=asked,
+        asked=limit,
         reached=share.value,
         alone=kept.first / square,
         reached_error=share.error / max(share.value, 1e-300),
@@ -139,17 +139,17 @@ class FlywheelPoint(NamedTuple):
     motions: tuple[Any, ...] = ()
     shares: Mapping[str, Share] = {}
 
-    def beyond(self, name: str, asked: float) -> float:
+    def beyond(self, name: str, limit: float) -> float:
         """Excess of a figure over its limit: not above 0 if the limit is kept, or if that is within the error."""
         if not self.motions:
             return np.inf
         share = self.shares[name]
-        return 0.0 if abs(share.value - asked) <= share.error else share.value - asked
+        return 0.0 if abs(share.value - limit) <= share.error else share.value - limit
 
-    def state(self, name: str, asked: float) -> LimitState:
+    def state(self, name: str, limit: float) -> LimitState:
         """State of a limit with this flywheel."""
         if self.motions:
-            return LimitState.KEPT if self.beyond(name, asked) <= 0.0 else LimitState.BROKEN
+            return LimitState.KEPT if self.beyond(name, limit) <= 0.0 else LimitState.BROKEN
         return _WITHOUT_MOTION[self.existence]
 
 
@@ -195,8 +195,8 @@ class Search:
     def closely(self, inertia: float) -> Steps[FlywheelPoint]:
         """The figures with a flywheel at the required error, or at the least error possible."""
         if inertia not in self.known:
-            found = yield inertia, 0.5 * self.rtol
-            self.known[inertia] = found if found.motions else (yield inertia, _COARSE)
+            point = yield inertia, 0.5 * self.rtol
+            self.known[inertia] = point if point.motions else (yield inertia, _COARSE)
         return self.known[inertia]
 
     def _scaled(self, inertia: float) -> float:
@@ -253,29 +253,29 @@ class Search:
             NoRegimeError: if even the heaviest flywheel leaves no steady motion.
 
         """
-        asked = self.limits[name]
+        limit = self.limits[name]
         self.grid = self.grid or (yield from self._scanned())
-        yield from self._narrow(name, asked)
-        points = yield from self._with_extremes(name, asked)
-        states = [point.state(name, asked) for point in points]
-        first = points[0].shares[name].error / asked if points[0].motions else 0.0
-        found = [Span(states[0], 0.0, np.inf, first)]
+        yield from self._narrow(name, limit)
+        points = yield from self._with_extremes(name, limit)
+        states = [point.state(name, limit) for point in points]
+        first = points[0].shares[name].error / limit if points[0].motions else 0.0
+        spans = [Span(states[0], 0.0, np.inf, first)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
-                inertia, error = yield from self._boundary(name, asked, before, after)
+                inertia, error = yield from self._boundary(name, limit, before, after)
                 if was is LimitState.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
-                    error = max(error, 1.0 - found[-1].first / inertia)
-                self._begin(found, state, inertia, error)
+                    error = max(error, 1.0 - spans[-1].first / inertia)
+                self._begin(spans, state, inertia, error)
         last = points[-1]
         if not last.motions:
-            return found
+            return spans
         rises = len(points) > 1 and name in points[-2].shares and last.shares[name].value > points[-2].shares[name].value
-        ultimately = (yield from self._ultimately(name, asked)) if states[-1] is LimitState.BROKEN or rises else 0.0
+        ultimately = (yield from self._ultimately(name, limit)) if states[-1] is LimitState.BROKEN or rises else 0.0
         if states[-1] is LimitState.BROKEN and ultimately < 0.0:
-            self._begin(found, LimitState.KEPT, *(yield from self._beyond(name, asked, last)))
+            self._begin(spans, LimitState.KEPT, *(yield from self._beyond(name, limit, last)))
         elif states[-1] is LimitState.KEPT and ultimately > 0.0:
-            self._begin(found, LimitState.BROKEN, *(yield from self._beyond(name, asked, last)))
-        return found
+            self._begin(spans, LimitState.BROKEN, *(yield from self._beyond(name, limit, last)))
+        return spans
 
     @staticmethod
     def _begin(spans: list[Span], state: LimitState, first: float, error: float) -> None:
@@ -283,11 +283,11 @@ class Search:
         spans[-1] = spans[-1]._replace(last=first)
         spans.append(Span(state, first, np.inf, error))
 
-    def _narrow(self, name: str, asked: float) -> Steps[None]:
+    def _narrow(self, name: str, limit: float) -> Steps[None]:
         """Refines the grid between flywheels that keep a limit and those without a motion, or of unknown state."""
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
-                states, gap = (before.state(name, asked), after.state(name, asked)), after.inertia - before.inertia
+                states, gap = (before.state(name, limit), after.state(name, limit)), after.inertia - before.inertia
                 near = _NEAR_UNKNOWN if LimitState.UNKNOWN in states else _EDGE
                 if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
@@ -297,46 +297,46 @@ class Search:
             else:
                 return
 
-    def _boundary(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
+    def _boundary(self, name: str, limit: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The inertia (kg m²) at which the state of a limit changes between two flywheels, and its relative error."""
         if before.motions and after.motions:
-            return (yield from self._crossing(name, asked, before, after))
-        states = before.state(name, asked), after.state(name, asked)
+            return (yield from self._crossing(name, limit, before, after))
+        states = before.state(name, limit), after.state(name, limit)
         known = after if states[0] is LimitState.UNKNOWN or (after.motions and LimitState.UNKNOWN not in states) else before
         return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
 
-    def _ultimately(self, name: str, asked: float) -> Steps[float]:
+    def _ultimately(self, name: str, limit: float) -> Steps[float]:
         """Excess of a figure over its limit at infinite inertia; 0 if that is within its error."""
         if not self.ultimate:
             yield from self._extrapolated()
         share = self.ultimate.get(name)
-        return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
+        return 0.0 if share is None or abs(share.value - limit) <= share.error else share.value - limit
 
-    def _beyond(self, name: str, asked: float, last: FlywheelPoint) -> Steps[tuple[float, float]]:
+    def _beyond(self, name: str, limit: float, last: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
-        share, ultimate = last.shares[name].value - asked, (yield from self._ultimately(name, asked))
+        share, ultimate = last.shares[name].value - limit, (yield from self._ultimately(name, limit))
         far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
         heavier = yield from self.closely(max(far, 2.0 * last.inertia))
         for _ in range(_MOST_HALVINGS):
-            if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
+            if (heavier.beyond(name, limit) > 0.0) != (share > 0.0):
                 break
             heavier = yield from self.closely(4.0 * heavier.inertia)
-        return (yield from self._crossing(name, asked, last, heavier))
+        return (yield from self._crossing(name, limit, last, heavier))
 
-    def _crossing(self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
+    def _crossing(self, name: str, limit: float, before: FlywheelPoint, after: FlywheelPoint) -> Steps[tuple[float, float]]:
         """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error.
 
         By inverse interpolation from the flywheels whose figures are nearest to the limit, those of the grid at first; by
         bisection where that leaves the bracket, or gains little.
         """
-        low, high, rising = yield from self._bracket(name, asked, before, after)
+        low, high, rising = yield from self._bracket(name, limit, before, after)
         for inertia, point in self.known.items():
-            if low < self._scaled(inertia) < high and point.motions and point.beyond(name, asked) == 0.0:
-                return inertia, (yield from self._error(name, asked, point))
+            if low < self._scaled(inertia) < high and point.motions and point.beyond(name, limit) == 0.0:
+                return inertia, (yield from self._error(name, limit, point))
         known = {point.inertia: point for point in (*self.grid, before, after)}
         known |= {inertia: point for inertia, point in self.known.items() if point.motions}
         values = {
-            self._scaled(inertia): point.shares[name].value - asked
+            self._scaled(inertia): point.shares[name].value - limit
             for inertia, point in known.items()
             if point.motions and abs(self._scaled(inertia) - 0.5 * (low + high)) <= 1.5 * (high - low)
         }
@@ -354,7 +354,7 @@ class Search:
             if not here.motions:
                 off = np.inf
             else:
-                off = values[scaled] = here.shares[name].value - asked
+                off = values[scaled] = here.shares[name].value - limit
             if off == 0.0 or high - low <= 4 * ROUNDING * max(abs(low), abs(high)):
                 break
             low, high = (low, scaled) if (off > 0.0) == rising else (scaled, high)
@@ -363,28 +363,28 @@ class Search:
             if within or (nearest == scaled and abs(_interpolated(values) - scaled) <= 0.02 * self.rtol):
                 break
             sizes.append(abs(off))
-        return inertia, (yield from self._error(name, asked, here))
+        return inertia, (yield from self._error(name, limit, here))
 
-    def _error(self, name: str, asked: float, here: FlywheelPoint) -> Steps[float]:
+    def _error(self, name: str, limit: float, here: FlywheelPoint) -> Steps[float]:
         """The relative error of an inertia at which a figure is at its limit; infinite where no motion is known there."""
         if not here.motions:
             return np.inf
-        missed = here.shares[name].error + abs(here.shares[name].value - asked)
+        missed = here.shares[name].error + abs(here.shares[name].value - limit)
         return float(missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol)
 
     def _bracket(
-        self, name: str, asked: float, before: FlywheelPoint, after: FlywheelPoint
+        self, name: str, limit: float, before: FlywheelPoint, after: FlywheelPoint
     ) -> Steps[tuple[float, float, bool]]:
         """The two flywheels (scaled) between which a figure crosses its limit, and whether it rises there.
 
         A coarse figure may be slightly on the other side: the bracket is then widened.
         """
-        rising = before.beyond(name, asked) <= 0.0
+        rising = before.beyond(name, limit) <= 0.0
 
         def lies_beyond(point: FlywheelPoint) -> Steps[bool]:
-            if point.motions and point.beyond(name, asked) == 0.0:
+            if point.motions and point.beyond(name, limit) == 0.0:
                 point = yield from self.closely(point.inertia)
-            return not point.motions or point.shares[name].value > asked
+            return not point.motions or point.shares[name].value > limit
 
         ends, width = [before, after], self._scaled(after.inertia) - self._scaled(before.inertia)
         for k in range(_MOST_HALVINGS):
@@ -411,25 +411,25 @@ class Search:
         beside = yield from self.closely(here.inertia * (1.0 + _BESIDE))
         return np.inf if not beside.motions else float(abs(beside.shares[name].value - value) / _BESIDE)
 
-    def _with_extremes(self, name: str, asked: float) -> Steps[list[FlywheelPoint]]:
+    def _with_extremes(self, name: str, limit: float) -> Steps[list[FlywheelPoint]]:
         """The flywheels of the grid, with those at which the figure may pass its limit and return between two of them."""
-        found = list(self.grid)
+        points = list(self.grid)
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
             if not (low.motions and middle.motions and high.motions):
                 continue
-            values = np.array([point.shares[name].value - asked for point in (low, middle, high)])
+            values = np.array([point.shares[name].value - limit for point in (low, middle, high)])
             sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
             depth = (sign * (values[[0, 2]] - values[1])).min()
             if sign and depth > 0.0 and np.abs(values[1]) <= np.abs(values[[0, 2]] - values[1]).max():
-                found.append((yield from self._extreme(name, asked, sign, (low, middle, high))))
-        return sorted(found, key=lambda point: point.inertia)
+                points.append((yield from self._extreme(name, limit, sign, (low, middle, high))))
+        return sorted(points, key=lambda point: point.inertia)
 
-    def _extreme(self, name: str, asked: float, sign: float, points: Sequence[FlywheelPoint]) -> Steps[FlywheelPoint]:
+    def _extreme(self, name: str, limit: float, sign: float, points: Sequence[FlywheelPoint]) -> Steps[FlywheelPoint]:
         """The flywheel with which a figure is least (sign +1) or greatest, or one that is already beyond the limit.
 
         Args:
             name: of the limit.
-            asked: the limit.
+            limit: of the figure.
             sign: +1 for a least figure, -1 for a greatest one.
             points: three flywheels, the middle one with the least figure, or the greatest.
 
@@ -438,7 +438,7 @@ class Search:
         values = {scaled: sign * point.shares[name].value for scaled, point in by_scale.items()}
         (low, best, high), middle = sorted(values), points[1]
         for _ in range(_MOST_STEPS):
-            if high - low <= 2 * _OF_EXTREME or values[best] < sign * asked:
+            if high - low <= 2 * _OF_EXTREME or values[best] < sign * limit:
                 break
             scaled = _vertex([(each, values[each]) for each in (low, best, high)])
             if not low < scaled < high or abs(scaled - best) < 0.5 * _OF_EXTREME:  # into the wider part
@@ -455,10 +455,10 @@ class Search:
 
     def best(self, name: str) -> tuple[float, float, float]:
         """The least figure with any flywheel, its error, and that flywheel's inertia (kg m² on the crank)."""
-        found = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motions]
+        figures = [(*point.shares[name], point.inertia) for point in (*self.grid, *self.extremes) if point.motions]
         if name in self.ultimate:
-            found.append((*self.ultimate[name], np.inf))
-        return min(found)
+            figures.append((*self.ultimate[name], np.inf))
+        return min(figures)
 
 
 def _interpolated(values: Mapping[float, float]) -> float:
@@ -536,17 +536,17 @@ def branch_of(sizing: Sizing) -> Branch:
 def together(every: Iterable[Sequence[Span]]) -> list[Span]:
     """The ranges in which all of several limits are kept, one is not, or neither is known."""
     listed = list(every)
-    found: list[Span] = []
+    ranges: list[Span] = []
     for first, error in sorted({(span.first, span.error) for spans in listed for span in spans}):
         states = {span.state for spans in listed for span in spans if span.first <= first < span.last}
         broken, unknown = states & {LimitState.BROKEN, LimitState.NONE}, LimitState.UNKNOWN in states
         state = LimitState.BROKEN if broken else LimitState.UNKNOWN if unknown else LimitState.KEPT
-        if found and found[-1].state is state:
+        if ranges and ranges[-1].state is state:
             continue
-        if found:
-            found[-1] = found[-1]._replace(last=first)
-        found.append(Span(state, first, np.inf, error))
-    return found
+        if ranges:
+            ranges[-1] = ranges[-1]._replace(last=first)
+        ranges.append(Span(state, first, np.inf, error))
+    return ranges
 
 
 def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) -> tuple[Broken, ...]:
@@ -578,8 +578,8 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
     at, ends = along_branch(machine, figures, unknown)
     search = Search(asked_of(scene), *ends, rtol, swings=circuit_of(scene) is not None)
     if by_irregularity is not None and by_irregularity.inertia > 0.0:
-        own, found = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
-        search.known[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), found)
+        own, shares = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
+        search.known[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), shares)
     return answered(_smallest(scene, search, by_irregularity), at)
 
 
@@ -613,13 +613,13 @@ def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -
         raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
     if by_irregularity is not None and inertia == by_irregularity.inertia > 0.0:
         error = by_irregularity.inertia_error
-    found = dict(point.shares)
+    figures = dict(point.shares)
     if inertia > 0.0:  # what the error of the inertia makes of each
         beside = (yield from search.closely(inertia * (1.0 + _BESIDE))).shares
-        moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in found.items() if beside}
-        found = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in found.items()}
+        moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in figures.items() if beside}
+        figures = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in figures.items()}
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
-    limits = {name: _limit(scene.limits[name], found[name], kept[name], square) for name in scene.limits}
+    limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))
     broken = broken_beyond(together(spans.values()), inertia, square)
     return Smallest(point.motions[0], error, limits, binding, broken, messages)
@@ -648,27 +648,27 @@ def check_together(spans: Mapping[str, Sequence[Span]], square: float) -> None:
     """Refuses limits that some flywheels keep one by one, but none together."""
     if any(span.state is LimitState.KEPT for span in together(spans.values())):
         return
-    told = "; ".join(
+    ranges = "; ".join(
         f"{name} by {' or '.join(_range(span, square) for span in each if span.state is LimitState.KEPT)}"
         for name, each in spans.items()
     )
-    found = f"limits that no flywheel keeps together: {told}"
-    raise SceneError([Fault("flywheel.limits", found, "limits that one keeps", "allow more")])
+    defect = f"limits that no flywheel keeps together: {ranges}"
+    raise SceneError([Fault("flywheel.limits", defect, "limits that one keeps", "allow more")])
 
 
 def _unreached(search: Search, name: str, spans: Sequence[Span], square: float, *, duty: bool) -> Fault:
     """The fault of a limit that no flywheel reaches, with the best value possible."""
-    (least, error, inertia), asked = search.best(name), _percent(search.limits[name])
+    (least, error, inertia), limit = search.best(name), _percent(search.limits[name])
     where = "at a constant speed" if inertia == np.inf else f"with a flywheel of {figure(inertia / square, most=5)} kg m^2"
     best = _percent(least, error)
-    found = f"{asked}, which no flywheel achieves: at best, {where}, it is {best}"
+    defect = f"{limit}, which no flywheel achieves: at best, {where}, it is {best}"
     if duty:
-        found = f"{asked}, which no flywheel achieves over the duty: at best, {where}, it is {best}"
+        defect = f"{limit}, which no flywheel achieves over the duty: at best, {where}, it is {best}"
     if unknown := _unknown(spans, square):
-        found = (
-            f"{found}; for flywheels of {unknown} it is unknown: no steady motion was found, and its absence was not shown"
+        defect = (
+            f"{defect}; for flywheels of {unknown} it is unknown: no steady motion was found, and its absence was not shown"
         )
-    return Fault(f"flywheel.limits.{name}", found, "a limit above that", "give a larger motor, or allow it more")
+    return Fault(f"flywheel.limits.{name}", defect, "a limit above that", "give a larger motor, or allow it more")
 
 
 def _range(span: Span, square: float) -> str:
@@ -682,10 +682,10 @@ def _unknown(spans: Iterable[Span], square: float) -> str:
     return " and ".join(_range(span, square) for span in spans if span.state is LimitState.UNKNOWN)
 
 
-def _of_current(scene: Scene, asked: Iterable[str]) -> Iterator[str]:
+def _of_current(scene: Scene, limits: Iterable[str]) -> Iterator[str]:
     """Message on a current of which only a part is known."""
     plate = getattr(scene.motor, "line_current", None)  # of an induction motor
-    if "current_pulsation" in asked and plate is not None and not plate.complete:
+    if "current_pulsation" in limits and plate is not None and not plate.complete:
         yield "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
 
 

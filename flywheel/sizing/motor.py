@@ -134,8 +134,8 @@ class MotorShaft:
             # cells that hold neither extreme need not be fine
             near = (most + tails >= high - tail) | (least - tails <= low + tail)
             worst = np.where(near, tails, 0.0).max(axis=-1)
-            found = _number(low[..., 0]), _number(high[..., 0]), _number(worst + off)
-            return found, (worst + off) / size, lambda share: near & (tails > share * worst)
+            figures = _number(low[..., 0]), _number(high[..., 0]), _number(worst + off)
+            return figures, (worst + off) / size, lambda share: near & (tails > share * worst)
 
         return self.refined(evaluated, 0.1 * self.rtol)
 
@@ -186,9 +186,9 @@ def _number(values: Any) -> Any:
 def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[Any, Any]:
     """The mean heat of a motor over time, over that at its rated point (see `Motor.heat_share`), and its absolute error."""
     if motor.whole_heat is not None:
-        found = motor.heats(shaft)
-        share = found[motor.whole_heat]
-        return share, found["errors"][motor.whole_heat] * max(share, ROUNDING)
+        heats = motor.heats(shaft)
+        share = heats[motor.whole_heat]
+        return share, heats["errors"][motor.whole_heat] * max(share, ROUNDING)
 
     def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         here, beside = (motor.heat_share(shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
@@ -238,26 +238,26 @@ def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
 
     Source: API 618, 5th ed., 7.1.2 (current pulsation); IEC 60034-1, 4.2.1 (equivalent loads of duty types).
     """
-    found: dict[str, Share] = {}
+    figures: dict[str, Share] = {}
     run, motor = shaft.run, shaft.motor
     for name in names:
         if name == IRREGULARITY:
-            found[name] = Share(run.irregularity, run.error * run.irregularity)
+            figures[name] = Share(run.irregularity, run.error * run.irregularity)
             continue
         assert motor is not None
         assert motor.rated is not None
         rated = motor.rated.torque
         if name == "motor_torque":
             least, most, error = shaft.extremes(shaft.torque_law)
-            found[name] = Share(_number(np.maximum(most, -least)) / rated, (error + shaft.torque_error) / rated)
+            figures[name] = Share(_number(np.maximum(most, -least)) / rated, (error + shaft.torque_error) / rated)
         elif name == "motor_rms":
             square, error, _ = shaft.mean_square(shaft.torque_law)
             root = _number(np.sqrt(np.maximum(square, 0.0)))
             own = 0.5 * error / _number(np.maximum(np.maximum(root, np.sqrt(error)), 1e-300)) + shaft.torque_error
-            found[name] = Share(root / rated, own / rated)
+            figures[name] = Share(root / rated, own / rated)
         elif name == "motor_heat":
-            found[name] = Share(*heat_share(motor, shaft))
+            figures[name] = Share(*heat_share(motor, shaft))
         else:
             least, most, error = shaft.extremes(shaft.current_law)
-            found[name] = Share(most - least, 2 * (error + shaft.torque_error / rated))  # a current is about as its torque
-    return found
+            figures[name] = Share(most - least, 2 * (error + shaft.torque_error / rated))  # a current is about as its torque
+    return figures

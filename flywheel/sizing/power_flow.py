@@ -87,18 +87,18 @@ def power_flow(sizing: Sizing) -> PowerFlow | None:
     train = _Train(sizing, machine)
 
     def evaluated(edges: Array) -> tuple[tuple[_Flows, float, float], float, Coarse]:
-        found = train.flows(cells.cells(edges))
-        half = found.mesh.half
-        rows = found.moments
-        exchanged = float(cells.integral(found.exchanged, half).sum()) or 1e-300
+        powers = train.flows(cells.cells(edges))
+        half = powers.mesh.half
+        rows = powers.moments
+        exchanged = float(cells.integral(powers.exchanged, half).sum()) or 1e-300
         tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * half[:, 0]
         shares = tails / np.maximum(cells.integral(np.abs(rows), half).sum(axis=-1), exchanged)[:, None]
         worst = shares.max(axis=0, initial=0.0)
-        return (found, exchanged, float(worst.sum())), float(worst.sum()), cells.above(worst, 0.1)
+        return (powers, exchanged, float(worst.sum())), float(worst.sum()), cells.above(worst, 0.1)
 
     first = cycle.mesh.edges
-    found, exchanged, missed = cells.refined(first, evaluated, sizing.rtol, max(_MOST_CELLS, 2 * first.size))
-    return _result(sizing, train, found, exchanged, missed)
+    powers, exchanged, missed = cells.refined(first, evaluated, sizing.rtol, max(_MOST_CELLS, 2 * first.size))
+    return _result(sizing, train, powers, exchanged, missed)
 
 
 class _Train:
@@ -217,14 +217,14 @@ class _Train:
             moment = cells.interpolated(run.drive, run.cycle.mesh, mesh.phi)  # the current is a state of its own
         yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
         own = () if run is None else states_on(run, mesh)
-        found = {} if scene.motor is None else scene.motor.powers(ratio * omega, moment / ratio, own)
+        powers = {} if scene.motor is None else scene.motor.powers(ratio * omega, moment / ratio, own)
         taken = moment
-        for kind, power in found.items():
+        for kind, power in powers.items():
             heat = power / omega
             taken = taken + heat
             target = "heat" if kind in HEATS else f"drive.{kind}"
             yield _Part("drive", target, kind if kind in HEATS else "stored", f"drive.{kind}", scene.drive.on, heat)
-        if found:
+        if powers:
             yield _Part("mains", "drive", "input", "drive", scene.drive.on, taken)
 
     def _meshed(self, name: str, entering: Array) -> Array | float:
@@ -263,20 +263,20 @@ def can_lose(scene: Scene) -> bool:
 # -- the result --------------------------------------------------------------------------------------------------------
 
 
-def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> PowerFlow:
+def _result(sizing: Sizing, train: _Train, powers: _Flows, exchanged: float, missed: float) -> PowerFlow:
     """Streams, shafts and the balance, from the powers at the nodes."""
-    mesh, omega, half = found.mesh, found.omega, found.mesh.half
+    mesh, omega, half = powers.mesh, powers.omega, powers.mesh.half
     period, of_period = _period(sizing)
-    rows = found.moments
+    rows = powers.moments
     works, sizes = (cells.integral(each, half).sum(axis=-1) for each in (rows, np.abs(rows)))
-    error = _error(sizing, train, found, exchanged, missed) + of_period
+    error = _error(sizing, train, powers, exchanged, missed) + of_period
     works = np.where(np.abs(works) > error * np.maximum(sizes, exchanged), works, 0.0)
     series = cells.fit(rows * omega)
-    turned = [part.kind in ("load", "drive", "input") and w < 0.0 for part, w in zip(found.parts, works, strict=True)]
+    turned = [part.kind in ("load", "drive", "input") and w < 0.0 for part, w in zip(powers.parts, works, strict=True)]
     signs = np.where(turned, -1.0, 1.0)
     works, series = signs * works, signs[:, None, None] * series
     streams = []
-    for part, turn, work, one in zip(found.parts, turned, works.tolist(), series, strict=True):
+    for part, turn, work, one in zip(powers.parts, turned, works.tolist(), series, strict=True):
         source, target = (part.target, part.source) if turn else (part.source, part.target)
         high, low = _extremes(one, error, exchanged / period)
         streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, high, low))
@@ -292,7 +292,7 @@ def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, miss
     return PowerFlow(
         scene=train.scene,
         streams=tuple(streams),
-        shafts=tuple(_shafts(sizing, train, found, period)),
+        shafts=tuple(_shafts(sizing, train, powers, period)),
         period=period,
         input=given,
         output=taken,
@@ -325,9 +325,9 @@ def _period(sizing: Sizing) -> tuple[float, float]:
     return turning_moment.period(cycle, sizing.speed, sizing.run, sizing.rtol)
 
 
-def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iterator[ShaftFlow]:
+def _shafts(sizing: Sizing, train: _Train, flows: _Flows, period: float) -> Iterator[ShaftFlow]:
     """Every shaft with its speed, and the torque and power of its mesh on its own side."""
-    scene, half, omega = train.scene, found.mesh.half, found.omega
+    scene, half, omega = train.scene, flows.mesh.half, flows.omega
     irregularity = 0.0 if sizing.run is None else sizing.run.irregularity
     for name in ("crank", *train.outwards):
         ratio = scene.shafts[name]
@@ -335,7 +335,7 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
         if name == "crank":
             yield ShaftFlow(name, None, None, ratio, *speeds)
             continue
-        near, moment = scene.near(name), found.passed[name]
+        near, moment = scene.near(name), flows.passed[name]
         inwards = float(cells.integral((train._meshed(name, moment) + 1.0) * moment, half).sum()) < 0.0
         moment = -moment if inwards else moment
         torque, power = moment / ratio, moment * omega
@@ -354,23 +354,23 @@ def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iter
         )
 
 
-def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> float:
+def _error(sizing: Sizing, train: _Train, powers: _Flows, exchanged: float, missed: float) -> float:
     """Relative error of all powers: by cells, rounding, the crank's residual, and the speed's own error."""
-    cycle, machine, half = sizing.cycle, train.machine, found.mesh.half
+    cycle, machine, half = sizing.cycle, train.machine, powers.mesh.half
     assert cycle is not None
     off = cycle.errors.work + cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
-    off += float(cells.integral(np.abs(found.missing), half).sum())
-    rows = found.moments * found.omega
+    off += float(cells.integral(np.abs(powers.missing), half).sum())
+    rows = powers.moments * powers.omega
     series = cells.fit(rows)
     sizes = np.maximum(np.abs(rows).max(axis=(1, 2)), exchanged / sizing.scene.cycle * sizing.speed)
     between = float((cells.tails(series).max(axis=-1) / np.maximum(sizes, 1e-300)).max(initial=0.0))
-    meshes = [k for k, part in enumerate(found.parts) if part.kind in ("mesh", "slip")]
+    meshes = [k for k, part in enumerate(powers.parts) if part.kind in ("mesh", "slip")]
     for k in meshes:  # what a mesh seems to gain beside the angle at which its power changes its sense
         between += 2.0 * max(0.0, -float(cells.extents(series[k])[0].min())) / max(float(sizes[k]), 1e-300)
     of_speed = speed_error_over_cycle(sizing)
     error = missed + off / exchanged + between + 24 * ROUNDING + 3 * of_speed
     if machine.depends_on_speed:
-        beside = train.flows(found.mesh, 1.0 + SPEED_STEP)
-        moved = np.abs(beside.moments - found.moments) / SPEED_STEP
-        error += float(((moved * found.omega).max(axis=(1, 2)) / np.maximum(sizes, 1e-300)).max(initial=0.0)) * of_speed
+        beside = train.flows(powers.mesh, 1.0 + SPEED_STEP)
+        moved = np.abs(beside.moments - powers.moments) / SPEED_STEP
+        error += float(((moved * powers.omega).max(axis=(1, 2)) / np.maximum(sizes, 1e-300)).max(initial=0.0)) * of_speed
     return error

@@ -213,8 +213,8 @@ class SelectedWheel(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """The figures for JSON: those of the wheel, and those of the machine with it."""
-        found = {"torque": self.torque, "irregularity": self.irregularity, "irregularity_error": self.error}
-        return {**self.wheel.as_dict(), **found}
+        figures = {"torque": self.torque, "irregularity": self.irregularity, "irregularity_error": self.error}
+        return {**self.wheel.as_dict(), **figures}
 
 
 class Errors(NamedTuple):
@@ -354,7 +354,7 @@ class PowerFlow:
     def as_dict(self, at: float | None = None) -> dict[str, Any]:
         """The flow for JSON, SI; with a crank angle (rad) also the `power` of every stream there."""
         powers = (None,) * len(self.streams) if at is None else self.at(at)
-        found: dict[str, Any] = {
+        figures: dict[str, Any] = {
             "period": self.period,
             "input": self.input,
             "output": self.output,
@@ -364,8 +364,8 @@ class PowerFlow:
             "scale": self.scale,
         }
         if at is not None:
-            found["at"] = at
-        found["streams"] = [
+            figures["at"] = at
+        figures["streams"] = [
             {
                 "from": stream.source,
                 "to": stream.target,
@@ -374,8 +374,8 @@ class PowerFlow:
             }
             for stream, power in zip(self.streams, powers, strict=True)
         ]
-        found["shafts"] = [row._asdict() for row in self.shafts]
-        return found
+        figures["shafts"] = [row._asdict() for row in self.shafts]
+        return figures
 
     def plot(self, path: str | Path | None = None, *, at: float | None = None) -> Figure | None:
         """The Sankey diagram, over the mean or at a crank angle (rad): into a file (PNG, SVG or PDF), or as a figure.
@@ -606,9 +606,9 @@ class Duty(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """All figures for JSON, SI; errors stand with those of the other figures."""
-        found = {name: value for name, value in self._asdict().items() if name != "errors"}
+        figures = {name: value for name, value in self._asdict().items() if name != "errors"}
         phases = [{name: value for name, value in row._asdict().items() if name != "errors"} for row in self.phases]
-        return found | {"phases": phases}
+        return figures | {"phases": phases}
 
 
 class Derivations(NamedTuple):

@@ -130,8 +130,8 @@ def size(
                 return _of_diagram(scene, rtol, level, meter)
             return _of_machine(machine if isinstance(machine, Machine) else Machine(scene), rtol, level, meter)
     except ArithmeticError:
-        found = "numbers whose products leave the floating-point range"
-        raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
+        defect = "numbers whose products leave the floating-point range"
+        raise SceneError([Fault("scene", defect, "masses, lengths and speeds in proportion", "check the units")]) from None
 
 
 def check_complete(scene: Scene) -> None:
@@ -375,12 +375,12 @@ def _of_friction(regime: Regime, friction: FrictionIteration | None, exact: floa
     figure, other, words = exact, constant.exact, "{:.6g} kg m^2"
     if exact is None and run is not None:
         figure, other, words = run.irregularity, constant.irregularity, "an irregularity of {:.6g}"
-    found = "friction in joints is that of the motion's own speed and acceleration"
+    message = "friction in joints is that of the motion's own speed and acceleration"
     if figure and other is not None:
         off = 100.0 * (other / figure - 1.0)
-        found += f"; at a constant {constant.speed:.6g} rad/s it would give {words.format(other)}, "
-        found += f"{abs(off):.2g} % {'more' if off > 0.0 else 'less'}"
-    yield found
+        message += f"; at a constant {constant.speed:.6g} rad/s it would give {words.format(other)}, "
+        message += f"{abs(off):.2g} % {'more' if off > 0.0 else 'less'}"
+    yield message
 
 
 def _even(regime: Regime) -> bool:
@@ -410,11 +410,11 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
     scene = regime.machine.scene
     if even and scene.irregularity is not None:
         return Flywheel(scene.flywheel_on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
-    found = wittenbauer.flywheel(regime.figures, scene)
+    figures = wittenbauer.flywheel(regime.figures, scene)
     if regime.exact is None or not (scene.irregularity is not None or scene.limits):
-        return found
+        return figures
     exact = regime.exact[0] / scene.flywheel_ratio**2
-    return found._replace(
+    return figures._replace(
         exact=exact, needed=exact > 0.0, proven_bounds=None, proven_bounds_torque=None, broken=regime.broken
     )
 
@@ -489,7 +489,7 @@ def _limits(scene: Scene, exact: float | None, error: float | None, reached: flo
     """The irregularity if it is the only limit: the exact flywheel is the one for it."""
     if not scene.limits or exact is None or reached is None:
         return {}
-    return {name: Limit(asked, reached, exact, None, error or 0.0, error or 0.0) for name, asked in scene.limits.items()}
+    return {name: Limit(limit, reached, exact, None, error or 0.0, error or 0.0) for name, limit in scene.limits.items()}
 
 
 def _binding(limits: Mapping[str, Limit]) -> str | None:
@@ -499,19 +499,19 @@ def _binding(limits: Mapping[str, Limit]) -> str | None:
 
 def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Stability | None = None) -> Iterator[str]:
     """A message for every figure whose estimated error is above rtol; a single one if the cause is net work."""
-    found = [
+    figures = [
         f"the {title} is good to {error:.2g}"
         for name, title in _TITLES.items()
         if (error := getattr(errors, name)) is not None and error > rtol
     ]
     if cyclic is not None and cyclic.level_error > rtol:
-        found.append(f"the speed is good to {cyclic.level_error:.2g}")
-    if found and remainder:
+        figures.append(f"the speed is good to {cyclic.level_error:.2g}")
+    if figures and remainder:
         yield f"rtol {rtol:.1g} not reached: {remainder} are left over in the cycle, and may belong anywhere in it: " + (
-            ", ".join(found)
+            ", ".join(figures)
         )
-    elif found:
-        yield from (f"rtol {rtol:.1g} not reached: {what} (estimated, relative)" for what in found)
+    elif figures:
+        yield from (f"rtol {rtol:.1g} not reached: {what} (estimated, relative)" for what in figures)
 
 
 def _redundant(scene: Scene) -> Iterator[str]:
@@ -609,8 +609,8 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         inertia = scene.inertia * ratio_square
         given = fluctuation / (inertia * square) if inertia else np.inf
         if given >= 2.0:
-            found = f"{scene.inertia} kg m², which the swing of {fluctuation:.6g} J would stop"
-            raise SceneError([Fault("flywheel.inertia", found, "enough inertia to keep turning", "give a larger one")])
+            defect = f"{scene.inertia} kg m², which the swing of {fluctuation:.6g} J would stop"
+            raise SceneError([Fault("flywheel.inertia", defect, "enough inertia to keep turning", "give a larger one")])
         fastest, slowest = scene.speed * (1 + given / 2), scene.speed * (1 - given / 2)
         motion = Confirmation(given, None, fastest, slowest, None, None, None, "areas")
     of_wheels, of_motion = (None, error) if figure is None else (error, None)

@@ -90,7 +90,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
             *messages,
             f"the machine runs at {motion.speed:.10g} rad/s (mean of extremes), {share} from the required speed",
         )
-    found = Regime(
+    steady = Regime(
         machine=machine,
         rtol=rtol,
         figures=figures,
@@ -106,7 +106,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         binding=binding,
         messages=messages,
     )
-    return found, {"motion": meter.cost}
+    return steady, {"motion": meter.cost}
 
 
 def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
@@ -132,13 +132,13 @@ def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float
     at one, or a motor's current as a state.
     """
     scene, most = machine.scene, machine.scene.irregularity or 2.0
-    held = scene.speed if scene.unknown is not None else None
+    mean = scene.speed if scene.unknown is not None else None
 
     def evaluated(edges: Array) -> tuple[tuple[Moments, Array, float, float] | None, float, Coarse]:
         moments = moments_on(machine, edges)
         if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
             return None, 0.0, cells.above(np.zeros(1))
-        balanced = _equilibrium_at_mean(moments, held, unknown) if held else (_equilibrium(moments, speed, unknown), unknown)
+        balanced = _equilibrium_at_mean(moments, mean, unknown) if mean else (_equilibrium(moments, speed, unknown), unknown)
         omega, balance = balanced or (None, 0.0)
         if omega is None:
             return None, 0.0, cells.above(np.zeros(1))
@@ -147,10 +147,10 @@ def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float
         share = error / max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
         return (moments, omega, balance, error), share, lambda share: errors > share * error
 
-    found = cells.refined(machine.mesh, evaluated, 0.05 * rtol, _MOST_CELLS)
-    if found is None:
+    speeds = cells.refined(machine.mesh, evaluated, 0.05 * rtol, _MOST_CELLS)
+    if speeds is None:
         return None
-    moments, omega, unknown, error = found
+    moments, omega, unknown, error = speeds
     rate = moments.rate(omega, unknown, 0.0)
     error += 32 * ROUNDING * float((rate.exchanged / np.maximum(-rate.by_speed, 1e-300)).max())
     series = cells.fit(omega)
@@ -238,7 +238,7 @@ def _inertialess_regime(
         closure=0.0,
         route="quadrature",
     )
-    held = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
+    band = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
     return Regime(
         machine=machine,
         rtol=rtol,
@@ -251,7 +251,7 @@ def _inertialess_regime(
         confirmed=Confirmed(motion, max(run.error, of_period), of_period),
         messages=(
             *messages,
-            f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}",
+            f"the machine has no inertia, so that its speed follows its torques at once: they hold it {band}",
         ),
     )
 
@@ -262,10 +262,10 @@ def _inertialess_regime(
 def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
     """The motion with the given flywheel, with the needed one, or with none if none is needed."""
     scene, speed = machine.scene, figures.speed
-    held = speed if scene.unknown is not None else None
+    mean = speed if scene.unknown is not None else None
 
     def solved(inertia: float | None, guess: float, *, directly: bool = False) -> OwnMotion:
-        wanted = Demand(inertia, scene.irregularity if inertia is None else None, held)
+        wanted = Demand(inertia, scene.irregularity if inertia is None else None, mean)
         with limited(periodic_motion.MOST_WORK):
             return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol, directly=directly)
 
@@ -283,7 +283,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     if scene.inertia is not None:
         given = scene.inertia * scene.flywheel_ratio**2
         turning_moment.check_weighs(machine, figures.cycle, figures.extent, given)
-        finding = Branch(machine, speed, unknown, held).at(given, rtol)
+        finding = Branch(machine, speed, unknown, mean).at(given, rtol)
         if finding.motion is not None:
             return finding.motion
         if isinstance(finding.error, UnstableError) and finding.stop is None:
@@ -340,9 +340,9 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
     scene, error = machine.scene, finding.error
     path = "flywheel.irregularity" if given is None else "flywheel.inertia"
     if scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
-        found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
+        defect = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
         advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
-        return Fault("drive" if scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
+        return Fault("drive" if scene.drive is not None else "load", defect, "torques that hold a steady speed", advice)
     if isinstance(error, UnresolvedError):
         expected = "an irregularity that the flywheel changes by more than rounding"
         advice = "the torques hold the speed with any flywheel: require a smaller irregularity, or give flywheel.inertia"
@@ -356,20 +356,20 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if (stop := finding.stop) is not None:
         where = f"stalls at {machine.where(stop.phi)} for lack of {stop.shortfall:.6g} N m on the crank"
-        found = f"a {what} that {where}, released at {stop.speed:.6g} rad/s{wheel}"
-        return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+        defect = f"a {what} that {where}, released at {stop.speed:.6g} rad/s{wheel}"
+        return Fault(path, defect, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     if ending.outcome is Outcome.STALLS:
-        found = f"a {what} that stalls {ending.where}, released at {speed:.6g} rad/s{wheel}"
-        return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+        defect = f"a {what} that stalls {ending.where}, released at {speed:.6g} rad/s{wheel}"
+        return Fault(path, defect, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     if ending.outcome is Outcome.RUNS_AWAY:
-        found = f"a machine that runs away, released at {speed:.6g} rad/s{wheel}"
-        return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+        defect = f"a machine that runs away, released at {speed:.6g} rad/s{wheel}"
+        return Fault(path, defect, expected, "a heavier flywheel, or a drive whose torque falls with speed")
     none = f"no periodic motion near {speed:.6g} rad/s{wheel}"
     if ending.fault is not None:
         what = "it" if ending.fault.path == "simulation" else ending.fault.path
-        found = f"{none}: followed in time, {what} comes to {ending.fault.found}"
-        return Fault(path, found, expected, ending.fault.advice)
+        defect = f"{none}: followed in time, {what} comes to {ending.fault.found}"
+        return Fault(path, defect, expected, ending.fault.advice)
     if isinstance(error, BudgetError):
         return _too_much(error.faults[0], machine, speed, given or 0.0, unknown)
     return Fault(path, f"{none}: {error}", expected, "follow the machine in time: flywheel simulate")
@@ -384,8 +384,8 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     total = inertia + moments.inertia
     if float(total.min()) <= _NO_INERTIA * float(total.max()):
         where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
-        found = f"{fault.found}: there is almost no inertia near {where}, where the speed follows the torques at once"
-        return fault._replace(found=found, advice="add inertia to the crank")
+        defect = f"{fault.found}: there is almost no inertia near {where}, where the speed follows the torques at once"
+        return fault._replace(found=defect, advice="add inertia to the crank")
     if moments.circuit is None:
         slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
         fading = float(cells.integral(np.maximum(-slope, 0.0) / (total * speed), moments.mesh.half).sum())
@@ -416,10 +416,10 @@ def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rt
     """
     if inertia > 0.0 or stored:
         return with_flywheel(machine, constant, speed, inertia, rtol).run
-    found = _inertialess_run(machine, speed, constant.balance or 0.0, 0.5 * rtol)
-    if found is None:
+    run = _inertialess_run(machine, speed, constant.balance or 0.0, 0.5 * rtol)
+    if run is None:
         raise NoRegimeError("its torques alone do not hold a speed at every angle")
-    return found[0]
+    return run[0]
 
 
 def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float) -> OwnMotion:
@@ -429,10 +429,10 @@ def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: floa
         NoRegimeError: if there is none.
 
     """
-    held = machine.scene.speed if machine.scene.unknown is not None else None
+    mean = machine.scene.speed if machine.scene.unknown is not None else None
     unknown = constant.balance or 0.0
     try:
         with limited(_LESS_WORK):
-            return periodic_motion.own_motion(machine, held or speed, Demand(inertia, None, held), 0.0, unknown, 0.5 * rtol)
+            return periodic_motion.own_motion(machine, mean or speed, Demand(inertia, None, mean), 0.0, unknown, 0.5 * rtol)
     except BudgetError as error:
         raise NoRegimeError(str(error)) from None
