@@ -5,9 +5,9 @@ operations behind, each one once. From the tape comes a `Program`: operations, t
 and nothing else. It runs over plain numbers, arrays of positions and of designs, numba's machine code, and any other numbers
 with the same functions (intervals, jets, many digits).
 
-An input with a value is a parameter: comparisons are answered by the value, and stand on the tape as guards, so that what
-was recorded is known to hold for all parameters that keep them. An input without a value is a variable: a comparison of
-it is an operation like any other, and a branch on its result fails. An operation that would lose the record fails too.
+An input with a value is a parameter: comparisons are answered by the value, and stand on the tape as guards, so that the
+record holds for all parameters that keep them. An input without a value is a variable: a comparison of it is an operation
+like any other, and a branch on its result fails. An operation that would lose the record fails too.
 
 Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, chapter 2 (evaluation traces).
 """

@@ -62,19 +62,19 @@ class Group(NamedTuple):
 
 
 class JunctionStructure:
-    """A graph's variables, who gives them, and in which order.
+    """A graph's variables, the elements that give them, and their order.
 
     Attributes:
-        graph: the graph; with an inertia of 0 more at a junction whose flow is a state of its own (`massless`).
-        follows: store in derivative causality -> what it follows and through what.
+        graph: the graph; with an additional inertia of 0 at a junction whose flow is a state (`massless`).
+        follows: store in derivative causality -> the stores that it follows, and the elements between.
         flow, effort: bond number -> variable; flows come before efforts.
         ports: every one-port, in the order of the elements.
         stores: those whose state is one of the graph's.
-        acting: sources and resistors, and stores that a motion or a value of 0 settles.
+        acting: sources and resistors, and stores whose output a motion or a value of 0 determines.
         followers: stores in derivative causality.
-        groups: the order in which `acting` ports give.
+        groups: the order of the outputs of `acting` ports.
         column: variable -> its place among the outputs: of stores, acting ports, followers.
-        steps: how the other variables follow, in order; support: variable -> the columns that it depends on.
+        steps: computation of the other variables, in order; support: variable -> the columns that it depends on.
         ties: port of a field in derivative causality -> the other ports that its store follows, each with its transformer.
         displacements: the declared ones, and one for each further 1-junction that a motion refers to.
 

@@ -121,8 +121,8 @@ _INLINE = {
 def lanes(program: Program) -> tuple[Program, str, int]:
     """A program as loops over lanes, split by whether it needs the angle, its first input.
 
-    What depends on the design alone, from all inputs; the source of `fill`, which has the rest; how many `rows` that
-    needs (rows, LANES), the first of them the outputs of the former.
+    Returns the program of values that depend on the design alone, from all inputs; the source of `fill`, which has the rest;
+    and the number of `rows` for that (rows, LANES), the first of which are the outputs of the former.
     """
     names, places, operations, outputs = program
     base = len(names) + len(places)

@@ -109,7 +109,7 @@ class Dynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
     `joint_friction` is the friction in its joints at the actual motion, None if nothing rubs or its moment is given;
-    `circuit` is that of its motor if this has states of its own, such as a current, else None.
+    `circuit` is that of its motor if this has states, such as a current, else None.
     """
 
     def __init__(

@@ -68,7 +68,7 @@ _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are searched for
 class Stage(NamedTuple):
     """Part of the machine behind a mesh of an efficiency without further loss (1: the crank itself), reduced to the crank.
 
-    `near` is the place, among the machine's stages, of the one that it meshes with, which stands before it.
+    `near` is the place, among the machine's stages, of the one with which it meshes, which precedes it.
     """
 
     shaft: str
@@ -749,7 +749,7 @@ class Machine:
 
 
 def circuit_of(scene: Scene) -> Circuit | None:
-    """The circuit of the drive's motor, if it has states of its own."""
+    """The circuit of the drive's motor, if it has states."""
     return None if scene.motor is None else scene.motor.circuit
 
 

@@ -182,7 +182,7 @@ def mapped_run_up(machine: Machine, inertia: float, at: float, target: float) ->
     kinetic energy E = (I* + J) omega²/2 then follows from node to node, and the time from dt = dphi/omega.
 
     Args:
-        machine: driven by a motor; where its torque has states of its own they are taken as steady at every speed.
+        machine: driven by a motor; states of its torque are taken as steady at every speed.
         inertia: J of the flywheel, kg m² on the crank.
         at: crank angle, rad.
         target: speed to be reached in the last connection, rad/s.

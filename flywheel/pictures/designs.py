@@ -56,17 +56,17 @@ _WIDE = 30.0  # ratio of values from which on an axis is logarithmic
 
 
 def plot_sensitivities(result: Sensitivities, path: str | Path, names: Sequence[str] = ()) -> None:
-    """Draws them into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws sensitivities into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_sensitivities(result, names), path)
 
 
 def plot_tolerance(result: Tolerance, path: str | Path, names: Sequence[str] = ()) -> None:
-    """Draws a tolerance into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a tolerance into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_tolerance(result, names), path)
 
 
 def plot_optimum(result: Optimum, path: str | Path) -> None:
-    """Draws the course of an optimisation into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws the course of an optimisation into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_optimum(result), path)
 
 
@@ -262,7 +262,7 @@ _COLOURS = "cividis"
 
 
 def plot_sweep(result: Sweep, path: str | Path) -> None:
-    """Draws a sweep into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a sweep into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_sweep(result), path)
 
 
@@ -545,7 +545,7 @@ _OTHER = (BLACK, "h")
 
 
 def plot_tradeoff(result: Tradeoff, path: str | Path) -> None:
-    """Draws a comparison into a file: PNG, SVG or PDF, as its ending says; ValueError for any other."""
+    """Draws a comparison into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_tradeoff(result), path)
 
 

@@ -89,7 +89,7 @@ def figure(width: float, height: float, title: str, apart: float = 0.08) -> Pict
 
 
 def save(made: Figure, path: str | Path) -> None:
-    """Writes a figure as PNG, SVG or PDF, as the path ends; ValueError for any other ending, OSError where it cannot be."""
+    """Writes a figure as PNG, SVG or PDF, by its ending; ValueError for any other, OSError if it cannot be written."""
     import warnings
 
     kind = Path(path).suffix.lower().lstrip(".")

@@ -68,7 +68,7 @@ class Line(NamedTuple):
 
 
 def plot(kinematics: Kinematics, path: str | Path) -> None:
-    """Draws a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+    """Draws a motion into a file: PNG, SVG or PDF, by its ending; always the same for the same input.
 
     Raises ValueError for any other ending, SceneError for fewer than two positions, OSError where it cannot be written.
     """
@@ -428,7 +428,7 @@ _TIMES, _FEWEST, _MOST_WITHIN = 4000, 3, 200  # in all, and within a step of the
 
 
 def plot_transient(transient: Transient, path: str | Path) -> None:
-    """Draws a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+    """Draws a motion into a file: PNG, SVG or PDF, by its ending; always the same for the same input.
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """

@@ -304,7 +304,7 @@ def power_picture(flow: PowerFlow, at: float | None = None) -> Figure:
 
 
 def save_picture(result: Sizing | SingleStroke | Sweep | PowerFlow, path: str | Path, at: float | None = None) -> None:
-    """The picture of a result, written into a file: PNG, SVG or PDF, as its ending says; of a power flow `at` an angle."""
+    """The picture of a result, written into a file: PNG, SVG or PDF, by its ending; of a power flow `at` an angle."""
     from flywheel.motions.single_stroke import SingleStroke
     from flywheel.sizing.results import PowerFlow, Sizing
 

@@ -89,7 +89,7 @@ class _Trunk(NamedTuple):
 
 
 def plot(flow: PowerFlow, path: str | Path, *, at: float | None = None) -> None:
-    """Draws the power flow over the mean, or at a crank angle (rad), into a file: PNG, SVG or PDF, as its ending says.
+    """Draws the power flow over the mean, or at a crank angle (rad), into a file: PNG, SVG or PDF, by its ending.
 
     Raises ValueError for another ending, OSError if the file cannot be written.
     """

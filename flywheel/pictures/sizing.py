@@ -55,7 +55,7 @@ _STEP = 30.0  # deg between two marks of the loop
 
 
 def plot(result: Sizing | SingleStroke, path: str | Path) -> None:
-    """Draws a sizing into a file: PNG (1600 x 1600 pixels), SVG or PDF, as its ending says; the same one every time.
+    """Draws a sizing into a file: PNG (1600 x 1600 pixels), SVG or PDF, by its ending; always the same for the same input.
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """

@@ -102,7 +102,7 @@ class Sensitivity(NamedTuple):
 class Periodic(NamedTuple):
     """A periodic motion on a mesh, with the reference speed w (rad/s), and data of its solution.
 
-    `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken; `sensitivity` is that of a
+    `multiplier` is that of the cycle, `damping` 1 minus it, `steps` the Newton steps taken; `sensitivity` is that of a
     flywheel that was sized.
     """
 

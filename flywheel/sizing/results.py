@@ -170,7 +170,7 @@ class Regime(NamedTuple):
     """The steady regime of a machine with its given, its exact or no flywheel: the basis of confirmation and wheel.
 
     `figures` are those of the areas, at a constant speed where torques depend on it; `motion` is the one that they give, or
-    that was solved for; `run` is the same, but None if nothing stores energy, and even where nothing varies the speed.
+    that was solved for; `run` is the same, but None if nothing stores energy, and at constant speed if nothing varies it.
     `cycle` is the one along the motion, `speed` its mean of extremes (rad/s), `exact` the inertia on the crank (kg m²) for
     its irregularity or its limits, with its relative error, where torques depend on speed; `broken` are heavier flywheels,
     at their own shaft, that break a requirement. `limits` are those of the flywheel, and `binding` the one that decides it,

@@ -119,7 +119,7 @@ class Fact(NamedTuple):
     share: float | None = None
 
 
-# -- states of its own ---------------------------------------------------------------------------------------------------
+# -- the own states -----------------------------------------------------------------------------------------------------
 
 States = Sequence[Any] | NDArray[np.float64]
 """One value per state, each a number or an array: a tuple, or an array whose first axis is the states'."""
@@ -516,7 +516,7 @@ class Motor(ABC):
         return np.asarray(share * np.sqrt(np.maximum(square, 0.0)))
 
     def heat(self, omega: Any, states: States = ()) -> Any:
-        """Heat (W) of rotor or armature at speeds omega (rad/s) and states of its own; None if the type does not give it."""
+        """Heat (W) of rotor or armature at speeds omega (rad/s) and its own states; None if the type does not give it."""
         return None
 
     def heat_along(self, omega: Array, time: Array, switched: Array, states: States) -> Array | None:
@@ -537,7 +537,7 @@ class Motor(ABC):
         return None
 
     def total_heat(self, omega: Any, states: States = ()) -> Any:
-        """Heat (W) of all windings for which data exist, at speeds omega (rad/s) and states of its own."""
+        """Heat (W) of all windings for which data exist, at speeds omega (rad/s) and its own states."""
         stator, heat = self.stator_heat(omega), self.heat(omega, states)
         return heat if stator is None else heat + stator
 

@@ -253,7 +253,7 @@ class Model:
         return self.forces_by(state, np.array([self.amounts(*one) for one in instants]))
 
     def forces_by(self, state: State, amounts: Array) -> Array:
-        """The same by the values of all laws; of many states with an axis more, the values too."""
+        """The same by the values of all laws; with a further axis for many states, also of the values."""
         total = self.weights + amounts[..., :1] * state.along
         for j, (k, arm) in enumerate(self.loads):
             parts = amounts[..., 3 * j + 1 : 3 * j + 4]
