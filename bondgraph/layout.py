@@ -7,7 +7,7 @@ size of a text is estimated, never too small.
 Elements start in layers of a breadth-first walk; then they move on a grid as long as that lowers a cost: that of all that
 makes a drawing hard to read: labels that overlap, bonds through labels, crossings, bonds too short for their number, too
 long, oblique, or side by side. A graph that is too long for a sheet is folded in rows. Every step is deterministic: the same
-graph, the same drawing. What `layout` returns has no flaws in the sense of `flaws`, whatever the graph.
+graph, the same drawing. The result of `layout` has no flaws in the sense of `flaws`, for any graph.
 """
 
 from __future__ import annotations

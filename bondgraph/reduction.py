@@ -87,7 +87,7 @@ class Reduction:
     the displacement's name (for a spring's own displacement, by the spring's). `only` names the one-ports to include; all by
     default.
 
-    What depends on speed or time is not part of M*: `at` gives it, for any speeds.
+    Laws that depend on speed or time are not part of M*: `at` gives them, for any speeds.
 
     >>> from bondgraph import I, Se
     >>> from bondgraph.graph import Builder
@@ -216,7 +216,7 @@ class Reduction:
     ) -> dict[str, Any]:
         """Each source's share of M*, by the name of the part that it belongs to, or by its own.
 
-        With a speed of the coordinate: also what depends on speed or time, and resistors, at that speed.
+        With a speed of the coordinate: also laws that depend on speed or time, and resistors, at that speed.
         """
         at = self._walked(phi, anchor)
         flows = at.flows

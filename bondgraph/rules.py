@@ -133,7 +133,7 @@ def absorb_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
     """Rule 5: give neighbours of a 0-junction whose effort an Se sets (1, flow, Sf) sources NAME.2, NAME.3... of their own.
 
     Only where the rest still hangs together: a bond that alone holds the graph together stays; nor is a source in `keep`
-    copied. The powers of the source and its copies add up to what its power was.
+    copied. The powers of the source and its copies add up to its former power.
     """
     return _run((_absorbed,), graph, keep)
 

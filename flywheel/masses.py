@@ -215,7 +215,7 @@ def equivalent_masses(
 ) -> Equivalent:
     """Masses at n given places, some of them chosen; the number of the others makes the set static or complete.
 
-    sum m_i = m, sum m_i p_i = 0 and the sums of second powers are the body's; what the chosen masses contribute goes to the
+    sum m_i = m, sum m_i p_i = 0 and the sums of second powers are the body's; the shares of the chosen masses go to the
     right-hand side. Unknown masses: 2 on a line, 3 in a plane, 4 in space (static), or 3, 4 and 10 (complete).
 
     Args:

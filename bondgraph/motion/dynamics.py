@@ -573,7 +573,7 @@ Rates = Callable[..., tuple[Any, ...]]
 
 
 class State(NamedTuple):
-    """What the state of a graph consists of: names, in order, and how many are stores' and displacements."""
+    """Contents of a graph's state: names, in order, and the numbers of stores' states and displacements."""
 
     names: tuple[str, ...]
     stores: int

@@ -409,7 +409,7 @@ class RateField(NamedTuple):
 
 
 def _radau() -> tuple[Array, Array, Array, Array]:
-    """Radau's points on (0, 1]; what turns values there into gains, into the series of gains, and into their own series."""
+    """Radau's points on (0, 1]; matrices from values there to gains, to the series of gains, and to their own series."""
     ends = np.zeros(STAGES + 1)
     ends[-2:] = -1.0, 1.0
     points = np.append(np.sort(legendre.legroots(ends).real)[:-1], 1.0)

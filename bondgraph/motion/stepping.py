@@ -482,8 +482,8 @@ def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, e
 def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) -> Step | None:
     """The step made to end where phi leaves the piece, by Newton's method; None if it ends well inside, or reverses.
 
-    None, too, where phi leaves the piece after `until`. What is missing at last is so little that the state changes in
-    proportion to it.
+    None, too, where phi leaves the piece after `until`. The final remainder is so small that the state changes in proportion
+    to it.
     """
     start, speed = step.slopes[0][0], step.slopes[-1][0]
     end = ends[1] if speed > 0.0 else ends[0]

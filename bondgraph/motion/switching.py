@@ -295,7 +295,7 @@ class Switched:
         return found
 
     def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
-        """The state of a mode that begins with what stores hold; those that follow in it share it with what they follow."""
+        """The state of a mode that begins with the stores' present values; followers share theirs with their leaders."""
         dynamics = self.dynamics(at)
         form = dynamics.form
         state = np.array([stored.get(name, 0.0) for name in dynamics.state.names])
@@ -331,7 +331,7 @@ class Switched:
         return state
 
     def settled(self, at: Mode, t: float, stored: Mapping[str, float]) -> tuple[Mode, Array]:
-        """The mode that continues from what stores hold: that given, or another where its conditions contradict it."""
+        """The mode that continues from the stores' present values: that given, or another if its conditions fail."""
         seen = [at]
         while True:
             state = self.carried(stored, at, t)

@@ -5,10 +5,10 @@ after the other, and all other flows and efforts w follow from them through junc
 
     w = S(q, t) z,   with the power of all ports adding up to 0.
 
-`JunctionStructure` holds who gives what, and in which order. `Walk` is one evaluation: gains, what sources and resistors
-give, rates, flows and efforts. It is written once against arithmetic and calls of laws, so that it runs on floats, on arrays
-(many states at once, for the power audit), on SymPy expressions, and on a recording of itself as straight-line code, which
-is what time stepping runs. `Tables` holds what a walk looks up, found once for a graph.
+`JunctionStructure` has the giver of every variable, and the order of computation. `Walk` is one evaluation: gains, what
+sources and resistors give, rates, flows and efforts. It is written once against arithmetic and calls of laws, so that it
+runs on floats, on arrays (many states at once, for the power audit), on SymPy expressions, and on a recording of itself as
+straight-line code, which is what time stepping runs. `Tables` has the constant data of walks, computed once for a graph.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that c
 
 
 class Port(NamedTuple):
-    """A one-port's bond: sign +1 if power flows into the element, and its variables: what it gives, what it is given.
+    """A one-port's bond: sign +1 if power flows into the element, and its variables: its output and its input.
 
     `gives` is "f" or "e".
     """
@@ -206,7 +206,7 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
 
 
 class Tables(NamedTuple):
-    """What a walk looks up, found once for a graph."""
+    """Constant data of walks, computed once for a graph."""
 
     form: JunctionStructure
     signals: Mapping[str, Function]
@@ -291,14 +291,14 @@ class Walk:
         return Instant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
 
     def value(self, variable: int) -> Any:
-        """A flow or effort without what followers give."""
+        """A flow or effort without the outputs of followers."""
         if variable not in self._values:
             last = len(self.form.stores) + len(self.form.acting)
             self._values[variable] = total(g * self.outputs[k] for k, g in self.gain[variable].items() if k < last)
         return self._values[variable]
 
     def whole(self, variable: int) -> Any:
-        """A flow or effort with what followers give."""
+        """A flow or effort with the outputs of followers."""
         last = len(self.form.stores) + len(self.form.acting)
         more = [k for k in self.gain[variable] if k >= last]
         if more and self.outputs[last] is None:

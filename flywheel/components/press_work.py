@@ -663,7 +663,7 @@ def steady_on_line(
         inertia: I, kg m².
         starting_torque: T0, N m.
         no_load_speed: w0, rad/s.
-        load: torque against the motion at the motor's shaft while the machine works, what is lost on the way to the tool
+        load: torque against the motion at the motor's shaft while the machine works, losses on the way to the tool
             included, N m.
         busy: for how long it works, s.
         cycle: time from stroke to stroke, s.
@@ -696,7 +696,7 @@ def inertia_on_line(
         irregularity: eps.
         starting_torque: T0, N m.
         no_load_speed: w0, rad/s.
-        load: torque against the motion at the motor's shaft while the machine works, what is lost on the way to the tool
+        load: torque against the motion at the motor's shaft while the machine works, losses on the way to the tool
             included, N m.
         busy: for how long it works, s.
         cycle: time from stroke to stroke, s.

@@ -428,7 +428,7 @@ class Wheel:
 
     @property
     def inertia(self) -> float:
-        """Inertia of the whole wheel, kg m²: at least what is needed, more where dimensions were rounded up."""
+        """Inertia of the whole wheel, kg m²: at least the needed one, more if dimensions were rounded up."""
         return sum(part.inertia for part in self.parts)
 
     @property
@@ -463,7 +463,7 @@ class Wheel:
         return None if self.material.allowable is None else self.greatest_stress / self.material.allowable
 
     def as_dict(self) -> dict[str, Any]:
-        """All figures for JSON, SI throughout; what a shape does not have is null."""
+        """All figures for JSON, SI throughout; null for figures that a shape does not have."""
         body, hub, arms = self.body, self.body.hub, self.body.arms
         return {
             "shape": self.shape,

@@ -1,1 +1,1 @@
-"""Many designs of a scene: sweeps, derivatives, tolerances, the best one; uses `sizing` and what is below it."""
+"""Many designs of a scene: sweeps, derivatives, tolerances, the best one; uses `sizing` and the folders below it."""

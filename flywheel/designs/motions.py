@@ -619,7 +619,7 @@ def _solutions(
 
     Args:
         moments: the machines.
-        givens: what is asked of them.
+        givens: their requirements.
         speed: constant speeds (rad/s) from which the motions are found.
         unknown: the values of the scene's unknown there.
         which: the designs; one may occur with several flywheels.
@@ -679,7 +679,7 @@ def _motions(
 
     Args:
         moments: the machines.
-        givens: what is asked of them.
+        givens: their requirements.
         speed: constant speeds (rad/s) from which the motions are found.
         unknown: the values of the scene's unknown there.
         guess: of the flywheels, kg m² on the crank.

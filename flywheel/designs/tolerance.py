@@ -97,7 +97,7 @@ class Spread(NamedTuple):
 class Tolerance:
     """Spread of the figures of a design as its numbers vary.
 
-    `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
+    One of `intervals` and `deviations` is given (SI). `samples` are the numbers (paths, designs) at which figures were
     taken, `figures[name]` these; `refused` is the number of invalid ones, with `reason` for one. `messages` describe the
     sizing. If the user `interrupted` it, all results are from the designs until then. `quantiles` are the shares of designs
     below those of the spreads; `kept` is the probability that all limits are kept together, with its sampling error.

@@ -1,4 +1,4 @@
 """From a scene to the bond graph of its machine, its loads, breakpoints and equation of motion.
 
-Uses `mechanisms` and what is below it.
+Uses `mechanisms` and the folders below it.
 """

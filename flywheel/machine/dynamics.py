@@ -354,7 +354,7 @@ class Dynamics:
     def _parts_of(
         self, machine: Machine, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States
     ) -> tuple[list[_Contribution], tuple[Coefficients, ...]]:
-        """The parts of the machine in one direction; with rough joints from what their tables give, if these can."""
+        """The parts of the machine in one direction; with rough joints from their tables if possible."""
         friction, rows = self.joint_friction, None
         table: tuple[Coefficients, ...] = ()
         if friction is None:
@@ -572,7 +572,7 @@ class Start(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A step, what is to be added to its position, and where the branches of its laws are decided."""
+    """A step, the offset of its position, and the anchor that decides the branches of its laws."""
 
     step: Step
     offset: float

@@ -110,8 +110,8 @@ def solved(
         outwards: tests whether a mesh with some moment (N m) passes power outwards; None to keep the factors.
 
     Returns:
-        The acceleration d(omega²/2)/dphi, the residual of each part (N m), what its mesh passes to it, and what the crank
-        gives for each N m of the residual.
+        The acceleration d(omega²/2)/dphi, the residual of each part (N m), the moment through its mesh, and the crank's
+        moment for each N m of the residual.
 
     """
     for _ in range(2 + 2 ** len(inertias)):

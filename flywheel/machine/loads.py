@@ -380,7 +380,8 @@ def at_speeds(still: Any, moving: Iterable[tuple[Any, Any]], omega: Any, unknown
     """M* of a part at crank speeds (rad/s), its slopes by the speed and by the unknown, and the sum of |contributions|.
 
     Args:
-        still: what depends on position alone, with `moment`, `per_unknown`, `exchanged` and `resistance` of `Reduced`.
+        still: the share that depends on position alone, with `moment`, `per_unknown`, `exchanged` and `resistance` of
+        `Reduced`.
         moving: moments that depend on speed with their factors of the unknown, as jets by the speed where they do.
         omega: speeds: numbers, arrays, or recorded ones.
         unknown: value of the scene's unknown.

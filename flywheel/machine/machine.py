@@ -365,9 +365,9 @@ class Machine:
     def landmarks(self) -> Array:
         """The breakpoints, and edges around narrow features of expressions.
 
-        Cells are added wherever a load's expression is too steep for the cell that it lies in; what depends on speed is
-        taken at the machine's typical one. An expression that is infinite at the end of a cell is refused; one that is
-        not defined there is not.
+        Cells are added wherever a load's expression is too steep for the cell that it lies in; laws that depend on speed are
+        taken at the machine's typical one. An expression that is infinite at the end of a cell is refused; one that is not
+        defined there is not.
         """
         edges = self.breakpoints
         for effort in self.efforts:

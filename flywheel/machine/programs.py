@@ -439,7 +439,7 @@ class Structure:
 
     @cached_property
     def rates(self) -> list[tuple[slice, Program]]:
-        """The same with the programs of what depends on speed; none if nothing does."""
+        """The same with the programs of laws that depend on speed; none if nothing does."""
         programs = [walk.rate for walk in self.walks if walk.rate is not None]
         return self._shared(programs) if programs else []
 

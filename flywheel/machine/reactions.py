@@ -294,9 +294,9 @@ class Resisted(NamedTuple):
 
 
 class Rubbing(NamedTuple):
-    """Friction in joints at instants: what each passive action gives (N m, on the crank), by the order of their labels.
+    """Friction in joints at instants: moment of each passive action (N m, on the crank), in the order of their labels.
 
-    moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
+    moments: shape (n, actions); sides: see `Anchor`; decisive: values that change sign where a smooth stretch of it ends,
     (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none if it is not watched.
     Of a single instant without initial sides, `solutions` is the number of motions, and `joint` the joint for which there is
     none, or more than one.

@@ -1,6 +1,6 @@
 """From a mechanism's record to positions and influence coefficients, a file for each family.
 
-Uses `scene` and what is below it. A family is one file, with its tables, ports, formulas, locks and joints in a `Kind`
+Uses `scene` and the folders below it. A family is one file, with its tables, ports, formulas, locks and joints in a `Kind`
 (`flywheel.mechanisms.families`), and one line of `KINDS`; `register` adds a family from outside the package.
 """
 

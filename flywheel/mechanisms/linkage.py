@@ -114,7 +114,7 @@ _SAME_LOCK = 1e-6  # rad
 
 
 class Cyclic(NamedTuple):
-    """A linkage followed over its period (rad; None on a stroke), and what each variable gains in it."""
+    """A linkage followed over its period (rad; None on a stroke), and the gain of each variable in it."""
 
     solution: Solution
     period: float | None
@@ -292,7 +292,7 @@ class LinkagePosition:
         )
 
     def variable(self, number: int) -> Variable:
-        """A variable with its rate and slope; its value with what it gained in the turns before."""
+        """A variable with its rate and slope; its value with the gain of the turns before."""
         variable, gain = self._all[number], self._cycle.winding[number]
         return variable if gain == 0.0 else variable._replace(value=variable.value + gain * self._turns)
 

@@ -1,6 +1,6 @@
 """Toggle clamp: a sliding block swings a bell crank through a coupler; the bell crank pushes a platen through a rod.
 
-The block drives: the mechanism's own coordinate psi is its displacement in m, and what others call the crank's angle.
+The block drives: the mechanism's own coordinate psi is its displacement in m, and takes the place of the crank's angle.
 
 Source: E. Sacotto, Dynamic analysis of the clamping unit of an injection moulding machine, ESPE. Its Jacobian has +1
 for -1 at the platen, and its accelerations a term of the block (a4 v4²) that a straight guide does not have; neither

@@ -1,6 +1,6 @@
 """Position, velocity and acceleration of everything in a machine over a course of its driver, with their extremes.
 
-`motion` takes the course and the curves of what moves; a survey of cells finds the extremes of each curve.
+`motion` takes the course and the curves of moving parts; a survey of cells finds the extremes of each curve.
 """
 
 from __future__ import annotations
@@ -385,7 +385,7 @@ def _axis_errors(course: Course, over: str, at: Array, off: Array) -> Array:
 
 
 def _break_errors(course: Course, breaks: Array) -> Array:
-    """Errors of breakpoints: rounding, and in time what the driver is late where its place is not known better."""
+    """Errors of breakpoints: rounding, and in time the driver's delay if its position is not more accurate."""
     rounding = np.full(breaks.size, 64 * ROUNDING * max(abs(course.start), abs(course.end)))
     if course.variable == DRIVER or not breaks.size:
         return rounding

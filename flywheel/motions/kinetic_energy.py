@@ -136,7 +136,7 @@ def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float
 class StoredEnergy(NamedTuple):
     """Energy of every store of a machine at n positions (J), by name: the energy forms E(p) and E(q).
 
-    kinetic: of every body with mass or inertia, and of what is fixed on places; p²/(2 m), as ½ I_j* omega².
+    kinetic: of every body with mass or inertia, and of added inertias; p²/(2 m), as ½ I_j* omega².
     potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, where it is
         zero. A law, whose outputs have no position in the frame, has no weights.
     errors: estimated absolute errors under the same names.

@@ -104,7 +104,7 @@ class Motion(NamedTuple):
 
 
 def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
-    """The works (J) along a motion: of every part, what meshes lost, and of all together up to the end of every step.
+    """The works (J) along a motion: of every part, the losses of meshes, and the total up to the end of every step.
 
     They are integrals of moment times speed over every step.
 

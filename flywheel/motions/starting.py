@@ -1,6 +1,6 @@
 """A motor's start: the load at rest on its shaft, the run-up through its torque map, and its heat.
 
-In order: what acts at rest, and the torque that carries the machine there (`load_at_rest`); the run-up through a table of
+In order: the loads at rest, and the torque that balances them (`load_at_rest`); the run-up through a table of
 net moment by angle and speed (`mapped_run_up`), which is fast and accurate to about a thousandth; and the heat of a start
 along a motion that was followed in time (`start_heat`).
 """

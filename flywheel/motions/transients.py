@@ -160,7 +160,7 @@ def transient(
         machine: a `Machine`, or a `Scene`, of which one is then built.
         start: "rest", "regime" (its steady speed at the position), or a speed of the crank, rad/s (m/s of a slide).
         at: the position at the start, rad (m where a driver slides); 0, or where a stroke begins, if None.
-        end: a time (s), or what `until` reads: "5 s", "10 turns", "90 deg" (or "50 mm") of the driver's way, "200 rpm",
+        end: a time (s), or a text for `until`: "5 s", "10 turns", "90 deg" (or "50 mm") of the driver's way, "200 rpm",
             "95 %" (of the regime's mean speed), "regime" (its speed at phi = 0 repeats to 1e-6), "stop". If the machine
             settles before it reaches the speed, the motion ends there: `reason` is "limit". If None the regime; without a
             drive, or on a stroke, a stop.

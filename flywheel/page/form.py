@@ -734,7 +734,7 @@ _STEPS = 200
 
 
 def slider(number: float, key: Key, dimension: str, factor: float) -> Slider:
-    """A slider about a number: from zero to about twice the number, within what the key allows.
+    """A slider about a number: from zero to about twice the number, within the key's range.
 
     Its ends are round numbers, equal for all numbers of a range, so that they stay while the number is dragged;
     an angle has a whole turn. `factor` is the SI value of the number's unit.

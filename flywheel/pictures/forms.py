@@ -312,7 +312,7 @@ class Row(NamedTuple):
 
 
 class Diagram(NamedTuple):
-    """Figures in SI, and what is drawn of them: rows, or the other `form` of which the live page has a script."""
+    """Figures in SI, and their drawing: rows, or the other `form` of which the live page has a script."""
 
     figures: dict[str, Any]
     title: str = ""

@@ -72,7 +72,7 @@ class _Leaf(NamedTuple):
 
 
 class _Station(NamedTuple):
-    """A stretch of the trunk: its name, and what leaves or joins it there."""
+    """A stretch of the trunk: its name, and the streams that leave or join it there."""
 
     name: str
     leaves: tuple[_Leaf, ...]

@@ -146,7 +146,7 @@ def _has(mapping: Any, path: Path) -> bool:
 
 
 def _leaves(value: Any, leave: Path, path: Path = ()) -> dict[Path, Any]:
-    """Every value by its path that is no table or list, except for what stands at one path."""
+    """Every value by its path that is no table or list, except for one path."""
     if path == leave:
         return {}
     if isinstance(value, dict):

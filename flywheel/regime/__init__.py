@@ -1,4 +1,4 @@
 """The steady cycle: turning moment, exact flywheel and accumulated areas, periodic motion, time stepping.
 
-Uses `machine` and what is below it.
+Uses `machine` and the folders below it.
 """

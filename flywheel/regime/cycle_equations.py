@@ -50,8 +50,8 @@ class Demand(NamedTuple):
     """Requirements of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
-    do not determine the level of the motion: a speed then sets it, and the net work of the cycle remains. What is not
-    required is None; of many motions at once the others are arrays.
+    do not determine the level of the motion: a speed then sets it, and the net work of the cycle remains. Quantities that
+    are not required are None; of many motions at once the others are arrays.
     """
 
     inertia: Any

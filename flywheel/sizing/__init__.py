@@ -1,4 +1,4 @@
 """From a scene to the flywheel with its errors, its confirmation, drive and wheel.
 
-Uses `regime` and what is below it.
+Uses `regime` and the folders below it.
 """

@@ -1,1 +1,1 @@
-"""Methods compared on one scene, against a verified reference; uses `motion` and what is below it."""
+"""Methods compared on one scene, against a verified reference; uses `motion` and the folders below it."""

@@ -259,7 +259,7 @@ def _stroke_columns(
 
 
 def machine_graph(loaded: Scene, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene with its flywheel; what it leaves out and what simplifying did."""
+    """The graph of the machine in a scene with its flywheel; its omissions and the steps of simplification."""
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
     graph, left_out = graph_with_flywheel(machine_of(loaded))
@@ -383,7 +383,7 @@ def graph_map(graph: BondGraph, scene: Scene) -> tuple[MapRow, ...]:
 
 
 def map_table(graph: BondGraph, rows: Sequence[MapRow], form: str) -> str:
-    """The map as text or markdown: part, element, its bonds and what it is; a part is named once."""
+    """The map as text or markdown: part, element, its bonds and its meaning; a part is named once."""
     cells = []
     for before, row in zip([None, *rows], rows, strict=False):
         bonds = ", ".join(str(bond.number) for bond in graph.at(row.element))

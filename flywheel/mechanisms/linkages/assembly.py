@@ -45,7 +45,7 @@ _RANK = 1e-9  # of the greatest singular value
 class Mobility(NamedTuple):
     """Freedom of a linkage at a position.
 
-    gruebler: 3 (bodies) - sum of what joints and couplings take away; freedom: variables less the rank of their Jacobian;
+    gruebler: 3 (bodies) - constraints of joints and couplings; freedom: variables less the rank of their Jacobian;
     redundant: redundant constraints, as texts.
     """
 

@@ -83,7 +83,7 @@ class Resistances:
     """Passive actions of a linkage with friction, by the laws of `flywheel.mechanisms.linkages.statics`.
 
     names: joint or coupling; factors: size of the action by that of the reaction it follows; forms (p, 2, reactions); slips:
-    which slip it opposes, -1 for what a tooth's inclined flank adds; single: follows one normal force.
+    the slip it opposes, -1 for the share due to a tooth's inclined flank; single: follows one normal force.
     """
 
     def __init__(self, model: Model) -> None:

@@ -94,7 +94,8 @@ def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
 def by_multipliers(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     """Accelerations and Lagrange's multipliers of the closure equations: M a - Phi_x^T lambda = Q, Phi_x a = gamma.
 
-    A multiplier is the reaction itself: the force (N) or moment (N m) that does work on what its equation keeps at zero.
+    A multiplier is the reaction itself: the force (N) or moment (N m) that does work on the quantity that its equation keeps
+    at zero.
 
     Raises:
         UnreachableError: if they are not determined.

@@ -98,7 +98,8 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     """The assembly at z followed to both ends of the driver's range (scaled): nodes in ascending order of the driver.
 
     Raises:
-        SceneError: if the linkage locks or branches on the way, naming the position and what meets there; where redundant
+        SceneError: if the linkage locks or branches on the way, naming the position and the assemblies there; where
+        redundant
             joints overconstrain it.
 
     """
@@ -222,7 +223,7 @@ _RETURNS = 1e-9  # rad, or units: tolerance of a linkage that returns
 class Solution:
     """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides).
 
-    `winding` is what each variable gains over the range (rad) where it is whole turns after which the linkage returns; its
+    `winding` is the gain of each variable over the range (rad) if that is whole turns after which the linkage returns; its
     positions are then known at any coordinate. None if it does not return.
     """
 

@@ -101,7 +101,7 @@ Load = Force | Torque | Effort
 class Pair(NamedTuple):
     """An action of one body on another, and its reaction: a force (2, n) at one place (2, n), and a couple (n,).
 
-    first, second: indices of bodies; the force and the couple are what first does to second.
+    first, second: indices of bodies; the force and the couple act from first on second.
     """
 
     first: int
@@ -237,7 +237,7 @@ def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
 
 
 def values_at(given: ArrayLike, q: Array, path: str) -> Array:
-    """A number, or one for every position, as an array (n,); SceneError for another shape or what is not finite."""
+    """A number, or one for every position, as an array (n,); SceneError for another shape or infinite values."""
     values = array(path, given)
     if values.shape not in ((), (1,), q.shape):
         raise SceneError([Fault(path, f"an array of shape {values.shape}", f"a number or shape {q.shape}")])
