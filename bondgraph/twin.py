@@ -9,7 +9,6 @@ has a slope; `Twin.finish` hands out plain ones, and whole numbers and halves ex
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -31,7 +30,7 @@ from bondgraph.elements import (
     replaced,
 )
 from bondgraph.graph import BondGraph, Scale, Sum
-from bondgraph.motion.algebra import total
+from bondgraph.motion.algebra import eliminated, total
 from bondgraph.motion.walk import Port, Tables, Walk, displacements, targets, upstream
 
 _ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
@@ -281,7 +280,9 @@ class SymbolicWalk(Walk):
     def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False) -> None:
         self.twin, self.sequential = twin, sequential
         self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
-        self.solved: dict[int, Callable[[], Any]] = {}  # variable of a loop -> what gives it in symbols
+        self.solved: dict[
+            int, tuple[Callable[[Any], Any], Any]
+        ] = {}  # variable of a loop -> its solution, and how to write it
         self.nested = False  # whether a loop was solved by elimination
         self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
         super().__init__(tables, twin.places[TIME], state, {})
@@ -325,7 +326,7 @@ class SymbolicWalk(Walk):
         few = not self.sequential and len(ports) <= _ONE_FRACTION
         numbers: dict[Any, Any] = {}  # floats -> symbols that stand for them, so that nothing of a fraction is rounded
 
-        def whole(value: Any) -> Any:
+        def entry(value: Any) -> Any:
             value = self.twin.unfold(value)
             fresh = {x: numbers.setdefault(x, sympy.Dummy(real=True)) for x in (value.atoms(sympy.Float) if few else ())}
             self.twin.held.update({symbol: x for x, symbol in fresh.items()})
@@ -333,44 +334,27 @@ class SymbolicWalk(Walk):
 
         for terms, constant in zip(made, constants, strict=True):
             inside = {v: total(a for u, a in terms if u == v) for v, _ in terms if v in unknown}
-            rows.append({v: whole(a) for v, a in inside.items()})
-            right.append(whole(-constant - total(a * self.value(v) for v, a in terms if v not in unknown)))
+            rows.append({v: entry(a) for v, a in inside.items()})
+            right.append(entry(-constant - total(a * self.value(v) for v, a in terms if v not in unknown)))
         flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
         field, entries = sympy.construct_domain(flat if few else [], field=True)
         if few := few and field.is_Exact and not field.is_EX:
             given = iter(entries)
             rows, right = [{v: next(given) for v in row} for row in rows], list(given)
         self.nested = self.nested or not few
-        zero: Any = field.zero if few else 0
-        named: Callable[[Any], Any] = (lambda a: a) if few else self._step
-        order, left = list[tuple[int, int]](), set(range(len(rows)))
-        while left:  # numbers come first, and what nothing drives, then what has the fewest neighbours
-            beside = Counter(v for k in left for v in rows[k])
-            weights = ((k, v, (len(rows[k]) - 1) * (beside[v] - 1)) for k in left for v, a in rows[k].items() if a != 0)
-            pivots = [(fill, bool(getattr(rows[k][v], "free_symbols", ())), k, v) for k, v, fill in weights]
-            if not pivots:
-                return super()._closed(ports)
-            *_, i, pivot = min(pivots)
-            left.remove(i)
-            order.append((i, pivot))
-            for k in (k for k in left if pivot in rows[k]):
-                factor = named(rows[k].pop(pivot) / rows[i][pivot])
-                for v in (v for v in rows[i] if v != pivot):
-                    rows[k][v] = named(rows[k].get(v, zero) - factor * rows[i][v])
-                right[k] = named(right[k] - factor * right[i])
-        found: dict[int, Any] = {}
-        for i, pivot in reversed(order):
-            known = sum((a * found[v] for v, a in rows[i].items() if v != pivot), zero)
-            found[pivot] = named((right[i] - known) / rows[i][pivot])
-        self.solved |= {
-            v: (lambda z=z: sympy.factor_terms(field.to_sympy(z))) if few else (lambda z=z: z) for v, z in found.items()
-        }
+        try:
+            found = eliminated(rows, [{0: b} for b in right], (lambda a: a) if few else self._step)
+        except GraphError:
+            return super()._closed(ports)
+        whole = (lambda z: sympy.factor_terms(field.to_sympy(field.convert(z)))) if few else sympy.sympify
+        self.solved |= {v: (whole, x.get(0, 0)) for v, x in found.items()}
         return [self.value(port.output) for port in ports]
 
     def value(self, variable: int) -> Any:
         """A flow or effort without what followers give; in a loop, as the loop's solution has it."""
         if variable in self.solved:
-            self._values[variable] = self.twin.hold(self.solved.pop(variable)())
+            whole, share = self.solved.pop(variable)
+            self._values[variable] = self.twin.hold(whole(share))
         return super().value(variable)
 
     def _line(self, port: Port) -> tuple[list[tuple[int, Any]], Any] | None:

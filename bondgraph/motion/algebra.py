@@ -7,8 +7,8 @@ straight lines, one state at a time or many at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from fractions import Fraction
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,44 +67,52 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
 
 
-def eliminated(matrix: Sequence[Sequence[Fraction]], right: Sequence[dict[int, Fraction]]) -> list[dict[int, Fraction]]:
-    """X of A X = B in fractions, the rows of B and X by their entries that are not 0.
+def eliminated(
+    rows: Sequence[Mapping[int, Any]], right: Sequence[Mapping[int, Any]], step: Callable[[Any], Any] = lambda entry: entry
+) -> dict[int, dict[int, Any]]:
+    """X of A X = B over any field, the rows of A, B and X by their entries that are not 0.
 
-    >>> eliminated([[Fraction(2), Fraction(1)], [Fraction(0), Fraction(4)]], [{7: Fraction(3)}, {}])
-    [{7: Fraction(3, 2)}, {}]
+    Numbers serve as pivots first, and what has the fewest neighbours. `step` is applied to every intermediate result.
+
+    >>> from fractions import Fraction
+    >>> eliminated([{0: Fraction(2), 1: Fraction(1)}, {1: Fraction(4)}], [{7: Fraction(3)}, {}])
+    {1: {}, 0: {7: Fraction(3, 2)}}
     """
-    rows, size = [[*row] for row in matrix], len(matrix)
-    given = [dict(row) for row in right]
-    left, order = list(range(size)), list[int]()
-    for column in range(size):
-        can = [k for k in left if rows[k][column]]
+    table, order, left = (
+        [(dict(row), dict(given)) for row, given in zip(rows, right, strict=True)],
+        [],
+        set(range(len(rows))),
+    )
+
+    def subtract(row: dict[int, Any], factor: Any, other: Mapping[int, Any]) -> None:
+        for v, a in other.items():
+            row[v] = step(row[v] - factor * a if v in row else -factor * a)
+            if row[v] == 0:
+                del row[v]
+
+    while left:
+        beside = Counter(v for k in left for v in table[k][0])
+        fills = [((len(table[k][0]) - 1) * (beside[v] - 1), k, v) for k in left for v in table[k][0]]
+        can = [
+            (fill, bool(getattr(table[k][0][v], "free_symbols", ())), k, v) for fill, k, v in fills if table[k][0][v] != 0
+        ]
         if not can:
             raise GraphError(SINGULAR)
-        pivot = min(can, key=lambda k: sum(map(bool, rows[k])))
-        left.remove(pivot)
-        order.append(pivot)
-        for k in can:
-            if k != pivot:
-                _subtract(rows[k], given[k], rows[k][column] / rows[pivot][column], rows[pivot], given[pivot])
-    for column in reversed(range(size)):
-        own = order[column]
-        given[own] = {c: b / rows[own][column] for c, b in given[own].items()}
-        for k in order[:column]:
-            if rows[k][column]:
-                _subtract([], given[k], rows[k][column], [], given[own])
-    return [given[k] for k in order]
-
-
-def _subtract(
-    row: list[Fraction], given: dict[int, Fraction], factor: Fraction, pivot: Any, of: dict[int, Fraction]
-) -> None:
-    for j, a in enumerate(pivot):
-        if a:
-            row[j] -= factor * a
-    for c, b in of.items():
-        given[c] = given.get(c, Fraction()) - factor * b
-        if not given[c]:
-            del given[c]
+        *_, own, pivot = min(can)
+        left.remove(own)
+        entry = table[own][0].pop(pivot)
+        order.append((own, pivot, entry))
+        for k in (k for k in left if pivot in table[k][0]):
+            factor = step(table[k][0].pop(pivot) / entry)
+            for row, other in zip(table[k], table[own], strict=True):
+                subtract(row, factor, other)
+    found: dict[int, dict[int, Any]] = {}
+    for own, pivot, entry in reversed(order):
+        row, given = table[own]
+        for v, a in row.items():
+            subtract(given, a, found[v])
+        found[pivot] = {c: step(b / entry) for c, b in given.items()}
+    return found
 
 
 def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:

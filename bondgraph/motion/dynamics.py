@@ -415,6 +415,7 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
     if not any(map(all, loops)) and not form.followers:
         return {}
     gain = {variable: {k: Fraction(1)} for variable, k in form.column.items()}
+    unit = {variable: {variable: Fraction(1)} for variable in form.support}
 
     def combined(terms: Iterable[tuple[int, Fraction]], of: Mapping[int, Mapping[int, Fraction]]) -> dict[int, Fraction]:
         found: dict[int, Fraction] = {}
@@ -427,9 +428,8 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
         terms, made = [term for r in relations for term in r.terms], targets(step)
         if all(isinstance(ratio, float | int) and (v in gain or v in made) for v, ratio, _ in terms):
             rows = [[(v, int(sign) * Fraction(ratio)) for v, ratio, sign in r.terms] for r in relations]  # type: ignore[arg-type]
-            matrix = [[sum((a for v, a in row if v == u), Fraction()) for u in made] for row in rows]
-            right = [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows]
-            gain |= zip(made, eliminated(matrix, right), strict=True)
+            own = [combined(((v, a) for v, a in row if v in made), unit) for row in rows]
+            gain |= eliminated(own, [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows])
     closed = set[int]()
 
     def put(outputs: Mapping[int, Mapping[int, Fraction]]) -> None:
@@ -441,16 +441,15 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
     for lines, ports in zip(loops, members, strict=True):
         if not all(line and gain.keys() >= {v for v, _ in line} for line in lines):
             continue
-        columns = [form.column[p.output] for p in ports]
+        columns = {form.column[p.output] for p in ports}
         whole = [combined(line, gain) for line in lines]
-        matrix = [[row.pop(k, Fraction()) for k in columns] for row in whole]
+        inside = [{k: a for k, a in row.items() if k in columns} for row in whole]
         try:
-            outputs = dict(zip(columns, eliminated(matrix, [{k: -a for k, a in row.items()} for row in whole]), strict=True))
+            put(eliminated(inside, [{k: -a for k, a in row.items() if k not in columns} for row in whole]))
         except GraphError as error:
             raise GraphError(
                 f"the loop of {loop_name(form.graph, ports)} has no solution, or more than one: {error}"
             ) from error
-        put(outputs)
     put(_followed(form, gain, combined))
     return {v: {k: float(share) for k, share in gain[v].items()} for v in closed}
 
@@ -475,7 +474,7 @@ def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[...
         law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
         if (constant := _number(graph, name)) is not None:
             slopes[k] = {k: Fraction(sign) / Fraction(constant)}
-        elif isinstance(law, Function) and law.is_affine and (at := at | {graph.own(name): k}).keys() >= {*law.of}:
+        elif isinstance(law, Function) and law.is_affine and (at := at | {graph.own(name) or "": k}).keys() >= {*law.of}:
             slopes[k] = {
                 at[n]: Fraction(sign * s) for n, s in zip(law.of, law.partials(*[0.0] * len(law.of))[1], strict=True)
             }
@@ -492,11 +491,10 @@ def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[...
     for k, port in zip(places, ports, strict=True):
         sign = 1 if port.element.kind == "I" else int(port.sign)
         shares = {c: sign * g for c, g in gain[port.input].items()}
-        folded = combined(((c, -g) for c, g in shares.items() if c >= last), gives)
-        rows.append([folded.get(n, Fraction()) + (n == k) for n in places])
+        rows.append(combined([(-1, Fraction(1)), *((c, -g) for c, g in shares.items() if c >= last)], {**gives, -1: {k: 1}}))
         right.append({c: g for c, g in shares.items() if c < last})
     try:
-        rates = dict(zip(places, eliminated(rows, right), strict=True))
+        rates = eliminated(rows, right)
     except GraphError:  # inertias that cancel: refused where the rates are asked for
         return {}
     return {c: combined(shares.items(), rates) for c, shares in gives.items()}

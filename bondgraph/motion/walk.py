@@ -347,7 +347,7 @@ class Walk:
             found = np.array([called(*row) for row in rows], dtype=float)
             return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
 
-    def _arguments(self, law: Function, name: str, own: Any = None, given: Mapping[str, Any] | None = None) -> list[Any]:
+    def _arguments(self, law: Function, name: str, own: Any = None, given: Mapping[Any, Any] | None = None) -> list[Any]:
         """The arguments of a law; `given` has flows and efforts that are not yet known, besides its own."""
         given = {self.graph.own(name): own} if given is None else given
         values = []
