@@ -17,6 +17,7 @@ from tests.oracle.motors import kloss, rated, servo, slip_heat
 from tests.oracle.strokes import TURN, Plan, Rated, over_limits, returning, shares, stroke
 
 _NAMES = ("abs", "sqrt", "sign")
+_SLOW = 0.05  # of the rate: where a load is beyond its limit that is so at any rate
 _WHEEL = 1e-7  # relative, beside the estimate of a flywheel of limits
 _RATE, _RATED_ONE = 1e-7, 5  # beside the estimate of the greatest rate; every how manieth scene has it
 _FLOOR = 1e-8  # relative, beside the estimate: what the oracle itself is good to
@@ -219,8 +220,9 @@ def tried_strokes(seed: int) -> list[Verdict]:
         compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))
     compare("energy that is missing", found.energy_residual, 0.0, found.error["energy_residual"], 1.0)
     if rates and found.decides in shares(plan, true):
-        for way in (-1.0, 1.0):  # a little slower all is within its limits, a little faster not
+        for way in (-1.0, 1.0) if found.greatest_rate else (1.0,):  # a little slower all is within, a little faster not
             rate = found.greatest_rate + way * (found.error["greatest_rate"] + _RATE * found.greatest_rate)
+            rate = rate or _SLOW * found.rate
             there = plan._replace(period=plan.turns / rate)
             most = max(shares(there, returning(there, speed, rest)).values())
             if (most > 1.0) != (way > 0.0):

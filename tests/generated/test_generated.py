@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+import flywheel
 from tests.generated import identities
 from tests.generated.judging import DEFECTS, judged
 from tests.generated.scenes import drawn
 from tests.generated.special import special
-from tests.generated.strokes import tried_strokes
+from tests.generated.strokes import drawn_strokes, tried_strokes
 from tests.limits import sample
+from tests.oracle.strokes import TURN, stroke
 
 BY_LOSSES, AT_A_JUMP = 1000348, 1000457  # meshes alone fix the speed; it starts where a load drives it back on both sides
 IDLE = 1000462  # in its regime a wheel behind a mesh takes nothing but the rounding of the speed
@@ -20,6 +22,7 @@ LONG = (3, 6, 7, 21, 29, 33, 55)  # some in 20 s: left to `python -m tests.gener
 FIXED = [*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in (*range(66), IDLE) if k not in {*QUICK, *LONG})]
 SPECIAL = sample((1, 7, 19, 25, 13, 31, 20, 0, 39, 15, 4, 36, 41, 53, 23, 29), 4)  # of each kind the cheaper ones
 STROKES = sample((11, 2, 7, 19), 4)  # rotors and slider-cranks, losses on either side of the clutch, friction, weights
+ROW = 264  # friction, weight, meshes that lose on both sides, ramps of clutch and brake, an induction motor
 NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when it changes its side
 
 
@@ -56,6 +59,27 @@ def test_strokes(seed: int) -> None:
     """By clutch and brake; the stroke that returns, its heats, torques and speeds."""
     (found,) = tried_strokes(seed)
     assert (found.outcome, found.detail) == ("right", "")
+
+
+@pytest.mark.slow
+def test_the_stroke_that_returns_is_the_last_of_a_hundred() -> None:
+    """Each by the equations of its two sides, the first from the idling wheel; those after one that repeats are like it."""
+    scene, drawn_plan = drawn_strokes(ROW)
+    plan = drawn_plan._replace(motor=lambda omega: 3.0 * drawn_plan.motor(omega))
+    scene["drive"]["motor"]["power"] *= 3.0
+    found = flywheel.single_stroke(flywheel.load(scene), rates=False)
+    speed, rest = found.strokes.typical * plan.ratio, 0.0
+    for _ in range(100):
+        before, last = speed, stroke(plan, speed, rest)
+        speed, rest = last.pop("speed"), last.pop("rest") - TURN
+        if abs(speed - before) < 1e-11 * speed:
+            break
+    assert abs(speed / (found.strokes.typical * plan.ratio) - 1.0) > 0.005  # the idling wheel is not it
+    assert found.phases.begin == pytest.approx((speed, rest), rel=1e-8)
+    last["motor_heat"] *= found.scene.motor.rated_total_heat
+    for name, right in last.items():
+        if (value := found.figures[name]) is not None:  # no inverter
+            assert abs(value - right) <= found.error[name] + 1e-8 * abs(right), name
 
 
 @pytest.mark.slow
