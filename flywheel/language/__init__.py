@@ -38,6 +38,16 @@ LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Españo
 """The available languages, each by its own name."""
 DECIMAL_MARKS: Mapping[str, str] = MappingProxyType({"en": ".", "es": ","})
 
+_JOINTS: Mapping[str, tuple[re.Pattern[str], Mapping[str, str]]] = MappingProxyType(
+    {
+        "es": (
+            re.compile(r"\b(hay nada|hay ning|de el |a el |o o(?=\w))"),
+            {"hay nada": "no hay nada", "hay ning": "no hay ning", "de el ": "del ", "a el ": "al ", "o o": "u o"},
+        )
+    }
+)
+"""Where an inserted text changes the words before it: pairs that no sentence of the language has, and what stands there."""
+
 _current: ContextVar[str] = ContextVar("language", default="en")
 _ENTRY = re.compile(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)^msgstr ((?:"(?:[^"\\]|\\.)*"\s*)+)', re.MULTILINE)
 _PIECE = re.compile(r'"(?:[^"\\]|\\.)*"')
@@ -70,7 +80,13 @@ def current() -> str:
 def text(message: str, **values: object) -> str:
     """The message in the language in use (English without a translation), with values inserted: `{name}`."""
     told = catalogue(_current.get()).get(message, message)
-    return told.format(**values) if values else told
+    return _joined(told.format(**values)) if values else told
+
+
+def _joined(words: str) -> str:
+    """A sentence with inserted parts by the grammar of the language in use."""
+    pairs, instead = _JOINTS.get(_current.get(), (None, {}))
+    return pairs.sub(lambda found: instead[found[0]], words) if pairs else words
 
 
 def number(written: str) -> str:
@@ -92,8 +108,8 @@ def message(told: str, numbers: bool = True) -> str:
         return told
     translated = catalogue(language).get(told) or _by_templates(language, told)
     if not numbers:
-        return translated
-    pieces = _QUOTED.split(translated)
+        return _joined(translated)
+    pieces = _QUOTED.split(_joined(translated))
     return "".join(piece if k % 2 else _FIGURE.sub(rf"\1{DECIMAL_MARKS[language]}", piece) for k, piece in enumerate(pieces))
 
 
@@ -101,7 +117,7 @@ def untranslated(told: str) -> bool:
     """Tests whether the language in use is another and has no translation of a message, which so stays English.
 
     >>> with use("es"):
-    ...     untranslated("how long it lasts"), untranslated("guesses of one"), untranslated('"what is it"')
+    ...     untranslated("how wide it is"), untranslated("guesses of one"), untranslated('"what is it"')
     (True, False, False)
     """
     foreign = _current.get() != "en" and _ENGLISH.search(_QUOTED.sub("", told))

@@ -818,7 +818,7 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
     sums = [0.0, *accumulate(values)]
     swing = max(sums) - min(sums)
     if len(values) < 2:
-        faults.add("areas.values", f"{len(values)} areas", "at least 2")
+        faults.add("areas.values", f"{len(values)} values", "at least 2")
     elif abs(sums[-1]) > _OPEN_AREAS * swing:
         found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
         faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")

@@ -442,7 +442,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         shares = [few_digits(100 * part / rated.power, 3) for part in (energy.mean_power, energy.peak_power)]
         speed = f"{few_digits(rated.speed / SI.scales['speed'][0].size, 5)} rpm"
         name = _("{motor}, {power} at {speed}", motor=title, power=units.read(rated.power, "power", 4), speed=speed)
-        yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} %", mean=shares[0], peak=shares[1]))
+        yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} % of rated power", mean=shares[0], peak=shares[1]))
     if (rise := sizing.temperature) is not None:
         stands = _("within") if rise.within else _("TOO HOT")
         allowed = _("{limit} K allowed, {stands}", limit=f"{rise.limit:g}", stands=stands)

@@ -49,6 +49,12 @@ def test_no_fault_remark_or_message_lacks_its_translation(language):
     assert [f"{text.place}: {text.text}" for text in texts.built_texts() if text.text not in known] == []
 
 
+def test_an_inserted_part_is_joined_by_the_grammar_of_the_language():
+    with use("es"):
+        assert Fault("drive", "nothing", "a motor").told.startswith(": no hay nada, se esperaba")
+        assert Fault("drive", "a motor", "no drive").told == ": hay un motor, se esperaba ningún accionamiento"
+
+
 def test_a_fault_is_told_by_its_parts():
     fault = Fault(
         "mechanism.rod.length", '"0,6 m"', 'a length such as "250 mm" or a bare number in m', "write 0.6, not 0,6", 5
