@@ -114,8 +114,8 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
     """
     lines = lines_of(text)
     if len(lines) < 2:
-        found = "a header alone" if lines else "nothing"
-        raise SceneError([Fault(file, found, "a header and a row for each motor")])
+        defect = "a header alone" if lines else "nothing"
+        raise SceneError([Fault(file, defect, "a header and a row for each motor")])
     if len(lines) > MOST_MOTORS + 1:
         raise SceneError([Fault(file, f"{len(lines) - 1} motors", f"at most {MOST_MOTORS}")])
     head, rows = lines[0], lines[1:]
@@ -135,8 +135,8 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
         wrong += own
     currencies = sorted({motor.currency for motor in motors if motor.price is not None})
     if len(currencies) > 1:
-        found = " and ".join(quote(each) if each else "none" for each in currencies)
-        wrong.append(Fault(f"{file}, currency", found, "one currency, as prices are compared", "convert them to one"))
+        defect = " and ".join(quote(each) if each else "none" for each in currencies)
+        wrong.append(Fault(f"{file}, currency", defect, "one currency, as prices are compared", "convert them to one"))
     if wrong and (not skip_faulty or not motors or len(currencies) > 1):
         more = len(wrong) - _REPORTED
         rest = [Fault(file, f"{more} more faults like these", "a table without gaps")] if more > 0 else []
@@ -179,22 +179,22 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
     if not typed and "synchronous_speed" not in names:
         missing = [name for name in ("poles", "frequency") if name not in names]
         if missing:
-            found = f"no column {' and none '.join(missing)}"
-            faults.append(Fault(where, found, "poles and frequency, or synchronous_speed"))
+            defect = f"no column {' and none '.join(missing)}"
+            faults.append(Fault(where, defect, "poles and frequency, or synchronous_speed"))
     return columns
 
 
 def _unit_faults(unit: str, kinds: Iterable[str], path: str) -> list[Fault]:
     """Faults of a column's unit that belongs to none of the quantities the column may hold."""
-    found = []
+    faults = []
     for kind in kinds:
         try:
             parse_unit(unit, kind)
         except QuantityError as error:
-            found.append(Fault(path, error.found, error.expected, error.advice))
+            faults.append(Fault(path, error.found, error.expected, error.advice))
         else:
             return []
-    return found[:1]
+    return faults[:1]
 
 
 def _expected(name: str, known: Mapping[str, Mapping[str, Key]]) -> str:
@@ -322,8 +322,8 @@ def _price(
         return None, ""
     unit = next(column.unit for column in columns if column.name == "price")
     own = given.get("currency", "").strip()
-    told = list(dict.fromkeys(filter(None, (own, unit, match["before"], match["after"]))))
-    if len(told) > 1:
-        faults.append(Fault(at["price"], f"{text} in {' and '.join(told)}", "one currency"))
+    currencies = list(dict.fromkeys(filter(None, (own, unit, match["before"], match["after"]))))
+    if len(currencies) > 1:
+        faults.append(Fault(at["price"], f"{text} in {' and '.join(currencies)}", "one currency"))
         return None, ""
-    return float(match["number"]), told[0] if told else ""
+    return float(match["number"]), currencies[0] if currencies else ""

@@ -152,10 +152,10 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]
         return "", ""
     if name in SECTIONS:
         return f"{name} is a table of its own: write {heading(name)}", ""
-    found = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
+    tables = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
     if kinds:
-        found = [heading("mechanism")]
-    return f"{name} is a key of {' or '.join(found)}" if found else "", ""
+        tables = [heading("mechanism")]
+    return f"{name} is a key of {' or '.join(tables)}" if tables else "", ""
 
 
 def heading(name: str) -> str:
@@ -175,8 +175,8 @@ def as_table(raw: object, path: str, faults: Faults) -> Mapping[str, Any] | None
     if isinstance(raw, Mapping) and all(isinstance(key, str) for key in raw):
         return raw
     advice = f"write [{path}] once" if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else ""
-    found = "a table with keys that are no texts" if isinstance(raw, Mapping) else show(raw)
-    faults.add(path, found, "a table", advice)
+    defect = "a table with keys that are no texts" if isinstance(raw, Mapping) else show(raw)
+    faults.add(path, defect, "a table", advice)
     return None
 
 
@@ -214,8 +214,8 @@ class Item(NamedTuple):
 
     def one(self, *names: str) -> str:
         """The one of some keys that is present; empty if none or several are."""
-        found = self.given(*names)
-        return found[0] if len(found) == 1 else ""
+        present = self.given(*names)
+        return present[0] if len(present) == 1 else ""
 
     def without(self, names: Iterable[str], because: str, advice: str = "") -> None:
         """Notes those of some keys that are not allowed here."""
@@ -316,14 +316,14 @@ def read_typed(
 
 def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
     """A list of finite numbers; None after noting its faults, those of the first few items."""
-    found = items(raw)
-    if found is None:
+    numbers = items(raw)
+    if numbers is None:
         faults.add(path, show(raw), "a list of numbers")
         return None
-    plain = [plain_number(item) for item in found]
+    plain = [plain_number(item) for item in numbers]
     wrong = [i for i, number in enumerate(plain) if number is None or not abs(number) < math.inf]
     for i in wrong[:REPORTED]:
-        faults.add(f"{path}[{i}]", show(found[i]), "a finite number")
+        faults.add(f"{path}[{i}]", show(numbers[i]), "a finite number")
     if len(wrong) > REPORTED:
         faults.add(path, f"{len(wrong) - REPORTED} more like these", "finite numbers")
     return None if wrong else [number for number in plain if number is not None]
@@ -415,8 +415,8 @@ def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: F
     """Checks that exactly one of some keys was given; notes a fault otherwise."""
     if len(given) == 1:
         return True
-    found = " and ".join(given) if given else f"none of {', '.join(names)}"
-    faults.add(path, found, f"exactly one of {', '.join(names)}")
+    defect = " and ".join(given) if given else f"none of {', '.join(names)}"
+    faults.add(path, defect, f"exactly one of {', '.join(names)}")
     return False
 
 
@@ -471,11 +471,11 @@ class Places(NamedTuple):
         if not isinstance(name, str):
             return None
         bare = [port for port in self.ports.values() if port.name.rpartition(".")[2] == name]
-        found = [table[name] for table in (self.shafts, self.ports) if name in table] + bare
-        if len(found) == 1:
-            return found[0]
-        if found:
-            names = " or ".join(quote(place.name) for place in found)
+        places = [table[name] for table in (self.shafts, self.ports) if name in table] + bare
+        if len(places) == 1:
+            return places[0]
+        if places:
+            names = " or ".join(quote(place.name) for place in places)
             faults.add(path, f"{quote(name)}, which may be {names}", "a place that is unique", "write the full name")
         elif self.complete:
             known = [*self.shafts, *self.ports]
@@ -527,13 +527,13 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     parts = split_quantity(value) if isinstance(value, str) else None
     is_weight = parts is not None and re.search("N|kgf|lbf", parts[1]) and "s" not in parts[1]
     try:
-        found = parse_range(value, "moment of weight") / _STANDARD if is_weight else parse_range(value, "inertia")
+        quantity = parse_range(value, "moment of weight") / _STANDARD if is_weight else parse_range(value, "inertia")
     except QuantityError as error:
         expected = 'a GD² such as "48 kg m^2" or "48 kgf m^2", or a bare number in kg m^2'
         faults.add(path, error.found, expected, error.advice)
         return None
-    if found not in GD2.range:
+    if quantity not in GD2.range:
         faults.add(path, show(value), f"a value {GD2.range} kg m^2")
         return None
-    faults.quantities[path] = Quantity(value, found, "inertia", False)
-    return found / 4.0
+    faults.quantities[path] = Quantity(value, quantity, "inertia", False)
+    return quantity / 4.0

@@ -100,11 +100,11 @@ def _repeated(section: Section) -> Schema:
         names: Schema = {"pattern": r"^[A-Za-z_][A-Za-z_0-9]*$"}
         return _named({"type": ["string", "number"]}, names) | {"description": section.about}
     if section.named:
-        found = _named(_table(section)) | {"description": section.about}
+        schema = _named(_table(section)) | {"description": section.about}
         if section.name == "shafts":  # all ratios are taken to the crank, which needs none
             keys = tuple(key._replace(required=False) for key in section.keys)
-            found["properties"] = {"crank": _table(section._replace(keys=keys))}
-        return found
+            schema["properties"] = {"crank": _table(section._replace(keys=keys))}
+        return schema
     return _listed(section) | {"description": section.about} if section.array else _table(section)
 
 

@@ -91,8 +91,8 @@ class Site(NamedTuple):
             return None
         name, _, port = self.place.name.rpartition(".")
         if not self.place.returns:
-            found = f'a {item.section.name} on "{self.place.name}", which does not come back'
-            item.faults.add(item.path, found, "a port with a stroke")
+            defect = f'a {item.section.name} on "{self.place.name}", which does not come back'
+            item.faults.add(item.path, defect, "a port with a stroke")
             return None
         mechanism: Mechanism | None = next((m for m in self.places.mechanisms if m.name == name), None)
         if mechanism is None or any(map(math.isnan, self.setting.parameters.values())):
@@ -221,8 +221,8 @@ def _belt(item: Item, site: Site) -> Modelled | None:
                 item.needs(name, "slip is checked with friction and wrap together")
             most = load_models.tension_ratio(*map(item.number, ("friction", "wrap", "groove")))
             if tight > most * slack * (1 + _SLIPS):
-                found = f"a tight side of {tight:.6g} N on a slack side of {slack:.6g} N"
-                item.add("tight", found, f"at most {most:.6g} times the slack side", "it slips; tighten the slack side")
+                defect = f"a tight side of {tight:.6g} N on a slack side of {slack:.6g} N"
+                item.add("tight", defect, f"at most {most:.6g} times the slack side", "it slips; tighten the slack side")
     return _resisting(item, site, load_models.Resistance(torque), f"{torque:.6g} N m against the motion")
 
 
@@ -269,9 +269,9 @@ def _press(item: Item, site: Site) -> Modelled | None:
     names = ("angle", "end", "overtravel", *(() if by_sheet else ("thickness",)))
     item.without(names, f'on "{site.place.name}"', "a shaft has no end of stroke: give the load's from and to")
     if site.window is None:
-        found = f'a {item.section.name} on "{site.place.name}" without a window'
+        defect = f'a {item.section.name} on "{site.place.name}" without a window'
         expected = "from and to of its load, less than its period apart"
-        item.faults.add(item.path, found, expected, "or put it on the port that presses")
+        item.faults.add(item.path, defect, expected, "or put it on the port that presses")
     if not item.clean or site.window is None or site.every is None or math.isnan(site.window[0]):
         return None
     energy, shape = _energy(item, source), item.fields["shape"]
@@ -322,8 +322,8 @@ def _press_on_port(item: Item, site: Site, source: str, by_sheet: bool) -> Model
     else:
         travel = item.number("thickness")
         if travel + past > stroke:
-            found = f"{travel + past:.6g} m with what is beyond it" if past else f"{travel:.6g} m"
-            item.add("thickness", found, f"at most the stroke of {stroke:.6g} m")
+            defect = f"{travel + past:.6g} m with what is beyond it" if past else f"{travel:.6g} m"
+            item.add("thickness", defect, f"at most the stroke of {stroke:.6g} m")
             return None
     press = load_models.Press(load_models.greatest_force(energy, travel, shape), travel, shape, past)
     law = load_models.press_law(press, ends.high if high else ends.low, high)
@@ -473,9 +473,9 @@ def _compressor(item: Item, site: Site) -> Modelled | None:
     if cycle.discharge <= cycle.suction:
         item.add("discharge", f"{cycle.discharge:.6g} Pa", f"more than the suction's {cycle.suction:.6g} Pa")
     elif cycle.suction_begins >= 1.0 or cycle.delivery_begins <= 0.0:
-        found = f"a pressure ratio of {cycle.ratio:.6g} with a clearance of {cycle.clearance:.6g}"
+        defect = f"a pressure ratio of {cycle.ratio:.6g} with a clearance of {cycle.clearance:.6g}"
         advice = "the gas left in the clearance fills the cylinder; compress in stages, or reduce the clearance"
-        item.add("clearance", found, "small enough for gas to be drawn in and delivered", advice)
+        item.add("clearance", defect, "small enough for gas to be drawn in and delivered", advice)
     ends = site.ends(item) if _slides(item, site) else None
     if ends is None:
         return None
@@ -601,8 +601,8 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     table = as_table(raw["single_stroke"], "single_stroke", faults)
     plan = None if table is None else read_item(table, SECTIONS["single_stroke"], "single_stroke", faults)
     if len(clutches) != 1:
-        found = f"{len(clutches)} clutches" if clutches else "no clutch"
-        faults.add("shafts", found, "one", 'write clutch = {torque = "900 N m", disengage = "330 deg"} in a shaft\'s table')
+        defect = f"{len(clutches)} clutches" if clutches else "no clutch"
+        faults.add("shafts", defect, "one", 'write clutch = {torque = "900 N m", disengage = "330 deg"} in a shaft\'s table')
     if len(brakes) != 1:
         faults.add("brake", f"{len(brakes)} brakes" if brakes else "nothing", "one table [[brake]]")
     if plan is None or len(clutches) != 1 or len(brakes) != 1:
@@ -617,8 +617,8 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     for item, key in ((clutch, "engage"), (brake, "release")):
         angle = item.fields[key]
         if angle is not None and stop_at is not None and abs(math.remainder(angle - stop_at, 2 * math.pi)) > TOLERANCE:
-            found = f"{math.degrees(angle):.6g} deg, and stop_at at {math.degrees(stop_at):.6g} deg"
-            item.add(key, found, "the same angle", "a stroke begins where the crank was stopped: leave it out")
+            defect = f"{math.degrees(angle):.6g} deg, and stop_at at {math.degrees(stop_at):.6g} deg"
+            item.add(key, defect, "the same angle", "a stroke begins where the crank was stopped: leave it out")
     for key in ("response", "intrusion"):
         if key in plan.raw and plan.fields["approach"] is None and "approach" not in plan.raw:
             plan.add(
@@ -648,7 +648,7 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
 
 def _clutches(raw: Mapping[str, Any], faults: Faults) -> dict[str, Item]:
     """The clutches of shafts by the names of these."""
-    shafts, found = raw.get("shafts"), dict[str, Item]()
+    shafts, clutches = raw.get("shafts"), dict[str, Item]()
     for name, shaft in shafts.items() if isinstance(shafts, Mapping) else ():
         if isinstance(shaft, Mapping) and "clutch" in shaft:
             path = f"{child('shafts', name)}.clutch"
@@ -656,8 +656,8 @@ def _clutches(raw: Mapping[str, Any], faults: Faults) -> dict[str, Item]:
             if name == "crank":
                 faults.add(path, "a clutch on the crank", "one on the shaft that drives it", "name that shaft")
             if table is not None:
-                found[name] = read_item(table, CLUTCH, path, faults)
-    return found
+                clutches[name] = read_item(table, CLUTCH, path, faults)
+    return clutches
 
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:
@@ -738,8 +738,8 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
         return period
     repeats = whole(place.travel / given)
     if repeats is None or repeats > MOST_TURNS:
-        found = f"{np.degrees(given):.10g} deg"
-        setting.faults.add(path, found, f"an angle that divides {travel}, {MOST_TURNS} times at most")
+        defect = f"{np.degrees(given):.10g} deg"
+        setting.faults.add(path, defect, f"an angle that divides {travel}, {MOST_TURNS} times at most")
         return None
     return place.travel / repeats
 
@@ -774,8 +774,8 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         if abs(angle) > 2 * every * (1 + _SAME_ANGLE):
             item.add(key, f"{np.degrees(angle):.10g} deg", f"an angle from -{most} to {most} deg")
     if end - start > every and len(item.faults) == before:
-        found = f"a window of {np.degrees(end - start):.10g} deg"
-        item.add("to", found, f"one of {period} deg at most, after which it repeats")
+        defect = f"a window of {np.degrees(end - start):.10g} deg"
+        item.add("to", defect, f"one of {period} deg at most, after which it repeats")
     # brought into [0, every), the period's end being its beginning
     for _ in range(2):
         start, end = (angle + every if angle < 0 else angle - every if angle > every else angle for angle in (start, end))

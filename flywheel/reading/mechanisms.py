@@ -134,11 +134,11 @@ def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
 
 def read_pair(raw: object, path: str, faults: Faults) -> tuple[float, float] | None:
     """[x, y] in m; None after noting a fault."""
-    found = items(raw)
-    if found is None or len(found) != 2:
-        faults.add(path, show(raw) if found is None else f"a list of {len(found)}", "a list [x, y] of two lengths")
+    pair = items(raw)
+    if pair is None or len(pair) != 2:
+        faults.add(path, show(raw) if pair is None else f"a list of {len(pair)}", "a list [x, y] of two lengths")
         return None
-    x, y = (read_quantity(value, "length", _COORDINATE, f"{path}[{i}]", faults) for i, value in enumerate(found))
+    x, y = (read_quantity(value, "length", _COORDINATE, f"{path}[{i}]", faults) for i, value in enumerate(pair))
     return None if x is None or y is None else (x, y)
 
 
@@ -208,13 +208,13 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
     given = items(raw)
     if given == []:
         faults.add(path, "no joint", "one at least")
-    found = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
-    for where, joint in found:
+    joints = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
+    for where, joint in joints:
         if joint is not None and joint.name in named:
             faults.add(f"{where}.name", quote(joint.name), "a unique name", f"{paths[joint.name]} has this name already")
         elif joint is not None:
             named[joint.name], paths[joint.name] = joint, where
-    read = sum(joint is not None for _, joint in found)
+    read = sum(joint is not None for _, joint in joints)
     return Joints(named, paths, 0 < read == len(given or ()))
 
 
@@ -256,10 +256,10 @@ def without_misplaced(
 
 def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[object]:
     """The two items of a list; none after noting a fault."""
-    found = items(raw)
-    if found is not None and len(found) == 2:
-        return found
-    faults.add(path, show(raw) if found is None else f"a list of {len(found)}", wanted)
+    pair = items(raw)
+    if pair is not None and len(pair) == 2:
+        return pair
+    faults.add(path, show(raw) if pair is None else f"a list of {len(pair)}", wanted)
     return ()
 
 
@@ -468,7 +468,7 @@ def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) 
     if given is None or len(given) != len(names):
         faults.add(f"{path}.start", show(starts), f"a list of {len(names)}, one for each driver")
         return ()
-    found: list[Driver] = []
+    drivers: list[Driver] = []
     for k, (name, start) in enumerate(zip(names, given, strict=True)):
         at = f"[{k}]" if len(names) > 1 else ""
         joint = joints.find(name, f"{path}.driver{at}", faults)
@@ -476,11 +476,11 @@ def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) 
             continue
         if joint.kind not in (PIN, SLIDE):
             faults.add(f"{path}.driver{at}", f"{quote(joint.name)}, a {joint.kind} joint", "a pin or a slide")
-        elif joint.name in [driver.joint for driver in found]:
+        elif joint.name in [driver.joint for driver in drivers]:
             faults.add(f"{path}.driver{at}", f"{quote(joint.name)} twice", "another joint")
         else:
-            found.append(Driver(joint.name, _start(start, joint, f"{path}.start{at}", faults)))
-    return tuple(found) if len(faults) == before else ()
+            drivers.append(Driver(joint.name, _start(start, joint, f"{path}.start{at}", faults)))
+    return tuple(drivers) if len(faults) == before else ()
 
 
 def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint | None:
@@ -489,9 +489,9 @@ def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint 
     joint = None if name is None else joints.find(name, path, faults)
     if joint is None or not joint.kind:
         return None
-    found = f"{quote(joint.name)}, a {joint.kind} joint"
+    defect = f"{quote(joint.name)}, a {joint.kind} joint"
     if joint.kind not in (PIN, SLIDE):
-        faults.add(path, found, "a pin or a slide")
+        faults.add(path, defect, "a pin or a slide")
     elif joint.kind == PIN and joint.second == FRAME:
         advice = "write the point of the frame first: the angle is that of the second body against the first"
         faults.add(
@@ -503,7 +503,7 @@ def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint 
         faults.add(path, f"{quote(joint.name)}, which has a guess", "a driver without one", "it stands at start")
     elif joint.kind == SLIDE and setting.stroke is None:
         advice = "a driver that slides needs [stroke], and a scene of its own"
-        faults.add(path, f"{found}, without [stroke]", "a pin of the frame", advice)
+        faults.add(path, f"{defect}, without [stroke]", "a pin of the frame", advice)
     else:
         return joint
     return None
@@ -514,8 +514,8 @@ def _sides(raw: object, path: str, bodies: Bodies, faults: Faults) -> Iterator[S
     for where, table in listed(raw, path, MOST_BODIES, faults):
         fields = read_fields(table, SIDE.keys, where, faults)
         named = [(key, fields[key]) for key in ("point", "from", "to") if fields[key] is not None]
-        found = [find_point(text, f"{where}.{key}", bodies, faults) for key, text in named]
-        ends = [(at[0], at[1].name) for at in found if at is not None]
+        points = [find_point(text, f"{where}.{key}", bodies, faults) for key, text in named]
+        ends = [(at[0], at[1].name) for at in points if at is not None]
         if len(ends) == 3 and len(set(ends)) < 3:
             faults.add(where, "one point twice", "three different points")
         if len(ends) == 3:
@@ -537,11 +537,11 @@ def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict
             continue
         fields = read_fields(table, POINT_PORT.keys, where, faults)
         text, direction = fields["point"], fields["direction"]
-        found = None if text is None else find_point(text, f"{where}.point", bodies, faults)
-        if found is not None and found[0] == FRAME:
+        place = None if text is None else find_point(text, f"{where}.point", bodies, faults)
+        if place is not None and place[0] == FRAME:
             faults.add(f"{where}.point", quote(text), "a point of a moving body", "the frame stands still")
-        if found is not None and direction is not None:
-            ports[name] = PointPort(name, found[0], found[1].name, direction)
+        if place is not None and direction is not None:
+            ports[name] = PointPort(name, place[0], place[1].name, direction)
     return ports
 
 
@@ -591,8 +591,8 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     mechanism = raw.get("mechanism")
     tables = [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
     if "mechanism" not in raw or (len(tables) != 1 and isinstance(mechanism, (list, tuple))):
-        found = f"{len(tables)} mechanisms" if tables else "nothing"
-        faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
+        defect = f"{len(tables)} mechanisms" if tables else "nothing"
+        faults.add("mechanism", defect, "one mechanism, whose driver makes the stroke")
     elif tables and isinstance(tables[0], Mapping):
         path, kind = "mechanism" if isinstance(mechanism, Mapping) else "mechanism[0]", tables[0].get("type")
         if isinstance(kind, str) and kind in KINDS and not _goes_one_way(KINDS[kind]):
@@ -617,8 +617,8 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     if None in (start, end, acceleration) or (speed is None and "speed" in table):
         return unread._replace(sliding=slides)
     if end - start <= _SHORTEST * max(abs(start), abs(end)):
-        found, ends = told(end, slides), f"more than from, which is {told(start, slides)}"
-        faults.add("stroke.to", found, ends, "a return stroke has the same ends and a negative speed")
+        defect, ends = told(end, slides), f"more than from, which is {told(start, slides)}"
+        faults.add("stroke.to", defect, ends, "a return stroke has the same ends and a negative speed")
     elif not slides and end - start > MOST_TURNS * TURN:
         faults.add("stroke.to", f"{(end - start) / TURN:.6g} turns", f"at most {MOST_TURNS}")
     else:
@@ -730,15 +730,15 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         return None
     names = items(raw.get("driver")) if kind.name == "linkage" else None
     if names is not None and all(isinstance(driver, str) for driver in names):
-        found = f"{len(names)} drivers ({', '.join(map(str, names))})" if len(names) != 1 else "a list of one driver"
+        defect = f"{len(names)} drivers ({', '.join(map(str, names))})" if len(names) != 1 else "a list of one driver"
         advice = "several are read by flywheel.load_linkage (see flywheel reference freedoms)"
-        faults.add(f"{path}.driver", found, "the name of one, of one degree of freedom", advice)
+        faults.add(f"{path}.driver", defect, "the name of one, of one degree of freedom", advice)
         return None
     parts = tuple(Key(part.name_in(raw), "part", part.about) for part in kind.parts)
     twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
     for part in twins:
-        found = f"{part.alias} together with {part.name}, which is the same"
-        faults.add(f"{path}.{part.alias}", found, "one of the two", f"leave {part.alias} out")
+        defect = f"{part.alias} together with {part.name}, which is the same"
+        faults.add(f"{path}.{part.alias}", defect, "one of the two", f"leave {part.alias} out")
     raw = {key: value for key, value in raw.items() if key not in {part.alias for part in twins}}
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
     name = fields["name"] or kind.name
@@ -749,8 +749,8 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     if kind.name == "law" and travel is not None and setting.cycle is not None:
         period = default_period(travel, setting.cycle)
         if period is None:
-            found = f"a law that turns {np.degrees(travel):.10g} deg in a cycle of {np.degrees(setting.cycle):.10g} deg"
-            faults.add(f"{path}.shaft", found, "that one of the two divides the other", "change regime.cycle")
+            defect = f"a law that turns {np.degrees(travel):.10g} deg in a cycle of {np.degrees(setting.cycle):.10g} deg"
+            faults.add(f"{path}.shaft", defect, "that one of the two divides the other", "change regime.cycle")
     geometry: dict[str, float] = {}
     bodies: dict[str, Body] = {}
     for part in kind.parts:
@@ -809,11 +809,11 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     turns = setting.shafts[shaft] * setting.cycle / TURN
     count = whole(turns)
     if count is None or count > MOST_TURNS:
-        found = f"{turns:.10g} turns of {quote(shaft)} in the cycle of {np.degrees(setting.cycle):.10g} deg"
+        defect = f"{turns:.10g} turns of {quote(shaft)} in the cycle of {np.degrees(setting.cycle):.10g} deg"
         wanted = f"a whole number of them, at most {MOST_TURNS}"
         degrees = whole(setting.cycle / 90) if setting.cycle > TURN else None
         advice = f'write regime.cycle = "{90 * degrees} deg"' if degrees else "change regime.cycle or the shaft's ratio"
-        setting.faults.add(path, found, wanted, advice)
+        setting.faults.add(path, defect, wanted, advice)
         return None
     crank = whole(setting.cycle / TURN)
     setting.shafts[shaft] = count / crank if crank else count * TURN / setting.cycle  # it may be given with fewer digits

@@ -90,17 +90,17 @@ def _motor(item: Item, folder: Path | None) -> Motor | None:
     if not item.clean or item.section.reader is None:
         return None
     try:
-        found: Motor | None = item.section.reader(item, folder)
+        motor: Motor | None = item.section.reader(item, folder)
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
-    if found is not None and "start" in item.raw and "start" in item.fields:
-        start = _start(item, found)
-        found = None if start is None else replace(found, start=start)
-    if found is not None and "thermal" in item.raw and "thermal" in item.fields:
-        data = _thermal(item, found)
-        return None if data is None else replace(found, thermal=data)
-    return found
+    if motor is not None and "start" in item.raw and "start" in item.fields:
+        start = _start(item, motor)
+        motor = None if start is None else replace(motor, start=start)
+    if motor is not None and "thermal" in item.raw and "thermal" in item.fields:
+        data = _thermal(item, motor)
+        return None if data is None else replace(motor, thermal=data)
+    return motor
 
 
 def _thermal(item: Item, motor: Motor) -> Thermal | None:
@@ -155,7 +155,7 @@ def _start(item: Item, motor: Motor) -> Start | None:
 
 def _switches(given: Item) -> list[Switch]:
     """The ends of connections, each a time or a speed; faults noted."""
-    raw, found = given.raw.get("until"), list[Switch]()
+    raw, switches = given.raw.get("until"), list[Switch]()
     several = items(raw)
     for i, one in enumerate([] if raw is None else [raw] if several is None else several):
         path = f"{given.path}.until" + ("" if several is None else f"[{i}]")
@@ -165,11 +165,11 @@ def _switches(given: Item) -> list[Switch]:
             except QuantityError:
                 continue
             if value is not None and 0.0 < value <= LARGEST:
-                found.append(Switch(**{kind: value}))
+                switches.append(Switch(**{kind: value}))
                 break
         else:
             given.faults.add(path, show(one), 'a time or a speed above 0 with its unit, such as "3 s" or "1400 rpm"')
-    return found
+    return switches
 
 
 def _alone(untils: list[Switch]) -> Switch:
@@ -466,8 +466,8 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
         if isinstance(bare, str):
             raise
         advice = f'a bare number is in rad/s: write "{bare:g} rpm"'
-        found = (fault._replace(advice=advice) if fault.path == "speed" else fault for fault in error.faults)
-        raise SceneError(found) from None
+        faults = (fault._replace(advice=advice) if fault.path == "speed" else fault for fault in error.faults)
+        raise SceneError(faults) from None
 
 
 _LOAD_ANGLE = Range(0.0, math.pi / 2, True, True)
@@ -500,8 +500,8 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
         found = saliency_of(angle, ratio)
         if found is None:
             round_rotor = math.degrees(math.asin(1.0 / ratio))
-            told = f"{math.degrees(angle):.6g} deg with a pull_out_ratio of {ratio:g}"
-            item.add("load_angle", told, f"{round_rotor:.4g} deg, that of a round rotor, or somewhat less")
+            defect = f"{math.degrees(angle):.6g} deg with a pull_out_ratio of {ratio:g}"
+            item.add("load_angle", defect, f"{round_rotor:.4g} deg, that of a round rotor, or somewhat less")
             return None
         saliency = found
     damping, greatest = fields["damping"], fields["asynchronous_ratio"]
@@ -686,20 +686,20 @@ def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
             faults.add("duty", f"a duty together with [{name}]", "none", what)
     if "flywheel" not in raw:
         faults.add("flywheel", "nothing, with a duty", "a table with irregularity or inertia", "of all phases together")
-    found = []
+    phases = []
     for i, each in enumerate(tables):
         table = as_table(each, f"duty[{i}]", faults)
         if table is not None:
             item = read_item(table, SECTIONS["duty"], f"duty[{i}]", faults)
             _check(item)
-            found.append(item)
-    names = [_name(item) for item in found]
-    for i, item in enumerate(found):
+            phases.append(item)
+    names = [_name(item) for item in phases]
+    for i, item in enumerate(phases):
         if _name(item) in names[:i]:
             item.add("name", f"{quote(_name(item))}, which is that of another phase", "a unique name")
-    if found and all(item.fields["rest"] for item in found):
+    if phases and all(item.fields["rest"] for item in phases):
         faults.add("duty", "phases at rest alone", "one at least in which the machine runs")
-    return found
+    return phases
 
 
 def _name(item: Item) -> str:
@@ -741,7 +741,7 @@ def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
     """The phases of a scene that was read without a fault, each with its machine."""
-    found = []
+    rows = []
     for item in read:
         fields, rest = item.fields, bool(item.fields["rest"])
         cooling = STANDSTILL_COOLING if fields["standstill_cooling"] is None else fields["standstill_cooling"]
@@ -752,7 +752,7 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
                 fault._replace(path=f"{item.path}.changes.{fault.path}", line=None) for fault in error.faults
             )
             continue
-        found.append(
+        rows.append(
             Phase(
                 name=_name(item),
                 scene=machine,
@@ -764,7 +764,7 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
                 path=item.path,
             )
         )
-    return tuple(found)
+    return tuple(rows)
 
 
 def _machine(scene: Scene, item: Item) -> Scene:

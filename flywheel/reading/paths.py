@@ -50,11 +50,11 @@ def by_path(given: Mapping[str, Any]) -> dict[str, Any]:
     >>> by_path({"load[0].from": 1.0, "regime.speed": 2.0})
     {'load.0.from': 1.0, 'regime.speed': 2.0}
     """
-    found = {dotted(str(path)): value for path, value in given.items()}
-    if len(found) < len(given):
+    values = {dotted(str(path)): value for path, value in given.items()}
+    if len(values) < len(given):
         names = [dotted(str(path)) for path in given]
-        refuse([Fault(path, "two values", "one") for path in found if names.count(path) > 1])
-    return found
+        refuse([Fault(path, "two values", "one") for path in values if names.count(path) > 1])
+    return values
 
 
 def numbers(scene: Scene) -> dict[str, Number]:
@@ -80,19 +80,19 @@ def numbers(scene: Scene) -> dict[str, Number]:
     """
     document = _document(scene)
     read = {dotted(path): quantity for path, quantity in document.quantities.items()}
-    found: dict[str, Number] = {}
+    numbers: dict[str, Number] = {}
     for path, leaf in _leaves(document.tables, ""):
         quantity, alone = read.get(path), plain_number(leaf)
         if quantity is not None:
             unit = DIMENSIONS[quantity.dimension].si
             if path.startswith("parameters."):
                 unit = shown(scene.units.get(path.removeprefix("parameters."))) or ""
-            found[path] = Number(quantity.number, unit, quantity.dimension)
+            numbers[path] = Number(quantity.number, unit, quantity.dimension)
         elif alone is not None:
-            found[path] = Number(alone, "")
-        if len(found) == _MOST_NUMBERS:
+            numbers[path] = Number(alone, "")
+        if len(numbers) == _MOST_NUMBERS:
             break
-    return found
+    return numbers
 
 
 def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:

@@ -105,22 +105,22 @@ def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
         advice = "--accuracy proof gives the range of every figure"
         yield Remark(path, f"figures hold for {parts[0]}, the middle of a range", advice)
     if dimension == "speed" and bare is not None and bare >= 30 and bare.is_integer():
-        found = f"{bare:.10g} without a unit is in rad/s, {number * _RPM:.4g} rpm"
-        yield Remark(path, found, f'write "{bare:.10g} rpm" if turns a minute are meant')
+        defect = f"{bare:.10g} without a unit is in rad/s, {number * _RPM:.4g} rpm"
+        yield Remark(path, defect, f'write "{bare:.10g} rpm" if turns a minute are meant')
     if dimension == "length" and abs(number) > _LONGEST:
         advice = "check its unit" if bare is None else f'write "{bare:.10g} mm" if millimetres are meant'
         yield Remark(path, f"{number:.6g} m", advice)
     if many_turns and bare and bare % 90 == 0:
-        found = f"{bare:.10g} without a unit is in rad, {number / math.tau:.4g} turns"
-        yield Remark(path, found, f'write "{bare:.10g} deg" if degrees are meant')
+        defect = f"{bare:.10g} without a unit is in rad, {number / math.tau:.4g} turns"
+        yield Remark(path, defect, f'write "{bare:.10g} deg" if degrees are meant')
 
 
 def of_scene(scene: Scene) -> Iterator[Remark]:
     """Remarks on numbers of a scene that are out of proportion."""
     if scene.irregularity is not None and scene.irregularity > _MOST_UNEVEN:
         eps = scene.irregularity
-        found = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
-        yield Remark("flywheel.irregularity", found, f'write "{eps:.4g} %" if per cent is meant')
+        defect = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
+        yield Remark("flywheel.irregularity", defect, f'write "{eps:.4g} %" if per cent is meant')
     if scene.speed is not None and scene.stroke is None:
         fastest = max(scene.shafts, key=lambda name: scene.shafts[name])
         speed = scene.speed * scene.shafts[fastest]
@@ -128,11 +128,11 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
             yield Remark("regime.speed", f"{fastest} turns at {speed * _RPM:.4g} rpm", "check its unit")
     for name, mesh in scene.transmissions.items():
         if mesh.slip > _LARGEST_SLIP:
-            found = f"{100 * mesh.slip:.4g} % of the speed is lost"
-            yield Remark(f"shafts.{name}.slip", found, "a belt slips by 1 to 3 %: check the number and its per cent sign")
+            defect = f"{100 * mesh.slip:.4g} % of the speed is lost"
+            yield Remark(f"shafts.{name}.slip", defect, "a belt slips by 1 to 3 %: check the number and its per cent sign")
         if mesh.efficiency < _LEAST_EFFICIENCY:
-            found = f"{100 * (1 - mesh.efficiency):.4g} % of the power is lost"
-            yield Remark(f"shafts.{name}.efficiency", found, "a mesh passes 90 to 99 %, a worm gear 40 % or more: check it")
+            defect = f"{100 * (1 - mesh.efficiency):.4g} % of the power is lost"
+            yield Remark(f"shafts.{name}.efficiency", defect, "a mesh passes 90 to 99 %, a worm gear 40 % or more: check it")
     for mechanism in scene.mechanisms:
         geometry = mechanism.geometry.items()
         lengths = {path.removesuffix(".length"): abs(m) for path, m in geometry if path.endswith("length")}
@@ -160,17 +160,17 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
 def of_rim(speed: float) -> Iterator[Remark]:
     """A flywheel whose rim (m/s) would burst."""
     if speed > _FASTEST:
-        found = f"its rim runs at {speed:.4g} m/s, where steel bursts"
-        yield Remark("flywheel", found, "make it smaller, or put it on a slower shaft")
+        defect = f"its rim runs at {speed:.4g} m/s, where steel bursts"
+        yield Remark("flywheel", defect, "make it smaller, or put it on a slower shaft")
 
 
 def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark]:
     """A drive that brakes, by its `work` in a cycle (J) compared with the energy fluctuation."""
     if work < -_WORK_ROUNDING * fluctuation:
-        found = "it brakes, as the loads drive the machine"
+        defect = "it brakes, as the loads drive the machine"
         if balanced:
-            found = "it brakes, as the loads drive the machine: its balance is against the rotation"
-        yield Remark("drive", found, "right for an engine under its load, else check the signs of the loads")
+            defect = "it brakes, as the loads drive the machine: its balance is against the rotation"
+        yield Remark("drive", defect, "right for an engine under its load, else check the signs of the loads")
 
 
 # Scenes
@@ -317,8 +317,8 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
     from flywheel.reading import toml_text
 
     clean = plain_lines(text)
-    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, clean, tomllib.loads(clean))))
-    return found if scene.document is None else found.with_document(*scene.document)
+    result = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, clean, tomllib.loads(clean))))
+    return result if scene.document is None else result.with_document(*scene.document)
 
 
 def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
@@ -348,13 +348,13 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
 
 def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
     """Faults of the machine in a file, each with its line; unchanged where that is unknown."""
-    found = list(faults)
-    if all(fault.line is not None for fault in found):
-        return found
+    located = list(faults)
+    if all(fault.line is not None for fault in located):
+        return located
     try:
-        return placed_in(found, plain_lines(file_text(file)))
+        return placed_in(located, plain_lines(file_text(file)))
     except SceneError:
-        return found
+        return located
 
 
 def _deepest_key(text: str) -> int:
@@ -402,13 +402,13 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
         raise faults.error()
     scene = scene if file is None else replace(scene, file=Path(file))
     document = raw, partial(build_scene, folder=folder, file=file), faults.quantities
-    found = scene.with_document(*document)
+    result = scene.with_document(*document)
     if not duty:
-        return found
-    found = replace(found, duty=phases(found, duty, faults)).with_document(*document)
+        return result
+    result = replace(result, duty=phases(result, duty, faults)).with_document(*document)
     if faults:
         raise faults.error()
-    return found
+    return result
 
 
 def file_text(file: Path) -> str:
@@ -447,8 +447,8 @@ def file_text(file: Path) -> str:
         return content.removeprefix(b"\xef\xbb\xbf").decode()
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        found = f"bytes in line {line} that are not UTF-8"
-        raise SceneError([Fault(name, found, "text in UTF-8", "save the file as UTF-8")]) from None
+        defect = f"bytes in line {line} that are not UTF-8"
+        raise SceneError([Fault(name, defect, "text in UTF-8", "save the file as UTF-8")]) from None
 
 
 def _plain(raw: Any, depth: int = 0) -> Any:
@@ -504,7 +504,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         for path in (*[driven] * drive.balance, *parts):
             faults.add(path, '"balance"', "a value", advice)
     shaft, speed = places.shaft(regime["on"], "regime.on", faults), regime["speed"]
-    asked = _flywheel(raw, places, drive, faults) if stroke is None else {"flywheel_on": stroke.element}
+    requirements = _flywheel(raw, places, drive, faults) if stroke is None else {"flywheel_on": stroke.element}
     accuracy = _section(raw, "accuracy", faults)
     gravity = None
     if "gravity" in raw:  # along x and y
@@ -533,7 +533,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         unknown="drive" if drive.balance else unknowns[0] if unknowns else None,
         single_stroke=single_stroke,
         **machine,
-        **asked,
+        **requirements,
         rtol=accuracy["rtol"],
         closure=accuracy["rtol"] if accuracy["closure"] is None else accuracy["closure"],
     )
@@ -574,26 +574,26 @@ def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -
 
     A shaft whose ratio is at fault can still be named. Along a stroke there is only the reduction element.
     """
-    found = Shafts({"crank": 1.0}, {}, {}, {})
+    shafts = Shafts({"crank": 1.0}, {}, {}, {})
     tables = (None if raw is None else as_table(raw, "shafts", faults)) or {}
     for name, item in tables.items():
         path = child("shafts", name)
         check_name(name, path, faults)
         table = as_table(item, path, faults)
-        _shaft(found, name, {} if table is None else table, table is not None, path, faults)
+        _shaft(shafts, name, {} if table is None else table, table is not None, path, faults)
     if stroke is None:
-        return _tree(found, drive, faults)
-    for name in found.transmissions:
+        return _tree(shafts, drive, faults)
+    for name in shafts.transmissions:
         path = child("shafts", name)
         if stroke.sliding:
             faults.add(path, "a shaft together with a driver that slides", "none", "nothing can be geared to it")
-        elif name in found.compliances:
+        elif name in shafts.compliances:
             faults.add(path, "a compliant shaft together with [stroke]", "a rigid one", "leave stiffness out")
-        elif name in found.efficiencies:
+        elif name in shafts.efficiencies:
             faults.add(path, "a mesh with losses together with [stroke]", "one without", "leave efficiency and slip out")
     if stroke.sliding:
         return Shafts({"slide": 1.0}, {}, {}, {})
-    return _tree(found, drive, faults)
+    return _tree(shafts, drive, faults)
 
 
 def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, path: str, faults: Faults) -> None:
@@ -618,8 +618,8 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
     if stiffness is not None:
         for key, value, none in (("efficiency", efficiency, 1.0), ("slip", slip, 0.0)):
             if value not in (None, none):
-                found = f"{value:g} on a compliant shaft"
-                faults.add(f"{path}.{key}", found, "one of the two", "put the losses on another shaft")
+                defect = f"{value:g} on a compliant shaft"
+                faults.add(f"{path}.{key}", defect, "one of the two", "put the losses on another shaft")
 
 
 def _check_crank(table: Mapping[str, Any], fields: Fields, path: str, faults: Faults) -> None:
@@ -669,10 +669,10 @@ def _tree(shafts: Shafts, drive: object, faults: Faults) -> Shafts:
                 left.pop(again)
                 ordered[again] = Transmission()
         if len(circle) == 1:
-            found = f"{quote(name)}, the shaft itself"
+            defect = f"{quote(name)}, the shaft itself"
         else:
-            found = f"a circle of shafts, {' -> '.join((*circle, name))}"
-        faults.add(f"{child('shafts', name)}.on", found, "shafts that lead to the crank", "put one of them on the crank")
+            defect = f"a circle of shafts, {' -> '.join((*circle, name))}"
+        faults.add(f"{child('shafts', name)}.on", defect, "shafts that lead to the crank", "put one of them on the crank")
         for far in [far for far, one in left.items() if one.on in ordered]:
             ordered[far] = left.pop(far)._replace(on="crank")
     driven = drive.get("on") if isinstance(drive, Mapping) else None
@@ -744,11 +744,11 @@ def _flywheel(raw: Mapping[str, Any], places: Places, drive: Drive, faults: Faul
     written = [key.name for key in WHEEL_KEYS if key.name in table]
     if written and all(fields[name] is not None for name in written) and not table.keys() - fields.keys():
         wheel = _wheel(item, written)
-    asked = {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
+    requirements = {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
     if "limits" not in table:
-        return asked
+        return requirements
     limits = _limits(fields["limits"], raw, drive, faults)
-    return {**asked, "limits": limits, "irregularity": limits.get("irregularity", fields["irregularity"])}
+    return {**requirements, "limits": limits, "irregularity": limits.get("irregularity", fields["irregularity"])}
 
 
 def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Faults) -> dict[str, float]:
@@ -787,13 +787,15 @@ def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
     own = {names.get(key.name, key.name): item.fields[key.name] for key in MATERIAL_KEYS if key.name in written}
     given = {name: item.fields[name] for name in written if name not in (key.name for key in MATERIAL_KEYS)}
     try:
-        asked = WheelAsked(**{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": item.path})
+        requirements = WheelAsked(
+            **{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": item.path}
+        )
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
-    wrong = asked_faults(asked)
+    wrong = asked_faults(requirements)
     item.faults.extend(wrong)
-    return None if wrong else asked
+    return None if wrong else requirements
 
 
 def _cosine(angle: float) -> float:
@@ -820,8 +822,8 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
     if len(values) < 2:
         faults.add("areas.values", f"{len(values)} values", "at least 2")
     elif abs(sums[-1]) > _OPEN_AREAS * swing:
-        found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
-        faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
+        defect = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
+        faults.add("areas.values", defect, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
     return None if fields["scale"] is None else Areas(tuple(values), fields["scale"])
 
 
@@ -829,15 +831,15 @@ def input_files(file: Path) -> list[Path]:
     """A scene's file, and every file that it names."""
     import tomllib
 
-    found = [file]
+    files = [file]
 
     def collect(value: Any) -> None:
         for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
             if key == "file" and isinstance(inner, str):
-                found.append(file.parent / inner)
+                files.append(file.parent / inner)
             elif isinstance(inner, dict | list):
                 collect(inner)
 
     with suppress(SceneError, ValueError, RecursionError):  # such a scene is refused when it is read
         collect(tomllib.loads(file_text(file).replace("\r\n", "\n")))
-    return found
+    return files

@@ -52,8 +52,8 @@ def read_table(
     units = [read_unit(item, "angle_unit", along), read_unit(item, "value_unit", dimension)]
     columns = given_columns(item, ("angle", "value"), "neither", folder)
     if columns is not None and len(columns[0]) != len(columns[1]):
-        found = f"{len(columns[0])} angles and {len(columns[1])} values"
-        faults.add(path, found, "the same number of both")
+        defect = f"{len(columns[0])} angles and {len(columns[1])} values"
+        faults.add(path, defect, "the same number of both")
     if columns is None or len(faults) > before:
         return None
     arrays: list[Array] = []
@@ -78,8 +78,8 @@ def given_columns(
     if "file" in item.raw and not inline:
         return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
     if "file" in item.raw or "column" in item.raw or len(inline) != 2:
-        found = " and ".join(item.given("file", "column", *names)) or nothing
-        item.faults.add(item.path, found, f"either file (and column), or {names[0]} and {names[1]}")
+        defect = " and ".join(item.given("file", "column", *names)) or nothing
+        item.faults.add(item.path, defect, f"either file (and column), or {names[0]} and {names[1]}")
         return None
     columns = [item.fields[name] for name in names]
     return None if None in columns else columns
@@ -139,8 +139,8 @@ def fit_stroke(table: Table, window: Window, path: str, faults: Faults) -> Table
     slack = TOLERANCE * (window[1] - window[0])
     first, last = float(table.angle[0]), float(table.angle[-1])
     if first > window[0] + slack or last < window[1] - slack:
-        found = f"values from {first:.10g} to {last:.10g}"
-        faults.add(path, found, f"values from {window[0]:.10g} to {window[1]:.10g}, all along its load")
+        defect = f"values from {first:.10g} to {last:.10g}"
+        faults.add(path, defect, f"values from {window[0]:.10g} to {window[1]:.10g}, all along its load")
         return None
     return table
 
@@ -322,8 +322,8 @@ def _column(column: object, header: CsvLine | None, width: int, path: str, fault
     elif isinstance(number, bool) or not isinstance(number, (int, np.integer)):
         faults.add(path, show(column), "the name of a column or its number")
     elif not 2 <= number <= width:
-        found = f"column {number}" if column is not None else "a single column"
-        faults.add(path, found, f"a number from 2 to {width}" if width > 1 else "a column of values after the angles")
+        defect = f"column {number}" if column is not None else "a single column"
+        faults.add(path, defect, f"a number from 2 to {width}" if width > 1 else "a column of values after the angles")
     else:
         return int(number) - 1
     return None
@@ -426,8 +426,8 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
     if not isinstance(raw, Mapping):
         return read_position(raw, path, setting)
     if raw.get("interpolation", "spline") != "spline":
-        found = show(raw["interpolation"])
-        setting.faults.add(f"{path}.interpolation", found, "none", "a law's table is a spline: else inertia would jump")
+        defect = show(raw["interpolation"])
+        setting.faults.add(f"{path}.interpolation", defect, "none", "a law's table is a spline: else inertia would jump")
         return None
     raw = {name: value for name, value in raw.items() if name != "interpolation"}
     table = read_table(raw, "length" if key == "x" else "angle", path, setting.folder, setting.faults)
@@ -442,8 +442,8 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
     value = table.value.copy()
     if key == "x":  # both ends of a periodic position are put exactly onto each other
         if abs(value[-1] - value[0]) > _CLOSES * np.ptp(value):
-            found = f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last"
-            setting.faults.add(path, found, "the same position")
+            defect = f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last"
+            setting.faults.add(path, defect, "the same position")
             return None
         value[-1] = value[0]
     return replace(table, value=value, interpolation="spline")
@@ -465,7 +465,7 @@ def fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
         value = np.append((law.value[:-1] + turns * gain).ravel(), law.value[0] + times * gain)
         if np.all(np.diff(angle) > 0):
             return output._replace(law=replace(law, angle=angle, value=value))
-    found = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
+    defect = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
     wanted = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
-    faults.add(f"{path}.{output.name}", found, wanted)
+    faults.add(f"{path}.{output.name}", defect, wanted)
     return output

@@ -116,8 +116,8 @@ def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
 
 def placed(faults: Iterable[Told], text: str, mapping: Mapping[str, Any]) -> list[Told]:
     """Faults of a scene, or remarks, with the lines on which they stand."""
-    found = index(text, mapping)
-    return [fault if found is None else found.placed(fault) for fault in faults]
+    lines = index(text, mapping)
+    return [fault if lines is None else lines.placed(fault) for fault in faults]
 
 
 def _paths(value: object, path: Path) -> Iterator[Path]:
@@ -247,8 +247,8 @@ class _Scanner:
 
     def end(self, at: int) -> int:
         """End of the line."""
-        found = self.text.find("\n", at)
-        return len(self.text) if found < 0 else found
+        place = self.text.find("\n", at)
+        return len(self.text) if place < 0 else place
 
     def troubles(self) -> Iterator[_Trouble]:
         """Errors of syntax, one at most for each statement; scanning continues after each if possible."""
@@ -352,9 +352,9 @@ class _Scanner:
             return self._value(start, path, key if ending else "")
         for known in (self.values, self.tables, self.dotted):
             if path in known:
-                found = f"{key} a second time" if known is self.values else f"{key} as a value"
+                defect = f"{key} a second time" if known is self.values else f"{key} as a value"
                 advice = f"it stands in line {known[path]} already: keep one of the two"
-                raise _Trouble(at, found, f"one {key}", advice)
+                raise _Trouble(at, defect, f"one {key}", advice)
         if path in self.counts:
             raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
         self.lines[path] = self.values[path] = line
@@ -381,8 +381,8 @@ class _Scanner:
         if (quotes := self.text[at : at + 3]) in ('"""', "'''"):
             match = _LONG_TEXT.match(self.text, at)
             if match is None:
-                found, advice = f"{quotes} that is never closed", "where the text ends, or one quote on either side"
-                raise _Trouble(at, found, "a text that ends", f"write {quotes} {advice}", resume=len(self.text))
+                defect, advice = f"{quotes} that is never closed", "where the text ends, or one quote on either side"
+                raise _Trouble(at, defect, "a text that ends", f"write {quotes} {advice}", resume=len(self.text))
             return match.end()
         if mark and mark in "\"'":
             match = _TEXT.match(self.text, at)
@@ -416,8 +416,8 @@ class _Scanner:
                 item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()
                 if re.fullmatch(rf"{_NUMBER}\s*[^\W\d_].*|{_NUMBER}\s*[%°]", item):
                     raise _bare_trouble(start, "", item)
-                found = f"{_glimpse(self.text[at:])} after an item"
-                raise _Trouble(at, found, "a comma between items, or ]", "put a comma")
+                defect = f"{_glimpse(self.text[at:])} after an item"
+                raise _Trouble(at, defect, "a comma between items, or ]", "put a comma")
             at = self._within(at + 1, opening) if self.text[at] == "," else at
             number += 1
         return at + 1
@@ -429,9 +429,9 @@ class _Scanner:
         fresh = self.line(at) > self.line(opening) and not self.text[start:at].strip()
         if at < len(self.text) and not (fresh and _STATEMENT.match(self.text, start)):
             return at
-        found = f"{_glimpse(self.text[opening:])}, a list that does not end"
+        defect = f"{_glimpse(self.text[opening:])}, a list that does not end"
         resume = start if at < len(self.text) and not self.braces else len(self.text)
-        raise _Trouble(opening, found, "a list between [ and ]", "put ] after its last item", resume=resume)
+        raise _Trouble(opening, defect, "a list between [ and ]", "put ] after its last item", resume=resume)
 
     def _mended(self, trouble: _Trouble, opening: int) -> _Trouble:
         """A fault in a table between brackets of any kind with its line written out; scanning continues behind the table."""
@@ -453,8 +453,8 @@ class _Scanner:
         if self.text[at : at + 1] == "}":
             return at + 1
         advice = "write all of it on one line and } at its end, or give it a heading of its own"
-        found = f"{_glimpse(self.text[opening:])} without its }}"
-        is_open = _Trouble(opening, found, "a table between braces on one line", advice)
+        defect = f"{_glimpse(self.text[opening:])} without its }}"
+        is_open = _Trouble(opening, defect, "a table between braces on one line", advice)
         while True:
             match = _KEY.match(self.text, at)
             if at == self.end(at) or self.text[at] == "#":
@@ -513,20 +513,20 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
     ('line 2, column 9', '60 rpm without quotes', 'write speed = "60 rpm"')
     """
     scanner = _Scanner(text)
-    found: list[Fault] = []
+    faults: list[Fault] = []
     try:
         for trouble in scanner.troubles():
             line = scanner.line(trouble.at)
             column = trouble.at - scanner.starts[line - 1] + 1
-            found.append(Fault(name, trouble.found, trouble.expected, trouble.advice, line, column))
-            if len(found) == _MOST_TROUBLES:
+            faults.append(Fault(name, trouble.found, trouble.expected, trouble.advice, line, column))
+            if len(faults) == _MOST_TROUBLES:
                 break
     except RecursionError:
         pass
     match = re.search(r"\(at (?:line (\d+), column (\d+)|end of document)\)", message)
     stop = int(match[1]) if match and match[1] else None
-    if found and (stop is None or (found[0].line or 0) <= stop):
-        return found
+    if faults and (stop is None or (faults[0].line or 0) <= stop):
+        return faults
     what = message[: match.start()].strip() if match else message[:100]
     at = int(match[2]) if match and match[2] else None
     what = f"a text that is no TOML ({what})" if match else "a number of too many digits"
@@ -575,47 +575,47 @@ _A_VALUE = "a number, or a text in quotes"
 
 def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     """The fault of an invalid value, or of text `behind` it."""
-    told = _without_comment(rest)
+    text = _without_comment(rest)
     head, tail = rest[:behind].strip(), rest[behind:].strip()
     if head and head[0] not in "\"'[{":
         head = ""
-    if not told:
+    if not text:
         return _Trouble(at, f"nothing after {key} =", _A_VALUE, f"write a value after {key} =, or leave the line out")
-    if _INVISIBLE.search(told) and not head:
-        plain = _INVISIBLE.sub(" ", told).strip()
+    if _INVISIBLE.search(text) and not head:
+        plain = _INVISIBLE.sub(" ", text).strip()
         return _Trouble(
             at, "a space that is not an ordinary one", "ordinary spaces", _written(key, (plain, *_quoted(plain)))
         )
-    if re.search("[“”„‟«»″‘’‚‛′`´]", told):
-        plain = told.translate(_CURLY)
+    if re.search("[“”„‟«»″‘’‚‛′`´]", text):
+        plain = text.translate(_CURLY)
         inner = plain.strip("\"' ")
-        return _Trouble(at, f"{_glimpse(told)}, with typographic quotes", _STRAIGHT, _written(key, _quoted(inner)))
-    ended = told.rstrip(",; ")
-    if ended != told and (_is_value(ended) or _is_value(ended.replace(",", "."))):
+        return _Trouble(at, f"{_glimpse(text)}, with typographic quotes", _STRAIGHT, _written(key, _quoted(inner)))
+    ended = text.rstrip(",; ")
+    if ended != text and (_is_value(ended) or _is_value(ended.replace(",", "."))):
         advice = _written(key, (ended, ended.replace(",", ".")))
-        return _Trouble(at + len(ended), f"{told[-1]} at the end of the line", "the line's end", advice)
-    if re.match(rf"\(\s*{_KEY.pattern}\s*=", told):
-        ways = (_braced(told[1:].removesuffix(")")),)
-        return _Trouble(at, _glimpse(told), "a table between braces", _written(key, ways) or "write { and }")
+        return _Trouble(at + len(ended), f"{text[-1]} at the end of the line", "the line's end", advice)
+    if re.match(rf"\(\s*{_KEY.pattern}\s*=", text):
+        ways = (_braced(text[1:].removesuffix(")")),)
+        return _Trouble(at, _glimpse(text), "a table between braces", _written(key, ways) or "write { and }")
     for mark in _NO_COMMENT:
         value, sign, _ = rest.partition(mark)
         if sign and _is_value(value.strip()) and rest.strip() != f"{value}{sign}":
             return _Trouble(at + len(value), f"{mark} after a value", "# before a comment", "write # before the comment")
-    if match := re.search(rf"(?<=[ \t])({_KEY.pattern})[ \t]*=", told):
-        found = f"{match[1]} = on the same line"
-        return _Trouble(at + match.start(), found, "one key on a line", f"begin a new line with {match[1]}")
+    if match := re.search(rf"(?<=[ \t])({_KEY.pattern})[ \t]*=", text):
+        defect = f"{match[1]} = on the same line"
+        return _Trouble(at + match.start(), defect, "one key on a line", f"begin a new line with {match[1]}")
     if head[:1] == "[" and set(tail) <= {"]"}:
         return _Trouble(at + behind, f"{tail} after {_glimpse(head)}", "as many ] as [", _written(key, (head,)))
-    if head in ("''", '""') and (inner := told.strip("\"'")):
+    if head in ("''", '""') and (inner := text.strip("\"'")):
         return _Trouble(
-            at, f"{_glimpse(told)}, with quotes twice", "one quote on either side", _written(key, _quoted(inner))
+            at, f"{_glimpse(text)}, with quotes twice", "one quote on either side", _written(key, _quoted(inner))
         )
     if head:  # such as "60" rpm, or quotes within quotes of the same kind
-        inner = told[1:-1] if told[-1] == told[0] and len(told) > len(head) else told
-        joined = told[0] + head[1:-1] + " " + told[len(head) :].strip().strip("\"'") + told[0]
-        advice = _written(key, (joined,) if inner == told and head[0] in "\"'" else _quoted(inner))
+        inner = text[1:-1] if text[-1] == text[0] and len(text) > len(head) else text
+        joined = text[0] + head[1:-1] + " " + text[len(head) :].strip().strip("\"'") + text[0]
+        advice = _written(key, (joined,) if inner == text and head[0] in "\"'" else _quoted(inner))
         return _Trouble(at, f"{_glimpse(tail)} after {_glimpse(head)}", "nothing after a value", advice)
-    return _bare_trouble(at, key, told)
+    return _bare_trouble(at, key, text)
 
 
 def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
@@ -702,22 +702,22 @@ def _inline_trouble(at: int, rest: str) -> _Trouble:
 
 def _key_trouble(at: int, line: str) -> _Trouble:
     """The fault of a line that is no key with its value."""
-    told = _without_comment(line)
+    text = _without_comment(line)
     if line.startswith("```"):
         return _Trouble(at, _glimpse(line), "the scene alone", "leave the lines with ``` out")
     if line.startswith(_NO_COMMENT):
         return _Trouble(at, _glimpse(line), "# before a comment", "write # at the beginning of the line")
     if _INVISIBLE.search(line):
         return _Trouble(at, f"an invisible character in {_glimpse(line)}", "ordinary spaces", "retype this line")
-    plain = told.translate(_CURLY)
+    plain = text.translate(_CURLY)
     if match := re.match(rf"({_KEY.pattern})\s*:=?\s*(.*)", plain):
         if not match[2]:
-            return _Trouble(at, told, "a table's heading in brackets, or key = value", _as_heading(match[1]))
+            return _Trouble(at, text, "a table's heading in brackets, or key = value", _as_heading(match[1]))
         advice = _written(match[1], _ways(match[2])) or "write = for :"
-        return _Trouble(at, f"{_glimpse(told)}, with a colon", "= between key and value", advice)
+        return _Trouble(at, f"{_glimpse(text)}, with a colon", "= between key and value", advice)
     key, equals, value = (piece.strip() for piece in plain.partition("="))
     if equals and not key:
-        return _Trouble(at, f"{_glimpse(told)} without a key", "key = value")
+        return _Trouble(at, f"{_glimpse(text)} without a key", "key = value")
     if equals and re.fullmatch(r"[\w-]+(?:[ \t]+[\w-]+)+", key):
         dotted = re.sub(r"[ \t]+", ".", key)
         return _Trouble(at, f"{_glimpse(key)}, a key with blanks", "a key without blanks", _written(dotted, _ways(value)))
@@ -725,11 +725,11 @@ def _key_trouble(at: int, line: str) -> _Trouble:
         bare = re.sub("[\"']", "", key)
         advice = _written(bare, _ways(value)) if _KEY.fullmatch(bare) else "flywheel reference has the keys"
         expected = "a key of letters a to z, digits, _ and -"
-        return _Trouble(at, f"the key {_glimpse(told.partition('=')[0])}", expected, advice)
+        return _Trouble(at, f"the key {_glimpse(text.partition('=')[0])}", expected, advice)
     if match := re.match(rf"({_KEY.pattern})\s+(\S.*)", plain):
         advice = _written(match[1], _ways(match[2]))
-        return _Trouble(at, f"{_glimpse(told)} without =", "= between key and value", advice)
-    return _Trouble(at, _glimpse(line), "key = value, or a table's heading such as [regime]", _as_heading(told))
+        return _Trouble(at, f"{_glimpse(text)} without =", "= between key and value", advice)
+    return _Trouble(at, _glimpse(line), "key = value, or a table's heading such as [regime]", _as_heading(text))
 
 
 def _ways(value: str) -> Iterator[str]:
@@ -751,10 +751,10 @@ def _as_heading(name: str) -> str:
 
 def _heading_trouble(at: int, line: str) -> _Trouble:
     """The fault of a line that begins with a bracket and is no heading."""
-    told = _without_comment(line)
-    match = re.match(r"(\[+)([^\[\]=]*)(\]*)[ \t]*(.*)", told)
+    text = _without_comment(line)
+    match = re.match(r"(\[+)([^\[\]=]*)(\]*)[ \t]*(.*)", text)
     if match is None:
-        return _Trouble(at, _glimpse(told), "a heading such as [regime] or [[load]]")
+        return _Trouble(at, _glimpse(text), "a heading such as [regime] or [[load]]")
     name = re.sub(r"[ \t]+", ".", match[2].translate(_CURLY).strip(" \t\"':.;,"))
     many = len(match[1]) > 1 or len(match[3]) > 1
     many = many and not (name in SECTIONS and not SECTIONS[name].array)
@@ -763,7 +763,7 @@ def _heading_trouble(at: int, line: str) -> _Trouble:
     if match[4] and match[3] and known:
         advice = f"write {proper} alone, and what follows on the next line"
         return _Trouble(
-            at, f"{_glimpse(match[4])} after {_glimpse(told[: match.start(4)])}", "a heading alone on its line", advice
+            at, f"{_glimpse(match[4])} after {_glimpse(text[: match.start(4)])}", "a heading alone on its line", advice
         )
     expected = "a heading such as [regime] or [[load]]"
-    return _Trouble(at, _glimpse(told), expected, f"write {proper}" if known else "")
+    return _Trouble(at, _glimpse(text), expected, f"write {proper}" if known else "")
