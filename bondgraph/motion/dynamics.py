@@ -515,14 +515,13 @@ def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
         return [(effort, Fraction(1)), (flow, -sign * Fraction(resistance))]
     if port.element.kind != "R" or own is None or not isinstance(law, Function) or not law.is_affine:
         return []
-    read = [form.read(port, n) for n in law.of if n != own]
+    at = flow if own == OWN_FLOW else effort
+    read = [at if n == own else form.read(port, n) for n in law.of]
     value, slopes = law.partials(*[0.0] * len(law.of))
-    if value or None in read:
-        return []
-    slope = -Fraction(slopes[law.of.index(own)])
-    ends = [(effort, Fraction(1)), (flow, sign * slope)] if own == OWN_FLOW else [(flow, Fraction(sign)), (effort, slope)]
-    others = [s for n, s in zip(law.of, slopes, strict=True) if n != own]
-    return ends + [(v, -Fraction(s)) for v, s in zip(read, others, strict=True) if v is not None]
+    signs = [sign if n == OWN_FLOW else 1 for n in law.of]
+    terms = [(v, k * Fraction(s)) for v, k, s in zip(read, signs, slopes, strict=True) if v is not None]
+    left = (effort, Fraction(-1)) if own == OWN_FLOW else (flow, Fraction(-sign))
+    return [] if value or None in read else [left, *terms]
 
 
 def _weighed(form: Formulation) -> tuple[int, ...]:
