@@ -45,6 +45,20 @@ _OF_DRIVE = (
     *("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature"),
     *("inverter_current", "power_returned", "greatest_rate"),
 )
+_LOADS = {  # the figure of each load that has a limit
+    "motor torque": "motor_torque_rms",
+    "motor heat": "motor_heat",
+    "motor temperature": "temperature",
+    "inverter current": "inverter_current",
+    "braking resistor": "power_returned",
+    "clutch torque": "clutch_torque",
+    "clutch heat a stroke": "clutch_heat",
+    "clutch heat an hour": "clutch_heat_per_hour",
+    "brake heat a stroke": "brake_heat",
+    "brake heat an hour": "brake_heat_per_hour",
+    "brake at rest": "holding_torque",
+    "time of the stroke": "stroke_time",
+}
 _PERCENT = 100.0
 
 
@@ -81,7 +95,7 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
             sentences=(*_slips_again(result, system), *_off_stop(result, system)),
         ),
         Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(result))),
-        _shares(result),
+        _shares(result, system),
         _formulas(result, system),
     )
 
@@ -125,12 +139,14 @@ def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
     return Block("flywheel", _("Flywheel on {shaft}", shaft=result.on), tuple(rows), sentences=decides)
 
 
-def _shares(result: SingleStroke) -> Block:
-    """Loads over their limits, and the limits exceeded."""
-    rows = [
-        Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * result.error["shares"][name]), "%")
-        for name, share in result.shares.items()
-    ]
+def _shares(result: SingleStroke, system: TradeUnits) -> Block:
+    """Loads over their limits, each with its figure and its limit, and the limits exceeded."""
+    rows = []
+    for name, share in result.shares.items():
+        one, value, error = BY_KEY[_LOADS[name]], float(result.figures[_LOADS[name]] or 0.0), result.error["shares"][name]
+        value, limit = (shown(one, each, 1e-4 * each, system) for each in (value, value / (share or 1.0)))
+        note = _("{value} of {limit}", value=value, limit=limit) if share else ""
+        rows.append(Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * error), "%", note))
     beyond = ", ".join(share_name(name) for name, share in result.shares.items() if share > 1.0)
     within = (
         _("The clutch slips at its torque; no load exceeds its limit.")

@@ -553,6 +553,8 @@ def test_the_press_of_the_reference(tmp_path):
     assert {f"`{name}`" for name in figures} <= set(re.findall(r"`\w+`", text("single-stroke")))
     shown = CliRunner().invoke(main, ["size", str(scene)])
     assert re.search(r"overrun past stop_at +-19\.870 deg", shown.stdout)
+    (row,) = re.findall(r"clutch torque +([\d.e-]+) % +([\d.e-]+) N m of 900\.0 N m", shown.stdout)
+    assert float(row[1]) == pytest.approx(9.0 * float(row[0]), rel=2e-3)
     full = CliRunner().invoke(main, ["size", str(scene), "--full", "--rtol", "1e-6"]).stdout
     assert [key for key, value in figures.items() if isinstance(value, float) and key not in full] == []
     spanish = CliRunner().invoke(main, ["size", str(scene), "--language", "es", "--units", "us", "--rtol", "1e-6"]).stdout
