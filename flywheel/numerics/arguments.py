@@ -85,13 +85,13 @@ def array(path: str, value: object) -> Array:
     Traceback (most recent call last):
     flywheel.numerics.faults.SceneError: q: found "20", expected finite numbers
     """
-    found = _converted(value)
-    if found is None:
+    values = _converted(value)
+    if values is None:
         raise SceneError([Fault(path, shown(value), "finite numbers")])
-    if not np.isfinite(found).all():
-        what = "a value that is not finite" if found.ndim else shown(float(found))
+    if not np.isfinite(values).all():
+        what = "a value that is not finite" if values.ndim else shown(float(values))
         raise SceneError([Fault(path, what, "finite numbers")])
-    return found
+    return values
 
 
 def vector(path: str, value: object, unit: str) -> tuple[float, float]:
@@ -101,11 +101,11 @@ def vector(path: str, value: object, unit: str) -> tuple[float, float]:
     Traceback (most recent call last):
     flywheel.numerics.faults.SceneError: gravity: found 9.81, expected two numbers, along x and y, in m/s²
     """
-    found = array(path, value)
-    if found.shape != (2,):
-        what = f"an array of shape {found.shape}" if found.ndim else shown(value)
+    components = array(path, value)
+    if components.shape != (2,):
+        what = f"an array of shape {components.shape}" if components.ndim else shown(value)
         raise SceneError([Fault(path, what, f"two numbers, along x and y, in {unit}")])
-    return float(found[0]), float(found[1])
+    return float(components[0]), float(components[1])
 
 
 def shown(value: object) -> str:
@@ -122,7 +122,7 @@ def _converted(value: object) -> Array | None:
     if value is None:
         return None
     try:
-        found = np.asarray(value)
-        return np.asarray(found, dtype=float) if found.dtype.kind in "fiuO" else None
+        values = np.asarray(value)
+        return np.asarray(values, dtype=float) if values.dtype.kind in "fiuO" else None
     except (TypeError, ValueError):
         return None

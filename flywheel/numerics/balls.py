@@ -186,10 +186,10 @@ def _power(u: Any, exponent: Any) -> Any:
     number = float(exponent)
     if number == int(number) and abs(number) < 64:
         base, size = _lifted(u), abs(int(number))
-        found = arb(1) + 0 * base
+        product = arb(1) + 0 * base
         for _ in range(size):
-            found = found * base
-        return 1 / found if number < 0 else found
+            product = product * base
+        return 1 / product if number < 0 else product
     return _lifted(u).sqrt() if number == 0.5 else (_lifted(u).log() * exponent).exp()
 
 
@@ -284,20 +284,20 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         UnprovenError: if no cells, however narrow, reach the errors.
 
     """
-    found: list[Model] = []
+    cells: list[Model] = []
     span = float((high - low).mid())
     todo = [(low, high)]
     while todo:
         left, right = todo.pop()
         model = _model(functions, left, right, order)
         if model is not None and all(size <= error for size, error in zip(_left_open(model, order), errors, strict=True)):
-            found.append(model)
+            cells.append(model)
             continue
         if float((right - left).mid()) < _NARROWEST * abs(span):
             raise UnprovenError(f"a function that is not smooth at {float(left.mid()):.6g} rad")
         middle = arb(float(((left + right) / 2).mid()))
         todo += [(middle, right), (left, middle)]
-    return found
+    return cells
 
 
 def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int) -> Model | None:
@@ -704,8 +704,8 @@ def _followed(cells: Sequence[Place], start: Any, order: int, error: float) -> t
         for _ in range(_MOST_PICARD):
             rate, steep = cell.inner(arb_series(own.coeffs(), order + 1))
             rising = _polynomial(rate, order - 1).integral()
-            found = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
-            last, change, own = change, (found - own)(arb(0, high.abs_upper())).abs_upper(), found
+            polynomial = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
+            last, change, own = change, (polynomial - own)(arb(0, high.abs_upper())).abs_upper(), polynomial
             if change < error or not change < last:
                 break
         grown = _polynomial(steep, order).integral()

@@ -116,7 +116,7 @@ def spend(work: float) -> None:
         return
     left[0] -= work
     if left[0] < 0.0:
-        found = "no steady motion within the search limit"
+        defect = "no steady motion within the search limit"
         expected = "a steady motion"
         advice = "follow the machine in time: flywheel simulate"
-        raise BudgetError([Fault("regime", found, expected, advice)])
+        raise BudgetError([Fault("regime", defect, expected, advice)])

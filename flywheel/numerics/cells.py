@@ -152,13 +152,13 @@ def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], 
     """
     before, stalls = np.inf, 0
     while True:
-        found, error, coarse = evaluate(edges)
+        result, error, coarse = evaluate(edges)
         stalls = stalls + 1 if 0.9 * before < error <= _RESOLVED else 0
         if error <= rtol or stalls > 1:
-            return found
+            return result
         finer = halved(edges, coarse(rtol / error), most)
         if finer is None:
-            return found
+            return result
         before, edges = error, finer
 
 
@@ -202,14 +202,14 @@ def basis(t: Array, terms: int = ORDER + 1) -> Array:
     """T_0..T_(terms-1) at local abscissas t in [-1, 1], along a new last axis."""
     if t.size < _MANY:
         return np.asarray(np.cos(np.arccos(t)[..., None] * _DEGREES[:terms]))
-    found = np.empty((terms, *t.shape))  # T_(m+n) = 2 T_m T_n - T_(m-n), from twice as many to twice as many
-    found[0], found[1] = 1.0, t
+    polynomials = np.empty((terms, *t.shape))  # T_(m+n) = 2 T_m T_n - T_(m-n), from twice as many to twice as many
+    polynomials[0], polynomials[1] = 1.0, t
     m = 1
     while m + 1 < terms:
         n = min(m, terms - 1 - m)
-        found[m + 1 : m + n + 1] = 2.0 * found[m] * found[1 : n + 1] - found[m - n : m][::-1]
+        polynomials[m + 1 : m + n + 1] = 2.0 * polynomials[m] * polynomials[1 : n + 1] - polynomials[m - n : m][::-1]
         m *= 2
-    return np.moveaxis(found, 0, -1)
+    return np.moveaxis(polynomials, 0, -1)
 
 
 def value(series: Array, t: Array) -> Array:
@@ -258,9 +258,9 @@ def extents(series: Array) -> tuple[Array, Array]:
     constant = size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0]
     turning = np.flatnonzero(~(steady | constant))
     noise = 64 * ROUNDING * slope_size[turning].sum(axis=-1)
-    found = crossings(slopes[None, turning], noise[None])
-    cell = turning[found.cell]
-    return extents_with(series, cell, value(series[cell], found.t))
+    roots = crossings(slopes[None, turning], noise[None])
+    cell = turning[roots.cell]
+    return extents_with(series, cell, value(series[cell], roots.t))
 
 
 def extents_with(series: Array, cell: Index, inside: Array) -> tuple[Array, Array]:
@@ -369,11 +369,11 @@ def crossings(series: Array, noise: Array) -> Crossings:
     share = low / np.where(span == 0.0, np.inf, span)
     t, slope = _roots(rows.take(row, axis=0), left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
     function, cell = np.divmod(row, number)
-    found = Crossings(function, cell, t, slope)
+    roots = Crossings(function, cell, t, slope)
     hidden = _hidden(grid, level.take(looked))
     if hidden is None:
-        return found
-    both = zip(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
+        return roots
+    both = zip(roots, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
     every = Crossings(*(np.concatenate(pair) for pair in both))
     return every.only(np.lexsort((every.t, every.cell, every.function)))
 
@@ -512,31 +512,31 @@ def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
         first, backwards = int(growth.argmax()) % half.size, bool(growth[-1] > 0.0)
     rows = half, jacobian, by_parameter, at_nodes, ended
     rolled = [np.roll(each, -first, axis=0) for each in rows] if first else rows
-    found = _backwards(*rolled) if backwards else changes(*rolled)
+    motion = _backwards(*rolled) if backwards else changes(*rolled)
     base = 0 if backwards else -1
-    ends = found.edge_start, found.edge_by, found.edge_rest[..., None]
+    ends = motion.edge_start, motion.edge_by, motion.edge_rest[..., None]
     around = np.concatenate([rows[..., base, :, :] for rows in ends], axis=-1)
     if first:
-        found = _unrolled(found, first)
-    found.edge_rest[..., -1, :] -= gap
-    return found._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
+        motion = _unrolled(motion, first)
+    motion.edge_rest[..., -1, :] -= gap
+    return motion._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
 
 
 def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:
     """The same as `changes`, as functions of dz where the last cell ends."""
     from_right = at_nodes - at_edges[:, :, None]
-    found = changes(
+    motion = changes(
         half[::-1], -jacobian[::-1, ..., ::-1], -by_parameter[::-1, ..., ::-1], from_right[::-1, ..., ::-1], -at_edges[::-1]
     )
-    nodes = found.start[::-1, :, ::-1], found.by[::-1, :, ::-1], found.rest[::-1, :, ::-1]
-    return Changes(*nodes, found.edge_start[::-1], found.edge_by[::-1], found.edge_rest[::-1])
+    nodes = motion.start[::-1, :, ::-1], motion.by[::-1, :, ::-1], motion.rest[::-1, :, ::-1]
+    return Changes(*nodes, motion.edge_start[::-1], motion.edge_by[::-1], motion.edge_rest[::-1])
 
 
-def _unrolled(found: Changes, first: int) -> Changes:
+def _unrolled(motion: Changes, first: int) -> Changes:
     """Changes found from the cell `first` round to itself, from phi = 0 on."""
-    start, by, rest = (np.roll(rows, first, axis=0) for rows in found[:3])
+    start, by, rest = (np.roll(rows, first, axis=0) for rows in motion[:3])
     edge_start, edge_by, edge_rest = (
-        np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]])) for rows in found[3:6]
+        np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]])) for rows in motion[3:6]
     )
     return Changes(start, by, rest, edge_start, edge_by, edge_rest)
 

@@ -123,8 +123,8 @@ def gradient(values: Values, x: Array, scales: Array, step: float = FINE) -> tup
     steps = step * 2.0 ** np.round(np.log2(scales))
     moved = np.diag(steps)
     points = x[:, None] + np.concatenate([np.zeros((len(x), 1)), moved, -moved], axis=1)
-    found, _ = values(points)
-    centre, plus, minus = found[:, :1], found[:, 1 : len(x) + 1], found[:, len(x) + 1 :]
+    figures, _ = values(points)
+    centre, plus, minus = figures[:, :1], figures[:, 1 : len(x) + 1], figures[:, len(x) + 1 :]
     right, left = (plus - centre) / steps, (centre - minus) / steps
     slope = 0.5 * (right + left)
     return centre[:, 0], np.where(np.isnan(slope), np.where(np.isnan(right), left, right), slope)
@@ -141,10 +141,10 @@ def _fill(
         h = steps[variable, levels]
         columns[variable, grid[0, i]] += h
         columns[variable, grid[1, i]] -= h
-    found, error = values(columns)
-    found, error = found.reshape(len(found), *grid.shape), error.reshape(len(error), *grid.shape)
-    where = np.ix_(np.arange(len(found)), variables, levels)
-    plus[where], minus[where], noise[where] = found[:, 0], found[:, 1], np.fmax(error[:, 0], error[:, 1])
+    figures, error = values(columns)
+    figures, error = figures.reshape(len(figures), *grid.shape), error.reshape(len(error), *grid.shape)
+    where = np.ix_(np.arange(len(figures)), variables, levels)
+    plus[where], minus[where], noise[where] = figures[:, 0], figures[:, 1], np.fmax(error[:, 0], error[:, 1])
 
 
 def _extrapolated(
@@ -301,11 +301,11 @@ class _Terrain(NamedTuple):
         moved = np.where(share + _TANGENT_STEP <= 1.0, _TANGENT_STEP, -_TANGENT_STEP)
         # within the bounds, if need be on one side
         back = np.where((share >= _TANGENT_STEP) & (moved > 0.0), -_TANGENT_STEP, 0.5 * moved)
-        found = self.values(np.array([share, *(share + np.diag(moved)), *(share + np.diag(back))]).T)
-        changes = found[:, 1:].reshape(len(found), 2, -1) - found[:, :1, None]
+        figures = self.values(np.array([share, *(share + np.diag(moved)), *(share + np.diag(back))]).T)
+        changes = figures[:, 1:].reshape(len(figures), 2, -1) - figures[:, :1, None]
         there, other = changes[:, 0] / moved, changes[:, 1] / back
         mixed = np.abs(there - other).max(axis=1) > _TANGENT_DIFFERENCE * np.abs(there).max(axis=1)
-        return Point(share, found[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
+        return Point(share, figures[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
 
     def piece(self, share: Array) -> Piece | None:
         """A function's piece around a point, to the second order; None if a value is missing."""
@@ -315,13 +315,13 @@ class _Terrain(NamedTuple):
         pairs = [(i, j) for i in range(count) for j in range(i)]
         both = np.array([step[i] + step[j] for i, j in pairs]).reshape(-1, count)
         moved = np.concatenate([np.zeros((1, count)), step, -step, both, -both])
-        found = self.values(share[:, None] + moved.T)
-        if not np.isfinite(found).all():
+        figures = self.values(share[:, None] + moved.T)
+        if not np.isfinite(figures).all():
             return None
-        middle, plus, minus = found[:, :1], found[:, 1 : count + 1], found[:, count + 1 : 2 * count + 1]
-        curvature = np.zeros((len(found), count, count))
+        middle, plus, minus = figures[:, :1], figures[:, 1 : count + 1], figures[:, count + 1 : 2 * count + 1]
+        curvature = np.zeros((len(figures), count, count))
         curvature[:, range(count), range(count)] = (plus - 2 * middle + minus) / h**2
-        twice = found[:, 2 * count + 1 :].reshape(len(found), 2, -1).sum(axis=1)
+        twice = figures[:, 2 * count + 1 :].reshape(len(figures), 2, -1).sum(axis=1)
         for k, (i, j) in enumerate(pairs):
             others = plus[:, i] + minus[:, i] + plus[:, j] + minus[:, j]
             curvature[:, i, j] = curvature[:, j, i] = (twice[:, k] + 2 * middle[:, 0] - others) / (2 * h**2)
@@ -416,9 +416,9 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
         nonlocal best
         key = np.clip(x, 0.0, 1.0).tobytes()
         if key not in tried:
-            tried[key] = found = at(x)
-            if merit(found.rows, size) < merit(best.rows, size):
-                best = found
+            tried[key] = point = at(x)
+            if merit(point.rows, size) < merit(best.rows, size):
+                best = point
         return tried[key]
 
     def held(j: int) -> dict[str, Any]:
@@ -498,19 +498,19 @@ def _program(point: Point, near: list[Point], radius: float, size: float) -> tup
     if not matrix:
         return None, 0.0, []
     bounds = [(max(-radius, -x), min(radius, 1.0 - x)) for x in point.x.tolist()]
-    found = linprog(
+    optimum = linprog(
         [*[0.0] * count, 1.0, *[_PENALTY] * many],
         A_ub=np.array(matrix),
         b_ub=np.array(right),
         bounds=[*bounds, (None, None), *[(0.0, None)] * many],
         method="highs",
     )
-    if found.x is None:
+    if optimum.x is None:
         return None, 0.0, []
     before = float(np.maximum(point.rows[1:], 0.0).sum()) * _PENALTY
-    weights = -found.ineqlin.marginals.reshape(len(used), 1 + many)
+    weights = -optimum.ineqlin.marginals.reshape(len(used), 1 + many)
     active = [other for other, own in zip(used, weights, strict=True) if own.max() > _WEIGHT]
-    return np.asarray(found.x[:count]), (before - float(found.fun or 0.0)) * size, active
+    return np.asarray(optimum.x[:count]), (before - float(optimum.fun or 0.0)) * size, active
 
 
 # -- ridges that are curved --------------------------------------------------------------------------------------------
@@ -577,7 +577,7 @@ def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]
         slope = other.slopes[0]
         if all(np.abs(slope - known).max() > _TANGENT_DIFFERENCE * np.abs(slope).max() for known in distinct):
             distinct.append(slope)
-    found = []
+    pieces = []
     for i, slope in enumerate(distinct):
         ways = [slope - other for k, other in enumerate(distinct) if k != i]
         way = np.zeros(len(point.x))
@@ -588,8 +588,8 @@ def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]
             way = way if program.x is None else np.asarray(program.x[:-1])
         piece = terrain.piece(point.x + _AWAY * way)
         if piece is not None:
-            found.append(piece)
-    return found
+            pieces.append(piece)
+    return pieces
 
 
 def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tuple[Array, float]:
@@ -632,9 +632,9 @@ def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tu
         "method": "SLSQP",
         "options": {"maxiter": _STEPS, "ftol": _SLSQP_CHANGE},
     }
-    found = minimize(aim, start, **wanted)
+    optimum = minimize(aim, start, **wanted)
     low, high = np.array(ends).T
-    step = np.clip(found.x[:count], low, high)
+    step = np.clip(optimum.x[:count], low, high)
     after = rows(step)[0].max(axis=0) - base
     unkept = np.maximum(point.rows[1:], 0.0).sum() - np.maximum(after[1:], 0.0).sum()
     return step, float(-after[0] + _PENALTY * unkept) * size

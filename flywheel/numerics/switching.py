@@ -92,8 +92,8 @@ def roots(
     [3.14159265358979, 6.28318530717959]
     """
     edges = np.array([a, b], dtype=float)
-    found = roots_in_pieces(lambda lo, hi, _: enclose(lo, hi), lambda phi, _: value(phi), edges, most)
-    return [float(root) for root in found[1:-1]]
+    zeros = roots_in_pieces(lambda lo, hi, _: enclose(lo, hi), lambda phi, _: value(phi), edges, most)
+    return [float(root) for root in zeros[1:-1]]
 
 
 def roots_in_pieces(
@@ -114,10 +114,10 @@ def roots_in_pieces(
         if ends.size:  # where rounding cannot tell the value from zero
             doubtful = interval(enclose(*ends)[0]).contains(0.0)
             flat = np.concatenate((flat, ends[:, np.broadcast_to(doubtful, ends[0].shape)]), axis=1)
-        found = np.sort(np.concatenate((crossings, _touching_points(enclose, value, flat, edges))))
+        zeros = np.sort(np.concatenate((crossings, _touching_points(enclose, value, flat, edges))))
     near = 16 * _EPS * max(abs(edges[0]), abs(edges[-1]))
-    found = found[_distance(found, edges) > near]
-    return np.sort(np.concatenate((edges, found[np.diff(found, prepend=-np.inf) > near])))
+    zeros = zeros[_distance(zeros, edges) > near]
+    return np.sort(np.concatenate((edges, zeros[np.diff(zeros, prepend=-np.inf) > near])))
 
 
 def _isolated(enclose: Callable[[Array, Array, Array], tuple[Any, Any]], edges: Array, most: int) -> tuple[Array, Array]:
@@ -315,8 +315,8 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
         while lo.size:
             middle = 0.5 * (lo + hi)
             centre = env_value(middle, middle)
-            found = np.abs(np.broadcast_to(expression.evaluate(centre, np, centre), lo.shape))
-            peak = float(np.max(found[np.isfinite(found)], initial=peak))
+            sizes = np.abs(np.broadcast_to(expression.evaluate(centre, np, centre), lo.shape))
+            peak = float(np.max(sizes[np.isfinite(sizes)], initial=peak))
             inside = {name: u.value if isinstance(u, Jet) else u for name, u in env(lo, hi, middle).items()}
             cells = _examined(inside, centre, (hi - lo) / span)
             wide = _too_wide(expression.tree, cells, np.full(lo.shape, _NEGLIGIBLE * peak), {})
@@ -435,7 +435,7 @@ def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> lis
     if not node.args:
         return []
     scaled = [cells.scaled(arg) for arg in (node.args if node.op == "product" else node.args[:1])]
-    found: list[tuple[Node, Array, Powers]] = []
+    arguments: list[tuple[Node, Array, Powers]] = []
     if node.op == "product":
         factors = [cells.bounds_of(one.factor) for one in scaled]
         sizes = [v if sign == "*" else NAMESPACE.divide(1.0, v) for sign, v in zip(node.signs, factors, strict=True)]
@@ -444,12 +444,12 @@ def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> lis
             for j, size in enumerate(sizes):
                 steepness = steepness * (size.magnitude if j != k else 1.0)
             steepness = steepness if sign == "*" else steepness * sizes[k].magnitude ** 2
-            found.append((arg, _share(tolerance, steepness), scaled[k].powers))
-        return found
+            arguments.append((arg, _share(tolerance, steepness), scaled[k].powers))
+        return arguments
     arg, powers, v = node.args[0], scaled[0].powers, cells.bounds_of(scaled[0].factor)
     if node.op == "log":
-        found = [(tree, _share(tolerance, np.abs(c)), {}) for tree, (_, c) in powers.items() if isinstance(tree, Node)]
-        return [(arg, _share(tolerance, 1.0 / v.mignitude), powers), *found]
+        arguments = [(tree, _share(tolerance, np.abs(c)), {}) for tree, (_, c) in powers.items() if isinstance(tree, Node)]
+        return [(arg, _share(tolerance, 1.0 / v.mignitude), powers), *arguments]
     order = 0.5 if node.op == "sqrt" else node.args[1].number if node.op == "**" and node.args[1].op == "number" else None
     if order is not None:
         steepness = abs(order) * np.maximum(v.magnitude ** (order - 1), v.mignitude ** (order - 1))

@@ -702,8 +702,8 @@ def written_here(text: str, names: Collection[str]) -> str:
         c, a, b = (whole[name].strip() for name in "cab")
         advice = f"write {a} if {c} else {b}"
         return advice if len(advice) <= _LONGEST and advice.isascii() else CONDITION
-    found = next((match.expand(advice) for pattern, advice in _HABITS if (match := pattern.search(text))), "")
-    return found or product(text, names)
+    hint = next((match.expand(advice) for pattern, advice in _HABITS if (match := pattern.search(text))), "")
+    return hint or product(text, names)
 
 
 def product(text: str, names: Collection[str]) -> str:
