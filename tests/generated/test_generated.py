@@ -21,7 +21,8 @@ QUICK = (0, 1, 4, 9, 11, 19, 27, 28, 30, 35, 41, 49, 51, 54, BY_LOSSES, AT_A_JUM
 LONG = (3, 6, 7, 21, 29, 33, 55)  # some in 20 s: left to `python -m tests.generated`, which draws thousands
 FIXED = [*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in (*range(66), IDLE) if k not in {*QUICK, *LONG})]
 SPECIAL = sample((1, 7, 19, 25, 13, 31, 20, 0, 39, 15, 4, 36, 41, 53, 23, 29), 4)  # of each kind the cheaper ones
-STROKES = sample((11, 2, 7, 19), 4)  # rotors and slider-cranks, losses on either side of the clutch, friction, weights
+# rotors and slider-cranks, losses on either side of the clutch, friction, weights; motors on inverters, servo drives
+STROKES = sample((9000004, 11, 2, 7, 19), 5)
 ROW = 264  # friction, weight, meshes that lose on both sides, ramps of clutch and brake, an induction motor
 NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when it changes its side
 
