@@ -91,10 +91,10 @@ class Until(NamedTuple):
         """The end in words, with its unit."""
         way, speed = ("m", "m/s") if sliding else ("rad", "rad/s")
         if self.kind == "way" and not sliding:
-            return f"{self.value:.6g} rad ({self.value / TURN:.6g} turns) on"
+            return f"a travel of {self.value:.6g} rad ({self.value / TURN:.6g} turns)"
         return {
             "time": f"{self.value:.6g} s",
-            "way": f"{self.value:.6g} {way} on",
+            "way": f"a travel of {self.value:.6g} {way}",
             "speed": f"{self.value:.6g} {speed}",
         }.get(self.kind, f"{100 * self.value:.6g} % of its regime's speed")
 

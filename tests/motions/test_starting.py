@@ -414,7 +414,7 @@ def test_torques_that_depend_on_speed_have_a_regime_without_a_flywheel():
     ("end", "told"),
     [
         ("5 s", "; it did not reach 5 s"),
-        ("90 deg", "; it did not reach 1.5708 rad (0.25 turns) on"),
+        ("90 deg", "; it did not reach a travel of 1.5708 rad (0.25 turns)"),
         ("900 rpm", "; it did not reach 94.2478 rad/s"),
     ],
 )
@@ -430,7 +430,7 @@ def test_a_machine_that_stops_before_is_told():
     run = flywheel.transient(flywheel.load(YOKE | {"drive": {"torque": "20 - 40*phi"}}), end="2 turns", rtol=1e-7)
     assert run.reason in ("stop", "stall")
     assert run.phi == pytest.approx(1.0, rel=1e-6)
-    assert run.ended.endswith("it did not reach 12.5664 rad (2 turns) on")
+    assert run.ended.endswith("it did not reach a travel of 12.5664 rad (2 turns)")
 
 
 def test_ways_and_speeds_are_those_of_the_driver():
