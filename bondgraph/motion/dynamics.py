@@ -468,7 +468,7 @@ def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[...
     acting = [form.acting[k - first] if k < last else form.followers[k - last] for k in driven]
     if any(p.element.kind not in SOURCES or not isinstance(p.element.law, float) for p in acting):
         return {}
-    at = {form.state_name(p): k for k, p in zip(places, ports, strict=True)}
+    at: dict[str | None, int] = {form.state_name(p): k for k, p in zip(places, ports, strict=True)}
     slopes: dict[int, dict[int, Fraction]] = {}  # of what a store gives by the states
     for k, port in zip(places, ports, strict=True):
         law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
