@@ -144,8 +144,8 @@ def _shares(result: SingleStroke, system: TradeUnits) -> Block:
     rows = []
     for name, share in result.shares.items():
         one, value, error = BY_KEY[_LOADS[name]], float(result.figures[_LOADS[name]] or 0.0), result.error["shares"][name]
-        value, limit = (shown(one, each, 1e-4 * each, system) for each in (value, value / (share or 1.0)))
-        note = _("{value} of {limit}", value=value, limit=limit) if share else ""
+        reached, limit = (shown(one, each, 1e-4 * each, system) for each in (value, value / (share or 1.0)))
+        note = _("{value} of {limit}", value=reached, limit=limit) if share else ""
         rows.append(Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * error), "%", note))
     beyond = ", ".join(share_name(name) for name, share in result.shares.items() if share > 1.0)
     within = (

@@ -215,8 +215,6 @@ def tried_strokes(seed: int) -> list[Verdict]:
         tripped += ["overvoltage"] * (motor.inverter.braking == "none" and true["power_returned"] > 1e-9 * motor.power)
         if tripped != [trip.kind for trip in found.trips]:
             lines.append(f"trips {[trip.kind for trip in found.trips]}, beside {tripped}")
-    if "inverter_current" in true:  # where the limit begins, the oracle's losses are those without it up to 1e-7 of a torque
-        scales["inverter_current"] = 20.0 * true["inverter_current"]
     for name, right in true.items():
         value: Any = found.figures[name]
         compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))

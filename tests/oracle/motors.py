@@ -137,7 +137,7 @@ def slip_heat(row: dict[str, Any]) -> Callable[[float, float], float]:
             return weak**2 * 2 * top * u * ub / (u * u + ub * ub) - abs(torque)
 
         slip = way * (fed[0] - omega)
-        if fed[3] is not None and abs(lacking(slip)) > 1e-7 * top:  # held by its limit, at another frequency
+        if fed[3] is not None and (0.0 < slip <= ub or abs(lacking(slip)) > 1e-7 * top):  # at another frequency by its limit
             slip = brentq(lacking, 0.0, ub, xtol=1e-13) if lacking(ub) > 1e-9 * top else ub
         return abs(torque) * slip
 
