@@ -61,13 +61,12 @@ _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
 _RATE = 1e-5  # of a limit, to which the greatest rate is found
 _SIGNALS = 25  # stop signals tried
-_SIGNAL_WIDTH = (
-    0.1  # times the root of the tolerance of a step: to which the worst of them is found, of the time it may come
-)
+_SIGNAL_WIDTH = 0.1  # times the root of a step's tolerance: to which the worst is found, of the time it may come
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-3  # of that lack: to which that is found beyond which a stroke fails
 _SLOWER, _FASTER = 1.6, 0.3  # of the logarithm of what a speed lacks to that of idling: steps to the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
+_LONGEST_WAIT, _WAITING = 3.0, 0.1  # of the logarithm of the period over that after which the drive idles: most, and a step
 _NEIGHBOUR = 0.2  # relative: by how much a stroke may differ from one whose errors, times the latter, serve for it
 _CARRIED = 1.5
 _LIKENESS = frozenset(("inertia", "period", "speed_least", "slip_time", "clutch_heat", "brake_heat", "mean_power"))
@@ -168,7 +167,8 @@ def rate_limit(found: SingleStroke) -> Iterator[str]:
     if found.greatest_rate is None:
         return
     if found.greatest_rate == 0.0:
-        yield _("Beyond its limit at any rate: {what}.", what=share_name(found.decides))
+        rate = number(f"{60.0 * found.error['greatest_rate']:.2g}")
+        yield _("Beyond its limit at {rate} strokes a minute and more: {what}.", rate=rate, what=share_name(found.decides))
         return
     rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
     yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
@@ -829,10 +829,20 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
     driving side has it again is the period, so that no rate without a periodic stroke has to be tried. The difference
     between the idling speed and the speed falls nearly exponentially with the time, so that the search varies its logarithm.
+    Below `idling` the side waits at that speed, and the search varies the logarithm of the period.
     """
     count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
     nominal, idle = run.phases.begin[0], strokes.typical * strokes.ratio
     highest, last = (idle if nominal < idle else (1.0 + _FAILS) * nominal), [run.phases]
+    idling = math.log(_NEAR_IDLE * idle)
+
+    def begun(gap: float) -> _Run:
+        found = regaining(strokes, highest - math.exp(max(gap, idling)), last[0])
+        if gap < idling:
+            plan = strokes.plan._replace(rate=count / found.period * math.exp(gap - idling), idle=None)
+            slower = Strokes(replace(strokes.scene, single_stroke=plan), strokes.inertia, strokes.rtol, strokes)
+            return _Run.of(slower, periodic(slower, found, slower.renewed(found)))
+        return _Run.of(strokes, found)
 
     def noted(gap: float, tried: _Run) -> float:
         excess = {each: share - 1.0 for each, share in tried.shares.items()}
@@ -849,7 +859,7 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
         """
         if gap not in known:
             try:
-                tried = _Run.of(strokes, regaining(strokes, highest - math.exp(gap), last[0]))
+                tried = begun(gap)
             except SceneError as error:
                 known[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
             else:
@@ -857,14 +867,17 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
                 noted(gap, tried)
         return known[gap][0]
 
-    slow = fast = math.log(highest - nominal)
-    noted(slow, run)
+    slow = fast = math.log(max(highest - nominal, math.exp(idling)))
+    if slow > idling:
+        noted(slow, run)
     while over(slow) > 0.0:
-        slow, fast = slow - _SLOWER, slow
-        if slow < math.log(_NEAR_IDLE * idle):
-            return 0.0, known[fast][1], 0.0
+        if slow <= idling - _LONGEST_WAIT:
+            return 0.0, known[slow][1], count / max(run.phases.period, *(period for *_, period in known.values()))
+        step = _SLOWER if slow > idling else min(_SLOWER, 2.0 * math.log1p(over(slow)) + _WAITING)
+        slow, fast = max(slow - step, idling - _LONGEST_WAIT), slow
     while over(fast) <= 0.0:  # on the way of the recovery, to where the load that decides would come to its limit
-        slow, fast = fast, max(fast + _FASTER, math.log(highest - _sooner(last[0], 1.0 + over(fast))))
+        sooner = max(highest - _sooner(last[0], 1.0 + over(fast)), math.exp(idling))
+        slow, fast = fast, max(fast + _FASTER, math.log(sooner))
     while math.isinf(over(fast)) and fast - slow > _FAILS:
         middle = 0.5 * (slow + fast)
         slow, fast = (middle, fast) if over(middle) <= 0.0 else (slow, middle)
