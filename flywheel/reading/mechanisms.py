@@ -698,9 +698,10 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             except SceneError as error:  # it locks
                 kind, alone = KINDS[item.mechanism.type], not once and len(found) == 1
                 moves = stroke_ranges(item.mechanism, setting.parameters) if alone else ""
-                partly = f"; a [stroke] may lie within {moves}" if moves else ""
                 for fault in error.faults:
-                    advice = fault.advice + (partly if fault.locks else "")
+                    advice = fault.advice
+                    if moves and fault.locks:
+                        advice = f"{advice}; a [stroke] may lie within {moves}"
                     faults.append(_as_written(fault, kind, table)._replace(advice=advice))
             except ArithmeticError:
                 advice = "lengths whose squares can be computed"
