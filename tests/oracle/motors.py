@@ -137,8 +137,13 @@ def slip_heat(row: dict[str, Any]) -> Callable[[float, float], float]:
             return weak**2 * 2 * top * u * ub / (u * u + ub * ub) - abs(torque)
 
         slip = way * (fed[0] - omega)
-        if fed[3] is not None and (0.0 < slip <= ub or abs(lacking(slip)) > 1e-7 * top):  # at another frequency by its limit
+        gap = lacking(slip)
+        if fed[3] is not None and abs(gap) > 1e-7 * top:  # held by its limit, at another frequency
             slip = brentq(lacking, 0.0, ub, xtol=1e-13) if lacking(ub) > 1e-9 * top else ub
+        elif (
+            fed[3] is not None and (rise := lacking(slip + 1e-5 * ub) - gap) > 1e-6 * top
+        ):  # or just so, where the limit begins
+            slip -= gap / rise * 1e-5 * ub
         return abs(torque) * slip
 
     return heat
