@@ -60,15 +60,13 @@ if TYPE_CHECKING:
 _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of those that they are compared with
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
 _RATE = 1e-5  # of a limit, to which the greatest rate is found
-_SIGNALS = 25  # stop signals tried
-_SIGNAL_WIDTH = 0.1  # times the root of a step's tolerance: to which the worst is found, of the time it may come
+_SIGNALS, _SIGNAL_WIDTH = 25, 0.1  # stop signals tried; to which the worst is found, times the root of a step's tolerance
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-3  # of that lack: to which that is found beyond which a stroke fails
 _SLOWER, _FASTER = 1.6, 0.3  # of the logarithm of what a speed lacks to that of idling: steps to the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
 _LONGEST_WAIT, _WAITING = 3.0, 0.1  # of the logarithm of the period over that after which the drive idles: most, and a step
 _NEIGHBOUR = 0.2  # relative: by how much a stroke may differ from one whose errors, times the latter, serve for it
-_CARRIED = 1.5
 _LIKENESS = frozenset(("inertia", "period", "speed_least", "slip_time", "clutch_heat", "brake_heat", "mean_power"))
 _ADDING = 100.0  # tolerances of a step, which the errors of a stroke add up to
 _NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
@@ -82,7 +80,7 @@ _TIME = "time of the stroke"
 _MOTOR_SHARES = "motor torque", "motor heat"
 _HOUR = 3600.0
 _NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
-_SAFETY = 2.0
+_SAFETY, _CARRIED = 2.0, 1.5
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 
 
@@ -832,9 +830,8 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     Below `idling` the side waits at that speed, and the search varies the logarithm of the period.
     """
     count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
-    nominal, idle = run.phases.begin[0], strokes.typical * strokes.ratio
-    highest, last = (idle if nominal < idle else (1.0 + _FAILS) * nominal), [run.phases]
-    idling = math.log(_NEAR_IDLE * idle)
+    nominal, idle, last = run.phases.begin[0], strokes.typical * strokes.ratio, [run.phases]
+    highest, idling = (idle if nominal < idle else (1.0 + _FAILS) * nominal), math.log(_NEAR_IDLE * idle)
 
     def begun(gap: float) -> _Run:
         found = regaining(strokes, highest - math.exp(max(gap, idling)), last[0])
@@ -871,7 +868,10 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     if slow > idling:
         noted(slow, run)
     while over(slow) > 0.0:
-        if slow <= idling - _LONGEST_WAIT:
+        waits = [(1.0 + known[gap][0], known[gap][2]) for gap in (fast, slow) if gap < idling]
+        rising = [share**power * period - period for power in (1, 2) for share, period in waits]  # of a mean a + b/period
+        endless = slow < fast < idling and rising[0] < rising[1] and rising[2] < rising[3]
+        if slow <= idling - _LONGEST_WAIT or endless:
             return 0.0, known[slow][1], count / max(run.phases.period, *(period for *_, period in known.values()))
         step = _SLOWER if slow > idling else min(_SLOWER, 2.0 * math.log1p(over(slow)) + _WAITING)
         slow, fast = max(slow - step, idling - _LONGEST_WAIT), slow
