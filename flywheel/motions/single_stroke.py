@@ -841,13 +841,12 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
             return _Run.of(slower, periodic(slower, found, slower.renewed(found)))
         return _Run.of(strokes, found)
 
-    def noted(gap: float, tried: _Run) -> float:
+    def noted(gap: float, tried: _Run) -> None:
         excess = {each: share - 1.0 for each, share in tried.shares.items()}
         if tried.phases.slips:
             excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period
         name = max(excess, key=lambda each: excess[each])
         known[gap] = excess[name], name, tried.phases.period
-        return excess[name]
 
     def over(gap: float) -> float:
         """The load that is greatest over its limit, less 1; infinite where the stroke fails.

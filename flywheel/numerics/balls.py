@@ -64,13 +64,22 @@ def constant(value: Any) -> Any:
         raise UnprovenError(f"a number that is not finite, {value!r}")
     if value == int(value):
         return arb(int(value))
-    share = Fraction(value / math.pi).limit_denominator(_TURNS)
-    if share and value == float(share.numerator * math.pi / share.denominator):
+    if share := share_of_pi(value):
         return arb.pi() * fmpq(share.numerator, share.denominator)
     if float(f"{value:.{_DIGITS}g}") != value:
         raise UnprovenError(f"a number, {value!r}, that may have been calculated with roundings")
     decimal = Fraction(f"{value:.{_DIGITS}g}")
     return rational(decimal.numerator, decimal.denominator)
+
+
+def share_of_pi(value: float) -> Fraction:
+    """The multiple of pi that a number is the float of; 0 for others.
+
+    >>> share_of_pi(math.pi / 2), share_of_pi(1.5)
+    (Fraction(1, 2), Fraction(0, 1))
+    """
+    share = Fraction(value / math.pi).limit_denominator(_TURNS)
+    return share if value == float(share.numerator * math.pi / share.denominator) else Fraction()
 
 
 def exact(value: float) -> Any:

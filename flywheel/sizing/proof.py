@@ -8,7 +8,6 @@ describes; of the model itself nothing is proven.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -33,7 +32,6 @@ from flywheel.sizing.results import WIDTH, Proof
 _PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomials, what cells leave open
 _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
-_SHARES_OF_PI = 720  # periods of tables down to pi over this
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 60  # of a motion, above the first precision: more would take a thousand times as long as a sizing
@@ -120,41 +118,38 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int,
 # -- the machine over balls ------------------------------------------------------------------------------------------------
 
 
-def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any]]:
-    """The structure of a scene with its numbers as inputs, and those that are constants there, by their paths.
+def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
+    """The structure of a scene, the quantities that are its inputs, and those that are constants there, by their paths.
 
-    These are the windows and periods of tables; and where tables are so long that their angles may not move, the phases.
+    Constants are the windows and periods of tables; and where tables are so long that their angles may not move, the phases.
     """
     assert scene.document is not None
     written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
     windows = tuple(dotted(load.path) + "." for load in _acting(scene) if isinstance(load.law, Table))
 
-    def structure(fixed: Mapping[str, Any]) -> tuple[Structure, Mapping[str, Any]]:
-        inputs = {path: quantity.number for path, quantity in written.items() if path not in fixed}
-        return recorded(scene, tuple(inputs), list(inputs.values()), zeros=True), fixed
+    def structure(*constant: str) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
+        fixed = {path: each for path, each in written.items() if path.startswith(windows) or path.endswith(constant)}
+        inputs = {path: each for path, each in written.items() if path not in fixed}
+        return recorded(scene, tuple(inputs), [each.number for each in inputs.values()], zeros=True), inputs, fixed
 
-    of_tables = {path: quantity for path, quantity in written.items() if path.startswith(windows)}
     try:
-        return structure(of_tables)
+        return structure()
     except UnrecordedError:
         if not windows:
             raise
-        return structure(of_tables | {path: quantity for path, quantity in written.items() if path.endswith(".phase")})
+        return structure(".phase")
 
 
 def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
     """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
-    recording, fixed = _recorded(scene)
-    assert scene.document is not None
-    written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
-    quantities = {path: quantity for path, quantity in written.items() if path not in fixed}
+    recording, quantities, fixed = _recorded(scene)
     open_still = UnprovenError("nothing")
     for bits, order, left in _PRECISIONS:
         with balls.precision(bits, order):
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
             if _ranges(fixed):
                 raise UnprovenError("ranges of the place of a table")
-            numbers = _of_tables(recording.twin, {each.number: _as_written(path, each) for path, each in fixed.items()})
+            numbers = _of_tables(recording.twin, [(each.number, _as_written(path, each)) for path, each in fixed.items()])
             structure = recording.with_places(partial(_all_of, numbers=numbers))
             if ranges and scene.depends_on_speed:
                 raise UnprovenError("ranges of numbers where torques depend on speed")
@@ -196,39 +191,42 @@ def _as_written(path: str, quantity: Any) -> Any:
     return ball
 
 
-def _of_tables(machine: Machine, written: Mapping[float, Any]) -> dict[float, Any]:
+def _of_tables(machine: Machine, written: Iterable[tuple[float, Any]]) -> dict[float, Any]:
     """Balls of the numbers of tables' pieces, and of the angles between these, by the floats that are nearest.
 
     The pieces are calculated anew, in fractions, from the rows as they are written; `written` are balls of other numbers.
     """
-    numbers = dict(written)
+    numbers: dict[float, Any] = {}
 
     def stands(number: float, ball: Any) -> None:
         numbers[number] = ball.union(numbers.get(number, ball))
 
+    for number, ball in written:
+        stands(number, ball)
     for load, place in ((effort.load, effort.place) for effort in machine.efforts):
         if not isinstance(table := load.law, Table):
             continue
         rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
-        share = Fraction(load.every / math.pi).limit_denominator(_SHARES_OF_PI)
         if abs(float(table.angle[-1] - table.angle[0]) - load.every) <= _READ * load.every:  # it was put onto its period
-            rows[0][-1] = rows[0][0] + share * Fraction(*exact_ratio("180 deg", "angle"))
+            rows[0][-1] = rows[0][0] + balls.share_of_pi(load.every) * Fraction(*exact_ratio("180 deg", "angle"))
         for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
             if abs(Fraction(number) - row) > _READ * abs(row):
                 raise UnprovenError("a table whose ends are put where its load begins or ends")
         floats = table_pieces(table.angle, table.value, table.interpolation)
         exact = table_pieces(rows[0], rows[1], table.interpolation)
-        for number, row in zip(
-            *(np.concatenate([part.ravel() for part in each]).tolist() for each in (floats, exact)), strict=True
-        ):
-            stands(number, _with_pi(*row.as_integer_ratio()))
+        for here, there in zip((table.angle, *floats), (rows[0], *exact), strict=True):
+            for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
+                stands(number, _with_pi(*row.as_integer_ratio()))
         every, phase, rate = (balls.constant(_all_of(number, numbers)) for number in (load.every, place.phase, place.rate))
         window = [] if load.start is None or load.end is None else [load.start, load.end]
         for local in (*table.angle.tolist(), *window):
             angles = crank_angles(local, load.every, place, machine.scene.cycle)
             for angle in angles[angles > 0.0].tolist():  # the cycle begins at 0 itself
                 turn = round((angle * place.rate + place.phase - local) / load.every)
-                stands(angle, (balls.constant(_all_of(local, numbers)) + turn * every - phase) / rate)
+                passed = balls.constant(_all_of(local, numbers)) + turn * every
+                stands(angle, (passed - phase) / rate)
+                if own := local + turn * load.every:  # where the phase is an input
+                    stands(own, passed)
     return numbers
 
 

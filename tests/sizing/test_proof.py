@@ -155,12 +155,14 @@ ROWS: dict[str, Any] = {
 }
 JUMP = ROWS | {"angle": [0, 61, 61, 133.3, 360], "value": [-2.5, -100.5, 20, 33.3, 7]}
 SPLINE = {"type": "law", "outputs": {"ram": {"table": {"angle": [0, 2, 4, 6.283185307179586], "value": [0, 1, 0.5, 0]}}}}
+LOBE = ROWS | {"angle": [20.3, 50, 70.7, 133.35]}
 TABLES: dict[str, Any] = {
     "linear": {"on": "slider", "table": ROWS},
     "pchip": {"on": "slider", "table": ROWS | {"interpolation": "pchip"}},
     "step": {"on": "slider", "table": ROWS | {"interpolation": "step"}},
     "jump": {"on": "slider", "table": JUMP | {"interpolation": "pchip"}},
     "window": {"on": "slider", "from": "61 deg", "to": "130 deg", "table": ROWS},
+    "window of its own": {"on": "slider", "from": "20.3 deg", "to": "133.35 deg", "table": LOBE},
     "twice a turn": {
         "on": "crank",
         "every": "180 deg",
